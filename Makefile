@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -41,9 +41,14 @@ SITE := build/site
 docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked
 	sh tools/setup.sh --docs
 	sh tools/setup.sh --browser
+	sh tools/setup.sh --node
 	rm -rf $(SITE) docs/generated
 	$(BIN)/sphinx-build -b html -W --keep-going -q -j auto docs $(SITE)
 	$(BIN)/python -m pytest -m site tests/site
+
+playground: ## The playground's JavaScript: linted, its format and its types checked (npm fetches the tools)
+	sh tools/setup.sh --node
+	cd tools/playground && npm ci --silent && npm run --silent check
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train

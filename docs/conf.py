@@ -64,7 +64,8 @@ html_theme = "pydata_sphinx_theme"
 html_title = "colias-sim"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_sidebars = {page: [] for page in ("index", "install", "generated/gallery/index")}  # these have no pages below
+# These have no pages below.
+html_sidebars = {page: [] for page in ("index", "install", "playground", "generated/gallery/index")}
 html_math_renderer = "mathml"
 html_show_sourcelink = False
 html_copy_source = False

@@ -41,6 +41,12 @@ if [ "${1:-}" = --browser ]; then # for the tests of the report alone
     exit 0
 fi
 
+if [ "${1:-}" = --node ]; then # for the playground's JavaScript: its tests, its linter and its type checker
+    { command -v node >/dev/null && command -v npm >/dev/null; } || apt_install nodejs npm ||
+        say "no node and npm: the playground's tests in Node will be skipped"
+    exit 0
+fi
+
 if [ "${1:-}" = --firmware ]; then # for the programs of the robot's chip: a cross compiler and an emulator
     if ! command -v arm-none-eabi-gcc >/dev/null || ! command -v qemu-system-arm >/dev/null; then
         apt_install gcc-arm-none-eabi qemu-system-arm ||
@@ -50,9 +56,9 @@ if [ "${1:-}" = --firmware ]; then # for the programs of the robot's chip: a cro
 fi
 
 if [ "${1:-}" = --docs ]; then # the documentation's own packages
-    "$venv/bin/python" -c 'import sphinx, myst_nb, pydata_sphinx_theme, numpydoc, sphinx_design, sphinx_copybutton' \
+    "$venv/bin/python" -c 'import sphinx, myst_nb, pydata_sphinx_theme, numpydoc, sphinx_design, sphinx_copybutton, ziglang' \
         2>/dev/null && exit 0
-    say "installing what the documentation is built with (some 60 MB)"
+    say "installing what the documentation is built with (some 160 MB, most of it a C compiler for the playground)"
     "$venv/bin/python" -m pip install -q --disable-pip-version-check --require-hashes -r docs/requirements.lock
     exit 0
 fi

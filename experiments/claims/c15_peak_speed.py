@@ -7,6 +7,9 @@ from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, Rows, by_level, means, means_text, more_spikes, outcome_of
 
+PAIRS = ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0))
+"""Speeds in cm/s: more spikes are asked for at the first than at the second."""
+
 
 def judge(rows: Rows, threshold: float) -> Outcome:
     """Judge rightward crossings, as in the paper, at the paper's four speeds; at all from 2 to 10 cm/s C31 does."""
@@ -14,7 +17,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
     if not {2.0, 4.0, 6.0, 10.0} <= groups.keys():
         return Outcome.unjudged("needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
     mean = means(groups)
-    checks = [more_spikes(mean, more, less, "cm/s") for more, less in ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0))]
+    checks = [more_spikes(mean, more, less, "cm/s") for more, less in PAIRS]
     rise = trend([(speed, groups[speed]) for speed in (2.0, 4.0, 6.0)])
     effect = f"2 to 6 cm/s: {rise}; 10 against 6: {contrast(groups[10.0], groups[6.0])}"
     return outcome_of(checks, groups, f"rightward at 8 cm: {means_text(groups, 'cm/s')}", effect)

@@ -5,18 +5,14 @@ from __future__ import annotations
 import html
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-SITE = Path(__file__).parents[2] / "build" / "site"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-)  # fmt: skip
+from tests.helpers.browser import CHROMIUM, FLAGS
+from tests.helpers.site import SITE
+
 NARROW, WIDE = 390, 1280
 pytestmark = [
     pytest.mark.site,

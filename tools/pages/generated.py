@@ -1,6 +1,7 @@
 """Pages that are made of the code itself, written into docs/generated/ before Sphinx reads its sources.
 
-A writer is a function of a folder, its own in docs/generated/, into which it writes Markdown and pictures.
+A writer is a function of a folder, its own in docs/generated/, into which it writes Markdown and pictures. What it
+puts into a folder ``site`` there is copied to the top of the site as it is.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, envs, experiments, gallery, models, scenes, stimuli
+from tools.pages import commands, envs, experiments, gallery, models, playground, scenes, stimuli
 
 WRITERS: dict[str, Callable[[Path], None]] = {
     "commands": commands.write,
@@ -22,6 +23,7 @@ WRITERS: dict[str, Callable[[Path], None]] = {
     "experiments": experiments.write,
     "envs": envs.write,
     "gallery": gallery.write,
+    "playground": playground.write,
 }
 """The folder in docs/generated/ -> what writes into it."""
 _LOGGER = logging.getLogger(__name__)
@@ -34,6 +36,8 @@ def _on_builder_inited(app: Sphinx) -> None:
         folder.mkdir(parents=True)
         _LOGGER.info("generating %s", name)
         write(folder)
+        if (folder / "site").is_dir():
+            app.config.html_extra_path.append(str(folder / "site"))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -174,7 +174,7 @@ class Claim:
             if not isinstance(answer, Outcome):
                 return _broken(f"its judge answered {short(answer)}, expected an Outcome", len(rows))
             texts = str(answer.measured), str(answer.effect)
-            n, decided, fewest = int(answer.n) or len(rows), str(answer.decided), int(answer.each)
+            n, decided, fewest = int(answer.n) or len(rows), str(answer.decided), int(answer.fewest)
             return Outcome(answer.verdict, *texts, n, decided, fewest, answer.broken, checks=answer.checks)
         except BaseException as error:  # SystemExit too: sys.exit in a judge ends the judge
             interrupts.pass_on(error)

@@ -51,7 +51,7 @@ class Outcome:
         Number of trials or clips; 0 stands for all that the judge was given.
     decided
         The number that decided, and its bound, as `decide` tells it.
-    each
+    fewest
         Number of trials of the condition that has the fewest; 0: it is counted in what the judge was given.
     broken
         Of a claim about every single trial: how many of the ``n`` trials break it. ``None`` of any other claim.
@@ -74,7 +74,7 @@ class Outcome:
     effect: str = ""
     n: int = 0
     decided: str = ""
-    each: int = 0
+    fewest: int = 0
     broken: int | None = None
     trouble: str = ""
     checks: tuple[Check, ...] = ()
@@ -86,7 +86,7 @@ class Outcome:
 
     @classmethod
     def of(
-        cls, checks: Iterable[Check], measured: str = "", effect: str = "", n: int = 0, each: int = 0
+        cls, checks: Iterable[Check], measured: str = "", effect: str = "", n: int = 0, fewest: int = 0
     ) -> Outcome:  # fmt: skip
         """Return what checks come to: the claim holds if all pass, and the weakest decides.
 
@@ -94,7 +94,7 @@ class Outcome:
         ----------
         checks
             One or more.
-        measured, effect, n, each
+        measured, effect, n, fewest
             As of an `Outcome`; ``measured`` is what the checks say if it is left out.
 
         Returns
@@ -110,11 +110,11 @@ class Outcome:
         listed = tuple(checks)
         holds, decided = decide(listed)
         texts = measured or "; ".join(check.says for check in listed)
-        return cls("holds" if holds else "fails", texts, effect, n, decided, each, checks=listed)
+        return cls("holds" if holds else "fails", texts, effect, n, decided, fewest, checks=listed)
 
     @classmethod
     def unjudged(
-        cls, why: str, *, reason: Reason = "not shown", effect: str = "", n: int = 0, each: int = 0,
+        cls, why: str, *, reason: Reason = "not shown", effect: str = "", n: int = 0, fewest: int = 0,
         checks: Iterable[Check] = (),
     ) -> Outcome:  # fmt: skip
         """Return the outcome of a claim that cannot be judged.
@@ -125,7 +125,7 @@ class Outcome:
             Why, in words.
         reason
             The same in one of the words of `experiments.bench.judging.count.REASONS`.
-        effect, n, each, checks
+        effect, n, fewest, checks
             As of an `Outcome`.
 
         Returns
@@ -133,7 +133,7 @@ class Outcome:
         Outcome
             The reason, with ``why`` in ``measured``.
         """
-        return cls(reason, why, effect, n, each=each, checks=tuple(checks))
+        return cls(reason, why, effect, n, fewest=fewest, checks=tuple(checks))
 
     @classmethod
     def together(cls, parts: Mapping[str, Outcome]) -> Outcome:
@@ -158,7 +158,7 @@ class Outcome:
             sum(part.n for part in parts.values()),
             "; ".join(f"{name}: {part.decided}" for name, part in parts.items()
                       if part.verdict == verdict and part.decided),
-            min(part.each for part in parts.values()),
+            min(part.fewest for part in parts.values()),
             trouble=next((part.trouble for part in parts.values() if part.trouble), ""),
             checks=tuple(check for part in parts.values() for check in part.checks),
             equal=cls.together(equal) if len(equal) == len(parts) else None,

@@ -239,7 +239,7 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if wrong:
         return result.withheld(wrong)
     refuted = result.verdict == "fails" and claim.of_every_trial
-    fewest = result.each or _fewest(of_motions, *(("model",) if claim.models else ()))
+    fewest = result.fewest or _fewest(of_motions, *(("model",) if claim.models else ()))
     if fewest < claim.least and not refuted:
         return result.withheld(f"needs at least {claim.least} trials of each condition (has {fewest})")
     return result

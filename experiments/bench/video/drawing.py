@@ -15,10 +15,12 @@ from colias_sim.config import CameraConfig
 from experiments.bench.video.layout import WINDOW_S, Layout, Panel, traces_of
 from experiments.bench.video.pictures import Floats, Picture
 from experiments.bench.video.reading import Colour, Reel, Track
+from scenes import ARENA_RADIUS_CM
 
 ROBOT_RADIUS_CM = 2.0
-VIEW_CM = 12.0
-"""Drawn length of the observer's field of view."""
+VIEW: Colour = (250, 233, 180)
+SIGHT_CM = ARENA_RADIUS_CM - 0.3
+"""Radius to which the observer's field of view is drawn: up to the line of the wall."""
 TRAIL_FRAMES = 900
 """Number of frames a robot's trail goes back."""
 NOW: Colour = (60, 60, 60)
@@ -151,15 +153,19 @@ class Drawer:
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:
-    """Draw the observer's field of view, from its lens."""
+    """Draw the observer's field of view, from its lens to the wall; what is drawn already stays to be seen."""
     x, y, heading = track.poses[max(_until(track.time_s, time_s), 1) - 1]
     if not np.isfinite(heading):
         return
-    sides = heading + np.radians([view_deg / 2, -view_deg / 2])
+    bearings = heading + np.radians(np.linspace(-view_deg / 2, view_deg / 2, 33))
+    rays = np.column_stack([np.cos(bearings), np.sin(bearings)])
     lens = np.array([np.cos(heading), np.sin(heading)]) * CameraConfig().forward_cm + (x, y)
-    wedge = panel.pixels(lens[0] + np.array([0.0, *(VIEW_CM * np.cos(sides))]),
-                         lens[1] + np.array([0.0, *(VIEW_CM * np.sin(sides))]))  # fmt: skip
-    cv2.fillPoly(part, [_fixed(wedge)], (250, 233, 180), cv2.LINE_AA, _BITS)
+    along = rays @ lens
+    lengths = np.sqrt(np.maximum(along**2 + SIGHT_CM**2 - lens @ lens, 0.0)) - along
+    corners = np.vstack([lens, lens + np.maximum(lengths, 0.0)[:, None] * rays])
+    tint = np.full_like(part, 255)
+    cv2.fillPoly(tint, [_fixed(panel.pixels(corners[:, 0], corners[:, 1]))], VIEW, cv2.LINE_AA, _BITS)
+    np.minimum(part, tint, out=part)
 
 
 def _listed(counts: Mapping[str, int]) -> str:

@@ -24,12 +24,12 @@ def test_parts_come_to_the_same_in_every_order():
 def test_parts_are_told_by_name_and_those_that_decide_say_why():
     whole = Outcome.together(
         {
-            "lgmd1": Outcome("fails", "3 spikes", "delta 1", 5, decided="3 (needs 4)", each=5),
+            "lgmd1": Outcome("fails", "3 spikes", "delta 1", 5, decided="3 (needs 4)", fewest=5),
             "lgmd2": Outcome.unjudged("was not shown"),
         }
     )
     assert whole.measured == "lgmd1 fails: 3 spikes; lgmd2 not shown: was not shown"
-    assert (whole.decided, whole.effect, whole.n, whole.each) == ("lgmd1: 3 (needs 4)", "lgmd1: delta 1", 5, 0)
+    assert (whole.decided, whole.effect, whole.n, whole.fewest) == ("lgmd1: 3 (needs 4)", "lgmd1: delta 1", 5, 0)
 
 
 def test_a_verdict_has_the_first_outcome_and_the_count_of_all():

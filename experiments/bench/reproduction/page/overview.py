@@ -108,7 +108,7 @@ class Amount:
     replicates: int
     first: int
     last: int
-    each: int
+    in_each: int
     trials: int
     moves: int
     clips: int
@@ -123,7 +123,7 @@ class Overview:
     ----------
     totals
         What the claims came to, in phrases: those that hold come first.
-    tiles, own
+    tiles, our_tiles
         Of the paper's claims, and of our own.
     reasons
         Of the claims of both kinds that do not hold in every replicate: those that fail first.
@@ -139,7 +139,7 @@ class Overview:
 
     totals: list[str]
     tiles: list[Tile]
-    own: list[Tile]
+    our_tiles: list[Tile]
     reasons: list[Reason]
     unjudged: list[str]
     amount: Amount
@@ -214,7 +214,7 @@ def _amount(result: Reproduction) -> Amount:
         replicates=many,
         first=result.seed,
         last=result.seed + many - 1,
-        each=in_each,
+        in_each=in_each,
         trials=in_each * many,
         moves=len(result.sensitivity.plan.judged) - 1 if result.sensitivity else 0,
         clips=sum(len(report.plan.showings) for report in result.offline),

@@ -107,7 +107,7 @@ class ClipSection:
     figure: Picture | None
     judged: tuple[Card, ...]
     explained: tuple[Card, ...]
-    own: tuple[Verdict, ...]
+    of_users: tuple[Verdict, ...]
     failures: list[Failure]
 
 
@@ -168,7 +168,7 @@ def clip_section(report: OfflineReport, cards: Sequence[Card]) -> ClipSection:
         if report.rows else None,
         judged=_judged(experiment.name, cards),
         explained=_explained(experiment.name, cards),
-        own=tuple(verdict for verdict in report.verdicts if verdict.id not in claim_ids(PAPER)),
+        of_users=tuple(verdict for verdict in report.verdicts if verdict.id not in claim_ids(PAPER)),
         failures=report.failures,
     )  # fmt: skip
 

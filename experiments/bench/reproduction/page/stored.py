@@ -28,7 +28,7 @@ class ModelClaim:
     model: str
     source: str
     says: str
-    said: str
+    decided: str
 
 
 @dataclass(frozen=True, slots=True)

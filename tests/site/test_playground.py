@@ -1,0 +1,403 @@
+"""The playground as built, in Node and in Chromium: its bits, its counts, its word, and all that can be moved."""
+
+from __future__ import annotations
+
+import ast
+import base64
+import dataclasses
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import experiments
+from dsnn import DSNN, DSNNParams
+from experiments.claims import c15_peak_speed
+from tests.conftest import GOLDEN, ROOT
+from tests.helpers.browser import CAMERA, CHROMIUM, Tab, browser
+from tests.helpers.site import SITE
+from tools.pages import playground
+
+NODE = shutil.which("node")
+PAGE = SITE / playground.PAGE
+RUNS = ROOT / "docs" / "generated" / "playground" / "runs"
+pytestmark = pytest.mark.site
+needs_node = pytest.mark.skipif(NODE is None, reason="no node: on Debian run 'apt-get install nodejs'")
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
+ANSWERS = """async ({ compile, Network }, wasm, tables, cases) => {
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const hex = (view) => Array.from(new Uint8Array(view.buffer, view.byteOffset, view.byteLength),
+    (byte) => byte.toString(16).padStart(2, "0")).join("");
+  const kernel = await compile(bytes(wasm));
+  return cases.map(({ rows, columns, params, film }) => {
+    const network = new Network(kernel, tables, { rows, columns }, params);
+    const [luma, cells] = [bytes(film), rows * columns];
+    let text = "";
+    for (let at = 0; at < luma.length; at += cells) text += hex(network.step(luma.subarray(at, at + cells)));
+    const { p, la, fOn, fOff } = network.maps();
+    text += [p, la, fOn, fOff].map(hex).join("");
+    network.free();
+    return text;
+  });
+}"""
+"""JavaScript: the answers to cases, and the last maps, as bytes. All cases share the network's memory."""
+
+
+def embedded(name: str) -> str:
+    found = re.search(rf'id="{name}">(.*?)</script>', PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found, f"{PAGE} has no {name}"
+    return found[1]
+
+
+@pytest.fixture(scope="module")
+def data() -> dict[str, Any]:
+    return json.loads(embedded("data"))
+
+
+@pytest.fixture(scope="module")
+def cases() -> list[tuple[dict[str, Any], str]]:
+    """The golden vectors as the page takes them, and as presets of its levers; the bytes that the C form answers."""
+    prepared = []
+    for path in GOLDEN:
+        with np.load(path, allow_pickle=False) as file:
+            frames, params = file["frames"], DSNNParams(**ast.literal_eval(str(file["params"])))
+        for chosen in (params, DSNNParams.robot(d=4, n_con=7, dog=False), DSNNParams(d=3, w_i=0.35, tau_s=(85, 105))):
+            model = DSNN(frames.shape[1:], chosen, form="native")
+            text = b""
+            for frame in frames:
+                answer = model.step(frame, maps=True)
+                spikes = np.array([answer.hs_spikes, answer.vs_spikes], "<i4")
+                text += np.array([answer.hs, answer.vs], "<f8").tobytes() + spikes.tobytes()
+            layers = (answer.maps.p, answer.maps.la, answer.maps.f_on, answer.maps.f_off)
+            text += b"".join(layer.astype("<f4").tobytes() for layer in layers)
+            _, rows, columns = frames.shape
+            film = base64.b64encode(frames.tobytes()).decode()
+            case = {"rows": rows, "columns": columns, "params": dataclasses.asdict(chosen), "film": film}
+            prepared.append((case, text.hex()))
+    return prepared
+
+
+def node(source: str) -> Any:
+    """What a module prints as JSON."""
+    done = subprocess.run(
+        [str(NODE), "--input-type=module", "-"], input=source, capture_output=True, text=True, timeout=100, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    return json.loads(done.stdout)
+
+
+@needs_node
+def test_golden_vectors_have_their_bits_in_node(cases, data):
+    arguments = ", ".join(
+        json.dumps(value) for value in (embedded("wasm").strip(), data["tables"], [case for case, _ in cases])
+    )
+    network = (playground.SOURCES / "network.js").as_uri()
+    source = (
+        f'import * as network from "{network}";\nconsole.log(JSON.stringify(await ({ANSWERS})(network, {arguments})));'
+    )
+    assert node(source) == [text for _, text in cases]
+
+
+@needs_node
+def test_the_word_is_that_of_the_claims_judge(data):
+    rng = np.random.default_rng(0)
+    near = rng.integers(-3, 4, (300, 4)) + np.array([16, 18, 20, 18])
+    speeds = (2.0, 4.0, 6.0, 10.0)
+    expected = []
+    for counts in near:
+        fixed = dict(motion="translation", distance_cm=8.0, direction="rightward", shell_grey=None, wall_contrast=None,
+                     observer_speed_cm_s=0.0, observer_turn_deg_s=0.0)  # fmt: skip
+        rows = [
+            {**fixed, "speed_cm_s": speed, "spikes": int(count)} for speed, count in zip(speeds, counts, strict=True)
+        ]
+        expected.append(c15_peak_speed.judge(rows, 0.2).verdict)
+    assert {"holds", "fails"} == set(expected)
+    listed = json.dumps([[[s, int(n)] for s, n in zip(speeds, counts, strict=True)] for counts in near])
+    module = (playground.SOURCES / "judging.js").as_uri()
+    words = f"{listed}.map((counts) => judged({json.dumps(data['claim'])}, new Map(counts)).word)"
+    assert node(f'import {{ judged }} from "{module}";\nconsole.log(JSON.stringify({words}));') == expected
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory) -> Iterator[Tab]:
+    with browser(tmp_path_factory.mktemp("profile"), *CAMERA) as opened:
+        yield opened
+
+
+def show(tab: Tab, link: str = "", **window: Any) -> None:
+    tab.show(f"{PAGE.as_uri()}{'#' * bool(link)}{link}", **window)
+    settled(tab)
+
+
+def settled(tab: Tab) -> None:
+    """Wait until nothing is left to compute."""
+    tab.until("performance.getEntriesByName('counted').length && document.body.dataset.busy !== 'true'")
+
+
+def text(tab: Tab, name: str) -> str:
+    return tab.ask(f"document.getElementById('{name}').textContent")
+
+
+def count(tab: Tab) -> int:
+    """The spikes of HS that the page tells of the chosen trial."""
+    return int(re.search(r"\d+", text(tab, "count"))[0])
+
+
+def counts(tab: Tab) -> dict[float, int]:
+    rows = tab.ask(
+        "[...document.querySelectorAll('#speeds tr')].map((row) => [...row.cells].map((c) => c.textContent))"
+    )
+    return {float(row[0]): int(row[1]) for row in rows}
+
+
+@needs_chromium
+def test_golden_vectors_have_their_bits_in_chromium(tab, cases, data):
+    show(tab)
+    given = json.dumps([case for case, _ in cases])
+    wasm = "document.getElementById('wasm').textContent.trim()"
+    tables = json.dumps(data["tables"])
+    assert tab.ask(f'import("#network").then((n) => ({ANSWERS})(n, {wasm}, {tables}, {given}))') == [
+        t for _, t in cases
+    ]
+
+
+@needs_chromium
+@pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
+def test_counts_are_those_of_the_runs(tab, data, phone):
+    tables = {shown.name: pq.read_table(RUNS / shown.name / "trials.parquet").to_pylist() for shown in playground.RUNS}
+    window = {"width": 390, "height": 844, "phone": True, "dark": True} if phone else {}
+    for shown in playground.RUNS:
+        spikes = {row["trial"]: row["spikes"] for row in tables[shown.name]}
+        for index, (name, *_) in shown.trials.items():
+            show(tab, f"trial={name}", **window)
+            assert count(tab) == spikes[index], name
+            assert text(tab, "command") == shown.command
+    assert counts(tab) == {row["speed_cm_s"]: row["spikes"] for row in tables["speed"]}
+    assert tab.messages == []
+
+
+@needs_chromium
+def test_levers_move_by_the_keyboard_and_a_link_has_them(tab):
+    show(tab, "trial=speed-6&frame=30")
+    focused = "document.activeElement.id"
+    for _ in range(60):
+        tab.press("Tab")
+        if tab.ask(focused) == "input-n_con":
+            break
+    assert tab.ask(focused) == "input-n_con"
+    outline = "getComputedStyle(document.activeElement).outlineStyle"
+    assert tab.ask(outline) != "none"
+    tab.press("Home")
+    tab.until("document.getElementById('command').textContent.endsWith('--set dsnn.n_con=4')")
+    settled(tab)
+    few = count(tab)
+    link = tab.ask("location.hash")
+    assert "n_con=4" in link and "trial=speed-6" in link and "frame=30" in link
+    show(tab, link[1:])
+    assert (count(tab), text(tab, "value-n_con")) == (few, "4")
+    tab.ask("document.getElementById('reset-n_con').focus()")
+    tab.press("Enter")
+    tab.until("!document.getElementById('command').textContent.includes('n_con')")
+    settled(tab)
+    assert count(tab) != few
+    tab.ask("document.getElementById('input-on').focus()")
+    tab.press(" ")
+    tab.until("document.getElementById('command').textContent.endsWith('--set dsnn.on=false')")
+    tab.ask("document.getElementById('scrubber').focus()")
+    tab.press("ArrowRight")
+    tab.until("location.hash.includes('frame=31')")
+    assert tab.messages == []
+
+
+@needs_chromium
+@pytest.mark.parametrize("trial", ["recession-30", "ov7670-10", "clutter"])
+def test_the_command_does_the_same(tab, tmp_path, trial):
+    show(tab, f"trial={trial}&w_i=0.5&k_sp=3&tau_s.1=150&fdsr=false")
+    given = playground.arguments(text(tab, "command"))
+    assert given["settings"].keys() >= {"dsnn.w_i", "dsnn.k_sp", "dsnn.tau_s", "dsnn.fdsr"}
+    run = experiments.run(**given, out=tmp_path / "run", recordings=False, quiet=True, workers=0)
+    (row,) = run.trials.to_pylist()
+    assert row["spikes"] == count(tab) > 0
+
+
+@needs_chromium
+def test_blocking_both_pathways_silences_every_trial(tab, data):
+    for trial in data["trials"]:
+        show(tab, f"trial={trial['id']}&on=false&off=false")
+        assert count(tab) == 0
+    assert set(counts(tab).values()) == {0}
+    assert text(tab, "word") == "fails"
+
+
+@needs_chromium
+def test_the_buttons_copy_the_link_and_the_command(tab):
+    tab.call("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
+    show(tab, "trial=speed-10&d=3")
+    for name, expected in (("copy", "document.getElementById('command').textContent"), ("link", "location.href")):
+        tab.ask(f"document.getElementById('{name}').focus()")
+        tab.press("Enter")
+        tab.until(f"document.getElementById('{name}').textContent === 'Copied'")
+        assert tab.ask("navigator.clipboard.readText()") == tab.ask(expected)
+    assert "d=3" in tab.ask("location.hash")
+
+
+@needs_chromium
+def test_it_plays_while_levers_move(tab):
+    show(tab, "trial=speed-10&frame=0")
+    tab.ask("document.getElementById('play').focus()")
+    tab.press("Enter")
+    tab.until("document.getElementById('scrubber').value > 5")
+    tab.ask("document.getElementById('input-w_i').focus()")
+    tab.press("Home")
+    tab.until("document.getElementById('command').textContent.endsWith('--set dsnn.w_i=0')")
+    at = int(tab.ask("document.getElementById('scrubber').value"))
+    tab.until(f"document.getElementById('scrubber').value != {at}")
+    tab.ask("document.getElementById('play').focus()")
+    tab.press("Enter")
+    assert tab.ask("document.getElementById('play').ariaLabel") == "Play"
+    assert tab.messages == []
+
+
+@needs_chromium
+def test_the_three_answers_are_what_the_page_shows(tab):
+    """What is told beside the questions, followed link by link."""
+    show(tab)
+    links = tab.ask("[...document.querySelectorAll('button.try')].map((each) => each.dataset.link)")
+    shown = {}
+    for link in links:
+        show(tab, link)
+        assert text(tab, "message") == ""
+        shown[link] = count(tab)
+    # It prefers rightward motion. Fewer connections, a wider spacing or a blocked pathway silence it.
+    assert shown["trial=speed-6"] > shown["trial=leftward-6"] > 0
+    assert shown["trial=speed-4&n_con=4"] == shown["trial=speed-4&d=2"] == 0
+    assert shown["trial=speed-4&on=false&off=false"] == 0
+    assert shown["trial=speed-4&on=false"] <= 3
+    # At 10 cm/s HS is higher, and fewer frames fire; with a gain of 3 the claim fails.
+    show(tab)
+    cells = "(row) => [...row.cells].slice(1).map((cell) => Number(cell.textContent))"
+    *_, (slow, slow_frames, slow_hs), (fast, fast_frames, fast_hs) = tab.ask(
+        f"[...document.querySelectorAll('#speeds tr')].map({cells})"
+    )
+    assert fast < slow and fast_frames < slow_frames and fast_hs > slow_hs
+    assert text(tab, "word") == "holds"
+    show(tab, "trial=speed-10&k_sp=3")
+    assert text(tab, "word") == "fails"
+    series = [number for _, number in sorted(counts(tab).items())]
+    assert series == sorted(series)
+
+
+@needs_chromium
+def test_a_link_that_is_not_legal_is_told_and_the_rest_of_it_used(tab):
+    show(tab, "trial=speed-4&n_con=99&w_i=x&zoom=3&d=2&k_sp=%")
+    told = text(tab, "message")
+    for part in (
+        "n_con=99: legal is a whole number from 4 to 8",
+        "w_i=x: legal is from 0 to 1",
+        "zoom: legal is trial",
+    ):
+        assert part in told
+    assert text(tab, "command").endswith("--set dsnn.d=2")
+    assert tab.messages == []
+
+
+@needs_chromium
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_texts_stand_out_from_their_ground_and_the_page_fits_a_phone(tab, dark):
+    """A contrast of 4.5, as WCAG 2.2 has it (1.4.3)."""
+    show(tab, "trial=speed-4&n_con=5&off=false", width=390, height=844, phone=True, dark=dark)
+    assert tab.ask("document.documentElement.scrollWidth") <= 390
+    tab.ask(
+        "for (const each of document.querySelectorAll('details')) { each.removeAttribute('name'); each.open = true }"
+    )
+    poor = tab.ask("""(() => {
+      const canvas = new OffscreenCanvas(1, 1).getContext("2d");
+      const rgba = (colour) => { canvas.clearRect(0, 0, 1, 1); canvas.fillStyle = colour; canvas.fillRect(0, 0, 1, 1);
+        return [...canvas.getImageData(0, 0, 1, 1).data]; };
+      const light = (rgb) => [0.2126, 0.7152, 0.0722].reduce((sum, share, i) => sum + share *
+        ((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)(rgb[i] / 255), 0);
+      const ground = (element) => { for (let at = element; at; at = at.parentElement) {
+        const colour = rgba(getComputedStyle(at).backgroundColor); if (colour[3] === 255) return colour; } };
+      const poor = [];
+      for (const element of document.querySelectorAll("body *:not(script, option, optgroup, canvas)")) {
+        const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+        if (!own || !element.checkVisibility()) continue;
+        const style = getComputedStyle(element);
+        const colour = rgba(element instanceof SVGElement ? style.fill : style.color);
+        const [a, b] = [light(colour), light(ground(element))].sort((x, y) => y - x);
+        if ((a + 0.05) / (b + 0.05) < 4.5) poor.push(`${element.outerHTML.slice(0, 80)} ${(a + 0.05) / (b + 0.05)}`);
+      }
+      return poor;
+    })()""")
+    assert poor == []
+
+
+@needs_chromium
+def test_a_webcam_is_answered_frame_by_frame_and_stays_as_a_trial(tab):
+    show(tab)
+    tab.ask("document.getElementById('camera').click()")
+    tab.until("parseInt(document.getElementById('camera').textContent.slice(6)) >= 10")
+    tab.ask("document.getElementById('camera').click()")
+    tab.until("document.getElementById('camera').textContent === 'Use the webcam'")
+    settled(tab)
+    assert text(tab, "command").startswith("colias watch 0 --size 99x72")
+    tab.ask("document.getElementById('scrubber').focus()")
+    tab.press("Home")
+    tab.until("document.getElementById('scrubber').value === '0'")
+    assert int(tab.ask("document.getElementById('scrubber').max")) >= 9
+    show_other = "{ const s = document.getElementById('trial'); s.value = '%s'; s.dispatchEvent(new Event('change')) }"
+    tab.ask(show_other % "speed-6")
+    tab.until("document.getElementById('command').textContent === 'colias run speed --repeats 1'")
+    tab.ask(show_other % "footage")
+    tab.until("document.getElementById('command').textContent.startsWith('colias watch 0')")
+    assert tab.messages == []
+
+
+@needs_chromium
+def test_a_video_of_something_that_moves_right_makes_hs_rise(tab, tmp_path):
+    """By the file's own button, in a codec that every Chromium has; the answer begins anew when it is recomputed."""
+    film = tmp_path / "it's right.webm"
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"VP80"), 30, (396, 288))
+    assert writer.isOpened()
+    for i in range(60):
+        picture = np.full((288, 396, 3), 230, np.uint8)
+        picture[90:200, max(0, 6 * i - 80) : max(0, 6 * i)] = 20
+        writer.write(picture)
+    writer.release()
+    show(tab)
+    node = tab.call("Runtime.evaluate", expression="document.getElementById('file')")["result"]["objectId"]
+    tab.call("DOM.setFileInputFiles", files=[str(film)], objectId=node)
+    tab.until("parseInt(document.getElementById('video').textContent.slice(6)) >= 20")
+    tab.until("document.getElementById('video').textContent === 'Open a video'")
+    settled(tab)
+    assert count(tab) > 0
+    assert "HS fires" in text(tab, "count")
+    rising = "document.getElementById('scrubber').getAttribute('aria-valuetext').match(/HS (.*)/)[1]"
+    highest = 0.0
+    tab.ask("document.getElementById('scrubber').focus()")
+    for _ in range(20):
+        tab.press("ArrowLeft")
+        highest = max(highest, float(tab.ask(rising)))
+    assert highest > 0.16
+    assert text(tab, "command").startswith("""colias watch 'it'\\''s right.webm'""")
+    assert tab.messages == []
+
+
+@needs_chromium
+def test_nothing_can_leave_the_page(tab):
+    show(tab)
+    asked = "fetch('http://127.0.0.1:9/').then(() => 'sent', () => 'refused')"
+    heard = "addEventListener('securitypolicyviolation', (event) => done(event.violatedDirective))"
+    assert tab.ask(f"new Promise((done) => {{ {heard}; {asked} }})") == "connect-src"
+
+
+def test_what_is_shipped_is_below_ten_megabytes():
+    assert Path(PAGE).stat().st_size < 10e6

@@ -1,0 +1,423 @@
+// The page: what is chosen, what follows from it, and where it is shown.
+import { drawCurve, drawTraces, frameAt, paintMaps } from "#drawing";
+import { LONGEST, opened, taken } from "#footage";
+import { counted, judged } from "#judging";
+import { compile, Network, Run, run } from "#network";
+import { assignments, changed, commandOf, read, settingOf, written } from "#settings";
+import { clip as clipOf, embedded } from "#trials";
+
+/**
+ * @typedef {import("#network").Series} Series
+ * @typedef {import("#network").Clip} Clip
+ * @typedef {import("#trials").Recorded} Recorded
+ * @typedef {import("#settings").Lever} Lever
+ */
+
+/**
+ * Find an element that the page has.
+ * @template {Element} Kind
+ * @param {string} id
+ * @param {new () => Kind} kind
+ */
+function the(id, kind) {
+  const element = document.getElementById(id);
+  if (!(element instanceof kind)) throw new Error(`the page has no ${kind.name} ${id}`);
+  return element;
+}
+
+/**
+ * @type {{trials: Recorded[], first: string, footage: Recorded, levers: Lever[], claim: import("#judging").Claim,
+ *   tables: import("#network").Tables}}
+ */
+const data = JSON.parse(the("data", HTMLScriptElement).text);
+const { levers, claim, tables } = data;
+const kernel = await compile(embedded("wasm"));
+const curve = data.trials.filter((trial) => trial.speed !== null);
+const first = data.trials.find((each) => each.id === data.first) ?? data.trials[0];
+const scrubber = the("scrubber", HTMLInputElement);
+const tracesPicture = the("traces", SVGSVGElement);
+const canvases = Object.fromEntries(
+  ["frame", "change", "on", "off", "f"].map((id) => [id, the(id, HTMLCanvasElement)]),
+);
+
+/** @type {Recorded} */
+let trial = first;
+/** @type {Clip} */
+let clip = { rows: trial.rows, columns: trial.columns, frames: [] };
+/** @type {import("#settings").Changes} */
+let changes = {};
+let frame = 0;
+/** @type {Series | null} */
+let series = null;
+/** @type {Network | null} */
+let viewer = null;
+let viewed = -1;
+/** @type {{frame: number, layers: import("#network").Layers} | null} */
+let kept = null;
+/** @type {{settings: string, work: Run} | null} */
+let live = null;
+let movePlayhead = (/** @type {number} */ _frame) => {};
+let turn = 0;
+let asked = false;
+/** @type {Clip | null} */
+let own = null;
+/** @type {import("#footage").Taking | null} */
+let taking = null;
+/** @type {Map<string, Series>} */
+const ghosts = new Map();
+
+const say = (/** @type {string} */ text) => {
+  const message = the("message", HTMLElement);
+  message.hidden = text === "";
+  message.textContent = text;
+};
+const texts = () => assignments(trial.params, levers, changes);
+
+/** Show the chosen frame, and the maps that the network has there. */
+function showFrame() {
+  if (!series || frame < 0 || frame >= clip.frames.length) return;
+  if (kept?.frame !== frame) kept = { frame, layers: layersAt(frame) };
+  paintMaps(canvases, clip, frame, kept.layers, series.largest);
+  scrubber.value = String(frame);
+  const seconds = (frame / trial.params.fps).toFixed(2);
+  the("place", HTMLOutputElement).value = `${seconds} s`;
+  scrubber.setAttribute("aria-valuetext", `frame ${frame}, ${seconds} s, HS ${series.hs[frame].toFixed(2)}`);
+  movePlayhead(frame);
+}
+
+/**
+ * Compute the maps of a frame by a network that is shown all frames up to it.
+ * @param {number} wanted
+ */
+function layersAt(wanted) {
+  if (!viewer || wanted < viewed) {
+    viewer ??= new Network(kernel, tables, clip, changed(trial.params, levers, changes));
+    viewer.reset();
+    viewed = -1;
+  }
+  while (viewed < wanted) viewer.step(clip.frames[++viewed]);
+  return viewer.maps();
+}
+
+/** Forget what the last settings gave. */
+function forgetMaps() {
+  viewer?.free();
+  [viewer, viewed, kept] = [null, -1, null];
+}
+
+/** Draw what was computed of the chosen trial. */
+function drawTrial() {
+  if (!series) return;
+  const ghost = texts().length ? (ghosts.get(trial.id) ?? null) : null;
+  const { t_sp, fps } = changed(trial.params, levers, changes);
+  movePlayhead = drawTraces(tracesPicture, series, ghost, t_sp, fps);
+  the("ghost", HTMLElement).hidden = !ghost;
+  const [now, before] = [counted(series.hsSpikes), ghost ? counted(ghost.hsSpikes) : null];
+  const change = before === null ? "" : before === now ? ", as without the changes" : `, ${before} without the changes`;
+  the("count", HTMLElement).textContent = `HS fires ${now} ${now === 1 ? "spike" : "spikes"}${change}.`;
+  showFrame();
+}
+
+/** Compute the chosen trial and draw it; then the curve, in small parts, unless something is moved meanwhile. */
+async function refresh() {
+  asked = false;
+  if (taking) return clip.frames.length ? follows(clip) : undefined;
+  const mine = ++turn;
+  const params = changed(trial.params, levers, changes);
+  let ghost = ghosts.get(trial.id);
+  if (!ghost) ghost = (await run(kernel, tables, clip, trial.params))?.series;
+  if (ghost) ghosts.set(trial.id, ghost);
+  const work = texts().length || frame < 0 ? await run(kernel, tables, clip, params, { kept: frame }) : null;
+  if (mine !== turn || !ghost) return;
+  forgetMaps();
+  series = work?.series ?? ghost;
+  if (frame < 0) frame = series.hs.reduce((best, hs, i, all) => (Math.abs(hs) > Math.abs(all[best]) ? i : best), 0);
+  else if (work?.layers) kept = { frame, layers: work.layers };
+  drawTrial();
+  showSettings();
+  performance.mark("drawn");
+  const pause = async () => {
+    await new Promise((resolve) => setTimeout(resolve));
+    return mine === turn;
+  };
+  await drawCounts(pause);
+}
+
+/**
+ * Answer the frames of a camera or a video as they come.
+ * @param {Clip} film
+ */
+function follows(film) {
+  const settings = commandOf("", texts());
+  if (live?.work.clip !== film || live.settings !== settings) {
+    live?.work.network.free();
+    live = { settings, work: new Run(kernel, tables, film, changed(trial.params, levers, changes)) };
+  }
+  live.work.advance();
+  series = live.work.series;
+  frame = film.frames.length - 1;
+  kept = { frame, layers: live.work.network.maps() };
+  drawTrial();
+  showSettings();
+}
+
+/**
+ * Count the spikes at each speed, and judge them.
+ * @param {() => Promise<boolean>} pause
+ */
+async function drawCounts(pause) {
+  /** @type {Map<number, number>} */
+  const counts = new Map();
+  const rows = [];
+  for (const each of curve) {
+    const film = await clipOf(each);
+    const done = await run(kernel, tables, film, changed(each.params, levers, changes), { pause });
+    if (!done || each.speed === null) return;
+    const of = done.series;
+    const count = counted(of.hsSpikes);
+    counts.set(each.speed, count);
+    const fired = of.hsSpikes.filter((spikes) => spikes !== 0).length;
+    const highest = of.hs.reduce((most, value) => Math.max(most, value), 0).toFixed(2);
+    rows.push(`<tr><th scope="row">${each.speed}</th><td>${count}</td><td>${fired}</td><td>${highest}</td></tr>`);
+  }
+  if (!(await pause())) return;
+  const { word, checks } = judged(claim, counts);
+  drawCurve(the("curve", SVGSVGElement), counts, new Map(curve.map((each) => [each.speed ?? 0, each.spikes])));
+  const verdict = the("word", HTMLElement);
+  verdict.textContent = word;
+  verdict.className = word;
+  the("speeds", HTMLTableSectionElement).innerHTML = rows.join("");
+  the("checks", HTMLUListElement).innerHTML = checks
+    .map(({ more, less, difference, passes }) => {
+      const signed = difference < 0 ? `\u2212${-difference}` : `+${difference}`;
+      return `<li class="${passes ? "holds" : "fails"}">${more} against ${less} cm/s: <b>${signed}</b></li>`;
+    })
+    .join("");
+  document.body.dataset.busy = "false";
+  performance.mark("counted");
+}
+
+/** Show the levers' values, the command, and the link. */
+function showSettings() {
+  const params = changed(trial.params, levers, changes);
+  for (const lever of levers) {
+    const row = the(`lever-${lever.key}`, HTMLElement);
+    const [value, before] = [settingOf(lever, params), settingOf(lever, trial.params)];
+    const input = the(`input-${lever.key}`, HTMLInputElement);
+    if (lever.kind === "switch") input.checked = Boolean(value);
+    else input.value = String(value);
+    const unit = lever.unit ? ` ${lever.unit}` : "";
+    the(`value-${lever.key}`, HTMLElement).textContent = lever.kind === "switch" ? "" : `${value}${unit}`;
+    row.classList.toggle("moved", value !== before);
+    const back = the(`reset-${lever.key}`, HTMLButtonElement);
+    back.hidden = value === before;
+    back.title = `back to ${before}`;
+  }
+  the("command", HTMLElement).textContent = commandOf(trial.command, texts());
+  the("link", HTMLButtonElement).disabled = trial === data.footage;
+  if (trial !== data.footage) history.replaceState(null, "", `#${written(trial.id, frame, levers, changes)}`);
+}
+
+/** Compute soon, once for all that is moved until then. */
+function ask() {
+  if (!asked) requestAnimationFrame(refresh);
+  asked = true;
+  document.body.dataset.busy = "true";
+}
+
+/**
+ * Move to a frame.
+ * @param {number} wanted
+ */
+function seek(wanted) {
+  frame = Math.max(0, Math.min(clip.frames.length - 1, wanted));
+  showFrame();
+}
+
+/**
+ * Choose a trial, with its frames.
+ * @param {Recorded} chosen
+ * @param {Clip} film
+ * @param {number} at The frame to show; -1: where HS is farthest from 0.
+ */
+function choose(chosen, film, at = -1) {
+  [trial, clip, series, frame] = [chosen, film, null, at];
+  forgetMaps();
+  const select = the("trial", HTMLSelectElement);
+  select.value = chosen.id;
+  scrubber.max = String(Math.max(film.frames.length - 1, 0));
+  the("note", HTMLElement).textContent = chosen.note;
+  ask();
+}
+
+/** Take over what a link says. */
+async function follow() {
+  taking?.stop();
+  const ids = data.trials.map((each) => each.id);
+  const link = read(location.hash.slice(1), ids, levers);
+  say(link.refused.length ? `The link has ${link.refused.join("; ")}. What it says otherwise is used.` : "");
+  const chosen = data.trials.find((each) => each.id === link.trial) ?? first;
+  const film = await clipOf(chosen);
+  changes = link.changes;
+  choose(chosen, film, Math.min(link.frame ?? -1, film.frames.length - 1));
+}
+
+/** @param {boolean} wanted */
+function play(wanted) {
+  const button = the("play", HTMLButtonElement);
+  button.textContent = wanted ? "\u23F8" : "\u25B6";
+  button.setAttribute("aria-label", wanted ? "Pause" : "Play");
+  if (playing) clearInterval(playing);
+  playing = wanted ? setInterval(() => seek((frame + 1) % clip.frames.length), 1000 / trial.params.fps) : 0;
+  if (!wanted) showSettings();
+}
+/** @type {ReturnType<typeof setInterval> | 0} */
+let playing = 0;
+
+/**
+ * Take frames of a camera or a file, showing each as it comes, until it is stopped; then it is a trial as any other.
+ * @param {File | null} file
+ */
+async function take(file) {
+  taking?.stop();
+  play(false);
+  const buttons = ["camera", "video"].map((id) => the(id, HTMLButtonElement));
+  for (const each of buttons) each.disabled = true;
+  const video = await opened(file)
+    .catch((error) => say(`${file ? file.name : "The webcam"} cannot be opened: ${error.message ?? error}`))
+    .finally(() => {
+      for (const each of buttons) each.disabled = false;
+    });
+  if (!video) return;
+  const { rows, columns } = data.footage;
+  const film = { rows, columns, frames: /** @type {Uint8Array[]} */ ([]) };
+  data.footage.note = `${file ? "Your video" : "Your webcam"}, at ${columns}x${rows} px. It stays in this page.`;
+  data.footage.command = `colias watch ${file ? `'${file.name.replaceAll("'", "'\\''")}'` : "0"} --size ${columns}x${rows}`;
+  ghosts.delete(data.footage.id);
+  own = film;
+  the("trial", HTMLSelectElement).querySelector("option[hidden]")?.removeAttribute("hidden");
+  choose(data.footage, film);
+  const button = the(file ? "video" : "camera", HTMLButtonElement);
+  const title = button.textContent;
+  taking = taken(video, film, () => {
+    button.textContent = `Stop (${film.frames.length} of ${LONGEST})`;
+    scrubber.max = String(film.frames.length - 1);
+    ask();
+  });
+  await taking.done;
+  button.textContent = title;
+  taking = null;
+  if (film.frames.length) ask();
+  else say("Nothing was seen: the video has no frame that this browser can show.");
+}
+
+/** Write the levers into the page. */
+function makeLevers() {
+  the("levers", HTMLElement).innerHTML = levers
+    .map(({ key, name, kind, low, high, step, meaning, paper }) => {
+      const id = `input-${key}`;
+      const input =
+        kind === "switch"
+          ? `<input type="checkbox" role="switch" id="${id}">`
+          : `<input type="range" id="${id}" min="${low}" max="${high}" step="${step}" aria-describedby="about-${key}">`;
+      return (
+        `<div class="lever ${kind}" id="lever-${key}"><label for="${id}"><code>${name}</code></label>` +
+        `<span class="value" id="value-${key}"></span>` +
+        `<button type="button" id="reset-${key}" class="back" aria-label="Reset ${key}" hidden>&#8634;</button>${input}` +
+        `<p id="about-${key}">${meaning}${paper ? ` <span class="paper">paper: ${paper}</span>` : ""}</p></div>`
+      );
+    })
+    .join("");
+  for (const lever of levers) {
+    const input = the(`input-${lever.key}`, HTMLInputElement);
+    input.addEventListener("input", () => {
+      changes[lever.key] = lever.kind === "switch" ? input.checked : input.valueAsNumber;
+      performance.mark("moved");
+      ask();
+    });
+    the(`reset-${lever.key}`, HTMLButtonElement).addEventListener("click", () => {
+      delete changes[lever.key];
+      input.focus();
+      ask();
+    });
+  }
+}
+
+/**
+ * Copy a text, and say so on the button.
+ * @param {string} id
+ * @param {() => string} text
+ */
+function copies(id, text) {
+  const button = the(id, HTMLButtonElement);
+  const title = button.textContent;
+  button.addEventListener("click", async () => {
+    showSettings();
+    try {
+      await navigator.clipboard.writeText(text());
+      button.textContent = "Copied";
+    } catch {
+      button.textContent = "Not allowed here";
+    }
+    setTimeout(() => {
+      button.textContent = title;
+    }, 1500);
+  });
+}
+
+function begin() {
+  const groups = [...new Set(data.trials.map((each) => each.group))];
+  const option = (/** @type {Recorded} */ { id, title }) => `<option value="${id}">${title}</option>`;
+  the("trial", HTMLSelectElement).innerHTML = `${groups
+    .map((group) => {
+      const inside = data.trials.filter((each) => each.group === group).map(option);
+      return `<optgroup label="${group}">${inside.join("")}</optgroup>`;
+    })
+    .join("")}<option value="${data.footage.id}" hidden>${data.footage.title}</option>`;
+  the("curve-title", HTMLElement).textContent = `${claim.id}: spikes against speed`;
+  the("says", HTMLElement).textContent = claim.says;
+  the("margin", HTMLElement).textContent = `${claim.margin} ${claim.margin === 1 ? "spike" : "spikes"}`;
+  makeLevers();
+  the("trial", HTMLSelectElement).addEventListener("change", async (event) => {
+    taking?.stop();
+    const id = /** @type {HTMLSelectElement} */ (event.target).value;
+    const chosen = data.trials.find((each) => each.id === id);
+    if (chosen) choose(chosen, await clipOf(chosen));
+    else if (own) choose(data.footage, own);
+  });
+  scrubber.addEventListener("input", () => seek(scrubber.valueAsNumber));
+  scrubber.addEventListener("change", showSettings);
+  the("play", HTMLButtonElement).addEventListener("click", () => play(!playing));
+  const point = (/** @type {PointerEvent} */ event) => {
+    if (event.buttons) seek(frameAt(tracesPicture, event.clientX, clip.frames.length));
+  };
+  tracesPicture.addEventListener("pointerdown", point);
+  tracesPicture.addEventListener("pointermove", point);
+  the("defaults", HTMLButtonElement).addEventListener("click", () => {
+    changes = {};
+    ask();
+  });
+  the("camera", HTMLButtonElement).addEventListener("click", () => (taking ? taking.stop() : take(null)));
+  const file = the("file", HTMLInputElement);
+  the("video", HTMLButtonElement).addEventListener("click", () => (taking ? taking.stop() : file.click()));
+  file.addEventListener("change", () => file.files?.[0] && take(file.files[0]));
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    const dropped = event.dataTransfer?.files[0];
+    if (dropped) take(dropped);
+  });
+  copies("link", () => location.href);
+  copies("copy", () => the("command", HTMLElement).textContent ?? "");
+  addEventListener("hashchange", follow);
+  for (const button of document.querySelectorAll("button.try"))
+    button.addEventListener("click", () => {
+      history.replaceState(null, "", `#${button instanceof HTMLElement ? button.dataset.link : ""}`);
+      follow();
+      document.querySelector(".stage")?.scrollIntoView({ block: "nearest" });
+    });
+  new ResizeObserver(() => series && ask()).observe(tracesPicture);
+}
+
+begin();
+await follow();
