@@ -18,7 +18,7 @@ from pydantic.dataclasses import dataclass
 from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.presets import CAMERAS, COLIAS4, OV7670, ROBOTS, find
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
-from scenes import arena_path
+from scenes import ARENAS, arena_path
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _Register = Annotated[int, Field(ge=0, le=255)]
@@ -32,9 +32,12 @@ def known_picture(path: str) -> str:
 
 
 def known_arena(name: str) -> str:
-    """Check the name of an arena; return it, or raise ``ValueError`` naming the nearest one."""
-    arena_path(name)
-    return name
+    """Check the name of an arena, or the path of a file of one's own; return it, a path as an absolute one.
+
+    Raises ``ValueError`` naming the nearest arena, or for a file that is not there. The file is not read.
+    """
+    path = arena_path(name)
+    return name if name in ARENAS else str(path)
 
 
 @with_field_docs
@@ -410,7 +413,8 @@ class SceneConfig:
     """Arena, light and the stimulus's shell, and how far the seed of a trial varies them."""
 
     arena: Annotated[str, AfterValidator(known_arena)] = Field(
-        default="bright", description="name of an arena of the scenes folder: bright, plain, dim, leaves or drum"
+        default="bright",
+        description="an arena: bright, plain, dim, leaves or drum, or the path of an .xml or .py file of one's own",
     )
     light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps, times the arena's own")
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of the lamps' strength between trials")
@@ -420,3 +424,27 @@ class SceneConfig:
         default="", description="path of a picture around the wall, beside its mirror image; empty: the arena's texture"
     )
     wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0, description="contrast of the wall's texture")
+    shell_shape: Literal["cylinder", "sphere", "card"] = Field(
+        default="cylinder", description="shape of the stimulus's shell; a card is 1 mm thick and faces ahead"
+    )
+    shell_width_cm: Annotated[float, unit("cm")] = Field(
+        default=4.0, ge=0.5, le=20.0, description="diameter of the stimulus's shell, or width of a card"
+    )
+    shell_height_cm: Annotated[float, unit("cm")] = Field(
+        default=2.9, ge=0.2, le=30.0, description="height of the stimulus's shell; a sphere is as high as it is wide"
+    )
+    shell_turn_deg: Annotated[float, unit("degrees")] = Field(
+        default=0.0,
+        ge=-180.0,
+        le=180.0,
+        description="angle by which the shell is turned from the heading, left positive; 90: a card's face is sideways",
+    )
+    shell_picture: Annotated[str, AfterValidator(known_picture)] = Field(
+        default="", description="path of a picture on each side of the stimulus's shell; empty: plain shell_grey"
+    )
+
+    @property
+    def usual_shell(self) -> bool:
+        """Tell whether the stimulus's shell has the shape and size of the Colias, and no picture."""
+        usual = ("cylinder", 4.0, 2.9, "")
+        return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual

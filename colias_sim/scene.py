@@ -12,8 +12,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from colias_sim.arena import Arena, one_line
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_HEIGHT_CM, WALL_PANELS, arena_path
+from colias_sim.obstacles import FENCE, check_room
+from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_HEIGHT_CM, WALL_PANELS
 
 DRAWN_GROUP, COLLISION_GROUP = 0, 3
 FENCE_DEPTH, FENCE_HEIGHT = 0.01, 0.03  # half extents, metres
@@ -24,6 +26,19 @@ lens stands in front of the whole body.
 
 WALL_TEXELS = 384, 2048
 """Texels up and around a wall that shows a picture: twice as fine as the arenas' own."""
+
+SHELL_TEXELS = 256
+"""Texels along each edge of a picture on the stimulus."""
+UPRIGHT = 1, -1, 2, 0
+"""Quarter turns, left positive, by which a picture is upright on the side faces of a cube texture: +x, -x, +y, -y."""
+ROUND_STACKS = 24
+"""Rings of a drawn sphere. The arenas have 2, which is enough for cylinders."""
+ROUND = tuple(
+    kind.value
+    for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGEOM_CAPSULE)
+)
+SHELL_BOTTOM, CARD_HALF_THICKNESS = 0.001, 0.0005
+"""Height of a shell's lower edge above the floor, and half the thickness of a card, in metres."""
 
 COMMAND_RATE = 60.0
 """Wheel commands per second. The true rate is the nearest at which a frame has a whole number of commands."""
@@ -92,9 +107,10 @@ def compose(
     Raises
     ------
     ValueError
-        For an unknown arena or variant, and if ``eye_of`` is not one of the robots.
+        For an unknown arena or variant, for one that `colias_sim.arena.Arena` refuses, and if ``eye_of`` is not one of
+        the robots.
     """
-    spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
+    spec = Arena.read(scene.arena).spec()
     spec.option.timestep = FrameClock(camera.fps).timestep
     if scene.wall:
         set_wall(spec, scene.wall)
@@ -104,7 +120,7 @@ def compose(
         child = _robot_spec(ROBOTS[variant], robot, camera)
         child.option.timestep = spec.option.timestep
         if variant != "colias":
-            child.material("shell").rgba = [scene.shell_grey] * 3 + [1.0]
+            set_shell(child, scene)
         if name == eye_of:
             _mark_own_body(child)
         spec.worldbody.add_frame().attach_body(child.body("base"), f"{name}/", "")
@@ -119,18 +135,55 @@ def compile_model(
 ) -> mujoco.MjModel:  # fmt: skip
     """Compose and compile a scene, and set antialiasing and the contrast of the wall's texture.
 
-    The parameters and errors are those of `compose`.
+    The parameters are those of `compose`.
 
     Returns
     -------
     mujoco.MjModel
         The compiled model.
+
+    Raises
+    ------
+    ValueError
+        As `compose`, and for an arena that MuJoCo cannot compile, or that does not fit into the room.
     """
-    model = compose(scene, robot, camera, robots, eye_of, fence=fence).compile()
+    model = _compiled(compose(scene, robot, camera, robots, eye_of, fence=fence), scene.arena)
+    if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
+        model.vis.quality.numstacks = ROUND_STACKS
     model.vis.quality.offsamples = camera.multisample
     if scene.wall_contrast != 1.0:
         wall = texels(model, "wall")
         wall[:] = contrasted(wall, scene.wall_contrast)
+    return model
+
+
+def compile_arena(source: str) -> mujoco.MjModel:
+    """Compile an arena alone, without robots.
+
+    Parameters
+    ----------
+    source
+        Its name, or the path of a file of one's own.
+
+    Returns
+    -------
+    mujoco.MjModel
+        The compiled arena.
+
+    Raises
+    ------
+    ValueError
+        It is refused, in one line.
+    """
+    return _compiled(Arena.read(source).spec(), source)
+
+
+def _compiled(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise ValueError(f"arena {source}: {one_line(error)}") from None
+    check_room(model, source)
     return model
 
 
@@ -152,6 +205,54 @@ def set_wall(spec: mujoco.MjSpec, path: str) -> None:
     ValueError
         It is no picture; one line that begins with the path.
     """
+    picture = _picture(path)
+    wide = WALL_HEIGHT_CM * picture.shape[1] / picture.shape[0]
+    pairs = max(round(math.pi * ARENA_RADIUS_CM / wide), 1)
+    columns = max(round(WALL_TEXELS[1] / (2 * pairs)), 1)
+    one = _resized_picture(picture, columns, WALL_TEXELS[0])
+    _fill(spec.texture("wall"), np.tile(np.concatenate([one, one[:, ::-1]], axis=1), pairs))
+
+
+def set_shell(spec: mujoco.MjSpec, scene: SceneConfig) -> None:
+    """Give a robot the shell that the scene's settings ask for: its grey or its picture, its shape and its size.
+
+    Parameters
+    ----------
+    spec
+        The robot, whose shell is a geom ``cover`` of the material ``shell``. One without a cover gets its grey alone.
+    scene
+        The settings.
+
+    Raises
+    ------
+    ValueError
+        ``scene.shell_picture`` is no picture; one line that begins with the path.
+    """
+    material, cover = spec.material("shell"), spec.geom("cover")
+    material.rgba = [scene.shell_grey] * 3 + [1.0]
+    if cover is None or scene.usual_shell:
+        return
+    half, half_height = scene.shell_width_cm / 200, scene.shell_height_cm / 200
+    if scene.shell_shape == "sphere":
+        cover.type, cover.size, half_height = mujoco.mjtGeom.mjGEOM_SPHERE, [half, 0.0, 0.0], half
+    elif scene.shell_shape == "card":
+        cover.type, cover.size = mujoco.mjtGeom.mjGEOM_BOX, [CARD_HALF_THICKNESS, half, half_height]
+    else:
+        cover.size = [half, half_height, 0.0]
+    cover.pos = [0.0, 0.0, SHELL_BOTTOM + half_height]
+    turn = math.radians(scene.shell_turn_deg) / 2
+    cover.quat = [math.cos(turn), 0.0, 0.0, math.sin(turn)]
+    if scene.shell_picture:
+        texture = spec.add_texture(name="shell", type=mujoco.mjtTexture.mjTEXTURE_CUBE)
+        face = _resized_picture(_picture(scene.shell_picture), SHELL_TEXELS, SHELL_TEXELS)
+        ends = np.full((2 * SHELL_TEXELS, SHELL_TEXELS), round(face.mean()), np.uint8)  # above and below: its mean grey
+        _fill(texture, np.concatenate([*(np.rot90(face, turns) for turns in UPRIGHT), ends]))
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "shell"
+        material.rgba = [1.0] * 4
+
+
+def _picture(path: str) -> npt.NDArray[np.uint8]:
+    """Read a picture as grey levels, (H, W)."""
     try:
         data = np.fromfile(path, np.uint8)
         picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
@@ -159,17 +260,21 @@ def set_wall(spec: mujoco.MjSpec, path: str) -> None:
         picture = None
     if picture is None:
         raise ValueError(f"{path}: no picture that can be read")
-    wide = WALL_HEIGHT_CM * picture.shape[1] / picture.shape[0]
-    pairs = max(round(math.pi * ARENA_RADIUS_CM / wide), 1)
-    columns = max(round(WALL_TEXELS[1] / (2 * pairs)), 1)
-    shrinks = picture.shape[0] > WALL_TEXELS[0]
-    one = cv2.resize(picture, (columns, WALL_TEXELS[0]), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
-    around = np.tile(np.concatenate([one, one[:, ::-1]], axis=1), pairs)
-    texture = spec.texture("wall")
+    return np.asarray(picture, np.uint8)
+
+
+def _resized_picture(picture: npt.NDArray[np.uint8], columns: int, rows: int) -> npt.NDArray[np.uint8]:
+    shrinks = picture.shape[0] > rows
+    one = cv2.resize(picture, (columns, rows), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
+    return np.asarray(one, np.uint8)
+
+
+def _fill(texture: mujoco.MjsTexture, grey: npt.NDArray[np.uint8]) -> None:
+    """Put grey levels (H, W) into a texture, in place of its file."""
     texture.file = ""
-    texture.height, texture.width = around.shape
+    texture.height, texture.width = grey.shape
     texture.nchannel = 3
-    texture.data = np.repeat(around[:, :, np.newaxis], 3, axis=2).tobytes()
+    texture.data = np.repeat(grey[:, :, np.newaxis], 3, axis=2).tobytes()
 
 
 def _add_fence(spec: mujoco.MjSpec) -> None:
@@ -178,7 +283,7 @@ def _add_fence(spec: mujoco.MjSpec) -> None:
         turn = 2 * math.pi * (panel + 0.5) / WALL_PANELS
         away = ARENA_RADIUS_CM / 100 * math.cos(math.pi / WALL_PANELS) + FENCE_DEPTH
         spec.worldbody.add_geom(
-            name=f"fence{panel}", type=mujoco.mjtGeom.mjGEOM_BOX, group=COLLISION_GROUP, contype=2, conaffinity=2,
+            name=f"{FENCE}{panel}", type=mujoco.mjtGeom.mjGEOM_BOX, group=COLLISION_GROUP, contype=2, conaffinity=2,
             pos=[away * math.cos(turn), away * math.sin(turn), FENCE_HEIGHT],
             size=[FENCE_DEPTH, ARENA_RADIUS_CM / 100 * math.sin(math.pi / WALL_PANELS) + FENCE_DEPTH, FENCE_HEIGHT],
             quat=[math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)],

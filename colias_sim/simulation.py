@@ -17,6 +17,7 @@ import numpy as np
 from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.exposure import FramePlan, Render
+from colias_sim.obstacles import in_the_way, obstacles
 from colias_sim.pose import Pose
 from colias_sim.robot import Parked, Robot
 from colias_sim.scene import FrameClock, compile_model
@@ -41,7 +42,7 @@ class Simulation:
     equal frames, in any process and after any number of earlier trials.
 
     The attribute ``robots`` holds the robots that drive, ``parked`` those that cannot, and ``everyone`` both, by name.
-    ``command_interval`` is the time between two commands, in seconds.
+    ``obstacles`` are what stands in the arena. ``command_interval`` is the time between two commands, in seconds.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ class Simulation:
     Raises
     ------
     ValueError
-        For an unknown arena, variant or camera, and for settings of another kind.
+        For an unknown arena, variant or camera, an arena that is refused, and settings of another kind.
     colias_sim.GLUnavailable
         Where nothing can render, unless ``seeing`` is false.
 
@@ -95,6 +96,7 @@ class Simulation:
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
         self.model = compile_model(self.scene, robot, camera, variants, eye_of, fence=fence)
         self.data = mujoco.MjData(self.model)
+        self.obstacles = obstacles(self.model)
         parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
         self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
@@ -158,8 +160,8 @@ class Simulation:
         Raises
         ------
         ValueError
-            For an unknown robot, a pose that is not finite, robots that overlap, and a value of another kind. Nothing
-            has changed then.
+            For an unknown robot, a pose that is not finite, robots that overlap, one that stands in an obstacle, and
+            a value of another kind. Nothing has changed then.
         """
         self._check(placements)
         _check_generator(rng)
@@ -191,7 +193,9 @@ class Simulation:
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
-        """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap."""
+        """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap or stand in
+        obstacles.
+        """
         everyone = self.everyone
         if not isinstance(placements, Mapping):
             raise ValueError(f"placements is a {type(placements).__name__}: expected a mapping, name -> Pose")
@@ -207,6 +211,12 @@ class Simulation:
         for (one, here), (other, there) in combinations(places, 2):
             if math.hypot(here.x - there.x, here.y - there.y) < ROBOT_DIAMETER:
                 raise ValueError(f"{one} at {here} and {other} at {there} overlap: expected {ROBOT_DIAMETER} m apart")
+        for name, pose in places if self.obstacles else ():
+            if obstacle := in_the_way(self.obstacles, pose.x, pose.y, ROBOT_DIAMETER / 2):
+                raise ValueError(
+                    f"{name} at ({100 * pose.x:.3g}, {100 * pose.y:.3g}) cm stands in the obstacle {obstacle.name}"
+                    f" of the arena {self.scene.arena}: move one of them"
+                )
 
     def _settle(self) -> None:
         """Let the robots sink onto their wheels by some microns, which the camera would see as motion."""

@@ -1,4 +1,4 @@
-"""Wiring of the envs' neural observations to their models: the one room that knows both sides."""
+"""Wiring of `colias_sim` to what users write: the envs' neural observations to models, arenas to Python files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, mo
 from dsnn.frames import frozen
 from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.engine.models import load_model
-from experiments.bench.engine.user_code import apart, is_file, place_of
+from experiments.bench.engine.user_code import apart, declared, is_file, place_of
 
 Result = TypeVar("Result")
 
@@ -70,6 +70,38 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
         raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
     return CheckedModel(name, built, channels)
+
+
+def arena_text(path: Path) -> str:
+    """Take an arena's MJCF from a user's Python file.
+
+    Parameters
+    ----------
+    path
+        The file, which is executed. Its ``ARENA`` is the MJCF, or a function without arguments that returns it.
+
+    Returns
+    -------
+    str
+        The MJCF.
+
+    Raises
+    ------
+    ValueError
+        The file cannot be run, declares no ``ARENA``, or that is something else, or raises, or answers otherwise when
+        it is called again. In one line.
+    """
+    arena = declared(path, "ARENA")
+    try:
+        text, again = (_called(arena), _called(arena)) if callable(arena) else (arena, arena)
+    except Exception as error:
+        raise UsageError(f"{path}: ARENA raises {place_of(error)}{explained(error)}") from None
+    if not isinstance(text, str):
+        what = "ARENA returns" if callable(arena) else "ARENA is"
+        raise UsageError(f"{path}: {what} of the type {type(text).__name__}: expected MJCF, as a text")
+    if text != again:
+        raise UsageError(f"{path}: ARENA returns another text when it is called again: draw nothing at random in it")
+    return text
 
 
 def _called(call: Callable[[], Result]) -> Result:

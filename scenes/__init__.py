@@ -29,25 +29,45 @@ ROBOTS = {
 """The variants of robots: name -> MJCF file. A parked one is fixed to the floor."""
 
 
+ARENA_ENDINGS = (".xml", ".py")
+"""Endings of an arena of one's own: an MJCF file, or a Python file that declares ``ARENA``."""
+
+
+def is_arena_file(name: str) -> bool:
+    """Tell whether an arena's name means a file of one's own rather than one of `ARENAS`."""
+    return name.endswith(ARENA_ENDINGS) or "/" in name
+
+
+def arena_name(name: str) -> str:
+    """Return an arena's name for people: of a file of one's own that of the file, without folder and ending."""
+    return Path(name).stem if is_arena_file(name) else name
+
+
 def arena_path(name: str) -> Path:
-    """Find the MJCF file of an arena.
+    """Find the file of an arena.
 
     Parameters
     ----------
     name
-        Its name in `ARENAS`.
+        Its name in `ARENAS`, or the path of a file of one's own (`ARENA_ENDINGS`).
 
     Returns
     -------
     Path
-        The file.
+        The file; one's own by its absolute path, without links.
 
     Raises
     ------
     ValueError
-        There is no such arena; the message has the nearest known name.
+        There is no such arena; the message has the nearest known name. Or there is no such file.
     """
-    if name not in ARENAS:
+    if name in ARENAS:
+        return FOLDER / f"{name}.xml"
+    if not is_arena_file(name):
         near = nearest(name, ARENAS, " (", ")")
-        raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)}{near}")
-    return FOLDER / f"{name}.xml"
+        raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)}{near}, or an .xml or .py file")
+    if not Path(name).is_file():
+        raise ValueError(f"arena {name}: there is no such file")
+    if not name.endswith(ARENA_ENDINGS):
+        raise ValueError(f"arena {name}: legal is an .xml file (MJCF), or a .py file that declares ARENA")
+    return Path(name).resolve()

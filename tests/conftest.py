@@ -116,6 +116,8 @@ class Colias:
 
     def __call__(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100", **variables}
+        if arguments[:1] and arguments[0] in self.PLAYING and not {"--workers", "--cluster", "--help"} & {*arguments}:
+            arguments = (*arguments, "--workers", "0")
         if self.warm:
             return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]

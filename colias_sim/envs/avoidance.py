@@ -35,7 +35,7 @@ ENTRY = EnvEntry(
 class AvoidanceOptions(EnvOptions):
     """The keyword arguments of `Avoidance`."""
 
-    arena: Arena = Field(default="leaves", description="an arena of scenes")
+    arena: Arena = Field(default="leaves", description="an arena of scenes, or a file of one's own")
     robots: int = Field(default=10, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
     moving: int = Field(
         default=5, ge=0, le=MOST_ROBOTS, description="number of the other robots that move; at most all"
@@ -101,12 +101,13 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
         return {f"mover{i}": "colias_black" for i in range(1, moving + 1)} | parked_robots(self.options.robots - moving)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        (observer,) = random_poses(rng, 1)
-        others = random_poses(rng, self.options.robots, [observer])
+        obstacles = self._sim.obstacles
+        (observer,) = random_poses(rng, 1, obstacles=obstacles)
+        others = random_poses(rng, self.options.robots, [observer], obstacles=obstacles)
         places = {OBSERVER: observer, **dict(zip(self._others(), others, strict=True))}
         speed = self.options.speed_cm_s / 100
         movers = [name for name in places if name.startswith("mover")]
-        return places, {name: Wander(self._sim.robots[name], speed, rng) for name in movers}
+        return places, {name: Wander(self._sim.robots[name], speed, rng, obstacles=obstacles) for name in movers}
 
     def _reward(self) -> dict[str, float]:
         return {"ahead": self.speed / self._fastest}

@@ -13,18 +13,22 @@ from gymnasium import error
 from colias_sim.config import SceneConfig
 from colias_sim.envs.actions import wheels_of
 from colias_sim.envs.factors import ends_of, ranges_of
-from colias_sim.envs.geometry import moved
+from colias_sim.envs.geometry import gap_to_arena, moved
 from colias_sim.envs.models import Model, ModelResponse
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
 from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, checked_seed, placed
+from colias_sim.envs.scripted import Driver
 from colias_sim.envs.spaces import spaces_of
 from colias_sim.envs.task import TOUCH_COST, Task
 from colias_sim.envs.vision import Vision
 from colias_sim.envs.world import OBSERVER
 from colias_sim.gl import render_modes
-from colias_sim.pose import WheelSpeeds
+from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.streams import clearing, episode, film
+
+MOST_STARTS = 500
+"""Draws of an episode's start among obstacles."""
 
 
 class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
@@ -41,7 +45,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     Raises
     ------
     ValueError
-        If the vision model cannot be built from ``options.model``.
+        If the vision model cannot be built from ``options.model``, and for an arena that is refused.
     colias_sim.GLUnavailable
         Where nothing can render, and for ``render_mode="human"`` where there is no screen.
     """
@@ -85,6 +89,11 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
         self._begun = self._running = self._closed = False
         self._forget()
+        try:
+            self._drawn(np.random.default_rng(0))  # an arena without room for the robots is refused here
+        except ValueError:
+            self.close()
+            raise
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
@@ -126,16 +135,16 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
         # baselines with other observations can be compared in pairs.
         rng = episode(self.np_random)
-        placements, drivers = self._begin(self.np_random)
+        placements, drivers = self._drawn(self.np_random)
         drawn = self._randomisation.draw(self.np_random, rng, asked.values)
         settings = drawn.settings
         self._apparatus.set(settings)
         self._wheel_gains = settings.wheel_gains
         self._delay(settings.latency)
         if settings.shift != (0.0, 0.0):
-            placements = moved(placements, OBSERVER, *settings.shift)
+            placements = moved(placements, OBSERVER, *settings.shift, self._sim.obstacles)
         if asked.poses:
-            placements = placed(placements, asked.poses, clearing(rng))
+            placements = placed(placements, asked.poses, clearing(rng), self._sim.obstacles)
         self._sim.reset(placements, self.np_random, light=settings.light)
         self._drivers = drivers
         self._vision.begin(film(rng))
@@ -164,7 +173,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         ValueError
             As `reset` does.
         """
-        return checked_reset_options(options, self._plain, self._made_with, self._sim.everyone)
+        return checked_reset_options(options, self._plain, self._made_with, self._sim.everyone, self._sim.obstacles)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold one action for ``frame_skip`` frames.
@@ -278,6 +287,21 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
             self._sim.camera.retexture(texture)
         if self._renderer:
             self._renderer.retexture(texture)
+
+    def _drawn(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
+        """Draw an episode, again as long as a robot would stand in an obstacle; ``ValueError`` where that is always."""
+        if not self._sim.obstacles:
+            return self._begin(rng)
+        for _ in range(MOST_STARTS):
+            placements, drivers = self._begin(rng)
+            gaps = {name: gap_to_arena(pose, self._sim.obstacles)[0] for name, pose in placements.items()}
+            if min(gaps.values()) > 0.0:
+                return placements, drivers
+        name = min(gaps, key=lambda name: gaps[name])
+        raise ValueError(
+            f"arena {self.options.arena}: its obstacles leave no room for {name} in {MOST_STARTS} draws of the start:"
+            " move them, or make fewer or smaller ones"
+        )
 
     def _forget(self) -> None:
         """Set what an episode changes back to what it is before the first one."""

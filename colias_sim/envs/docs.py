@@ -163,7 +163,7 @@ def _legal(name: str, option: FieldInfo) -> str:
         kind = _CONFIGS[name]
         return f"{_quoted(kind.presets())}, a mapping of settings and `preset`, a `{kind.__name__}`"
     if name == "arena":
-        return ", ".join(f'"{arena}"' for arena in ARENAS)
+        return f"{_quoted(ARENAS)}, the path of an .xml or .py file"
     if name == "model":
         return (
             "a name of `colias list`, a .py file, an entry, or a factory taking one argument, the tuple (rows, columns)"

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.docs import documented
-from colias_sim.envs.geometry import random_poses
+from colias_sim.envs.geometry import HULL_RADIUS, random_poses
 from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, EpisodeColumn, Measure
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver, Orbit
@@ -118,16 +118,28 @@ class Fixation(TargetEnv[FixationOptions]):
     @keyword_arguments(FixationOptions)
     def __init__(self, options: FixationOptions) -> None:
         super().__init__(options)
+        for obstacle in self._sim.obstacles:
+            if min(obstacle.nearest(pose.x, pose.y)[0] for pose in self._path()) < HULL_RADIUS:
+                self.close()
+                raise ValueError(
+                    f"orbit_cm={options.orbit_cm:g}: the obstacle {obstacle.name} of the arena {options.arena} stands"
+                    " in the target's way: set another orbit_cm, or move the obstacle"
+                )
+
+    def _path(self) -> list[Pose]:
+        """List places of the target's orbit."""
+        far = self.options.orbit_cm / 100
+        return [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         options = self.options
         heading, off = float(rng.uniform(-math.pi, math.pi)), math.radians(float(rng.uniform(-20.0, 20.0)))
         far, turn = options.orbit_cm / 100, heading + off
         start = Pose(far * math.cos(turn), far * math.sin(turn), turn + math.pi / 2)
-        path = [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
         places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
         # The parked robots stand clear of the whole path, and of the observer in its middle.
-        others = random_poses(rng, options.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
+        taken, obstacles = [*self._path(), places[OBSERVER]], self._sim.obstacles
+        others = random_poses(rng, options.robots - 1, taken, apart=0.05, clear=0.055, obstacles=obstacles)
         places |= zip(parked_robots(options.robots - 1), others, strict=True)
         slowest, fastest = math.radians(options.slowest_deg_s), math.radians(options.fastest_deg_s)
         return places, {TARGET: Orbit(self._sim.robots[TARGET], (0.0, 0.0), far, slowest, fastest, rng)}

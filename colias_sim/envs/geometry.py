@@ -1,14 +1,18 @@
-"""Distances and places in the round arena."""
+"""Distances and places in the round arena, and among what stands in it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from colias_sim.pose import Pose
 from scenes import ARENA_RADIUS_CM
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 ARENA_RADIUS = ARENA_RADIUS_CM / 100
 """Radius of the arena, in metres."""
@@ -39,6 +43,32 @@ def gap_to_wall(here: Pose) -> tuple[float, float]:
     return ARENA_RADIUS - out - HULL_RADIUS, math.remainder(direction - here.heading, 2 * math.pi)
 
 
+def gap_to_arena(here: Pose, obstacles: Collection[Obstacle]) -> tuple[float, float]:
+    """Measure the way to the nearest point of the wall or of an obstacle.
+
+    Parameters
+    ----------
+    here
+        Pose of a robot.
+    obstacles
+        What stands in the arena.
+
+    Returns
+    -------
+    gap : float
+        Distance from the robot's hull to it, in metres.
+    direction : float
+        Its direction off the robot's heading, in radians, left positive.
+    """
+    nearest = gap_to_wall(here)
+    for obstacle in obstacles:
+        distance, x, y = obstacle.nearest(here.x, here.y)
+        if distance - HULL_RADIUS < nearest[0]:
+            direction = math.atan2(y - here.y, x - here.x) - here.heading
+            nearest = distance - HULL_RADIUS, math.remainder(direction, 2 * math.pi)
+    return nearest
+
+
 def gap_to_robot(here: Pose, there: Pose) -> tuple[float, float]:
     """Measure the way from one robot to another.
 
@@ -59,8 +89,9 @@ def gap_to_robot(here: Pose, there: Pose) -> tuple[float, float]:
 
 
 def random_poses(
-    rng: np.random.Generator, count: int, taken: Iterable[Pose] = (), *, apart: float = 0.08, clear: float = 0.12
-) -> list[Pose]:
+    rng: np.random.Generator, count: int, taken: Iterable[Pose] = (), *, apart: float = 0.08, clear: float = 0.12,
+    obstacles: Collection[Obstacle] = (),
+) -> list[Pose]:  # fmt: skip
     """Draw poses that keep a distance from each other and from poses that are taken already.
 
     Each pose is the first of at most 200 draws that keeps both distances; if none does, the one that comes nearest
@@ -78,6 +109,8 @@ def random_poses(
         Least distance between the centres of two new poses, in metres.
     clear
         Least distance between the centres of a new pose and one that is taken, in metres.
+    obstacles
+        What stands in the arena; hulls keep `CLEARANCE` from it.
 
     Returns
     -------
@@ -93,6 +126,8 @@ def random_poses(
             away = (ARENA_RADIUS - 0.06) * math.sqrt(out)
             pose = Pose(away * math.cos(turn), away * math.sin(turn), heading)
             room = min((math.hypot(pose.x - p.x, pose.y - p.y) - far for p, far in kept), default=math.inf)
+            if obstacles:
+                room = min(room, gap_to_arena(pose, obstacles)[0] - CLEARANCE)
             if room > most:
                 best, most = pose, room
             if room >= 0.0:
@@ -102,8 +137,10 @@ def random_poses(
     return placed
 
 
-def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> dict[str, Pose]:
-    """Move one robot's start, or as much of the way as keeps it clear of all others and the wall.
+def moved(
+    places: Mapping[str, Pose], name: str, ahead: float, left: float, obstacles: Collection[Obstacle] = ()
+) -> dict[str, Pose]:
+    """Move one robot's start, or as much of the way as keeps it clear of all others, the wall and obstacles.
 
     Parameters
     ----------
@@ -113,6 +150,8 @@ def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> d
         Which one to move.
     ahead, left
         How far, in metres, along its heading and to its left.
+    obstacles
+        What stands in the arena.
 
     Returns
     -------
@@ -127,6 +166,6 @@ def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> d
         share = part / _SHARES
         pose = Pose(start.x + share * dx, start.y + share * dy, start.heading)
         gaps = [math.hypot(pose.x - other.x, pose.y - other.y) - 2 * HULL_RADIUS for other in others]
-        if min([*gaps, ARENA_RADIUS - HULL_RADIUS - math.hypot(pose.x, pose.y)]) >= CLEARANCE:
+        if min([*gaps, gap_to_arena(pose, obstacles)[0]]) >= CLEARANCE:
             return {**places, name: pose}
     return dict(places)

@@ -23,7 +23,7 @@ MOST_ROBOTS = 20
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 """The pydantic configuration of every options class; these are keyword-only dataclasses too."""
 Arena = Annotated[str, AfterValidator(known_arena)]
-"""The name of a registered arena."""
+"""The name of a registered arena, or the path of a file of one's own."""
 Observation = Literal["pixels", "neural", "both", "state"]
 Actions = Literal["wheels", "manoeuvres"]
 RenderMode = Literal["rgb_array", "rgb_array_list", "human"]
@@ -78,7 +78,7 @@ class EnvOptions:
     actions: Actions = Field(default="wheels", description="two wheel speeds, or one of seven manoeuvres")
     frame_skip: int = Field(default=1, ge=1, le=30, description="camera frames, of 1/30 s, that an action lasts")
     robots: int = Field(default=1, ge=0, le=MOST_ROBOTS, description="other robots in the arena")
-    arena: Arena = Field(default="bright", description="an arena of scenes")
+    arena: Arena = Field(default="bright", description="an arena of scenes, or a file of one's own")
     camera: Camera = Field(
         default="default", validate_default=True, description="the observer's eye: a preset, or settings by name"
     )

@@ -52,7 +52,7 @@ class OptomotorOptions(EnvOptions):
     """The keyword arguments of `Optomotor`."""
 
     robots: int = Field(default=0, ge=0, le=MOST_ROBOTS, description="other robots, parked")
-    arena: Arena = Field(default="drum", description="an arena of scenes")
+    arena: Arena = Field(default="drum", description="an arena of scenes, or a file of one's own")
     disturbance: Literal["drum", "push"] = Field(
         default="drum", description="what disturbs the robot: the wall turns (drum), or a torque turns the robot (push)"
     )
@@ -140,7 +140,8 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         places = {OBSERVER: Pose(0.0, 0.0, float(rng.uniform(-math.pi, math.pi)))}
-        places |= dict(zip(self._others(), random_poses(rng, self.options.robots, places.values()), strict=True))
+        others = random_poses(rng, self.options.robots, places.values(), obstacles=self._sim.obstacles)
+        places |= dict(zip(self._others(), others, strict=True))
         self._rate = self._left = 0.0
         return places, {}
 

@@ -123,10 +123,11 @@ class Pursuit(TargetEnv[PursuitOptions]):
         x, y = ring * math.cos(behind), ring * math.sin(behind)
         observer = Pose(x, y, math.atan2(target.y - y, target.x - x))
         places = {OBSERVER: observer, TARGET: target}
-        places |= zip(
-            parked_robots(options.robots - 1), random_poses(rng, options.robots - 1, places.values()), strict=True
-        )
-        driver = Wander(self._sim.robots[TARGET], options.target_speed_cm_s / 100, rng, unheeded=[OBSERVER])
+        obstacles = self._sim.obstacles
+        others = random_poses(rng, options.robots - 1, places.values(), obstacles=obstacles)
+        places |= zip(parked_robots(options.robots - 1), others, strict=True)
+        speed = options.target_speed_cm_s / 100
+        driver = Wander(self._sim.robots[TARGET], speed, rng, unheeded=[OBSERVER], obstacles=obstacles)
         return places, {TARGET: driver}
 
     def _reward(self) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,11 +13,14 @@ from colias_sim.config import CameraConfig
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import FACTORS, Factor, reason
 from colias_sim.envs.flags import is_flag, one_line, whole
-from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, random_poses
+from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, gap_to_arena, random_poses
 from colias_sim.envs.world import OBSERVER
 from colias_sim.pose import Pose
 from colias_sim.tuning import check_tunable
 from scenes.hints import nearest
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 POSES = "poses"
 """The option that has start poses; every other option is the name of a factor."""
@@ -69,8 +72,9 @@ def checked_seed(seed: Any) -> int | None:
 
 
 def checked_reset_options(
-    given: Mapping[str, Any] | None, plain: EpisodeSettings, made_with: CameraConfig, robots: Collection[str]
-) -> ResetOptions:
+    given: Mapping[str, Any] | None, plain: EpisodeSettings, made_with: CameraConfig, robots: Collection[str],
+    obstacles: Collection[Obstacle] = (),
+) -> ResetOptions:  # fmt: skip
     """Check the argument ``options`` of an env's ``reset``.
 
     Parameters
@@ -84,6 +88,8 @@ def checked_reset_options(
         The settings that the camera was made with.
     robots
         The names of the env's robots.
+    obstacles
+        What stands in the arena.
 
     Returns
     -------
@@ -106,7 +112,7 @@ def checked_reset_options(
             raise ValueError(f"reset(options): no such option '{name}' ({near}all: {', '.join(known)})")
     values = {name: _values(factor, given[name]) for name, factor in FACTORS.items() if name in given}
     _check_together(values, plain, made_with)
-    poses = _poses(given.get(POSES, {}), robots)
+    poses = _poses(given.get(POSES, {}), robots, obstacles)
     if OBSERVER in poses:
         if START in values:
             raise ValueError(f"reset(options): {START} and a pose of '{OBSERVER}': give one of the two")
@@ -114,7 +120,10 @@ def checked_reset_options(
     return ResetOptions(values, poses)
 
 
-def placed(places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random.Generator) -> dict[str, Pose]:
+def placed(
+    places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random.Generator,
+    obstacles: Collection[Obstacle] = (),
+) -> dict[str, Pose]:  # fmt: skip
     """Put robots at given starts; others that would stand in the way are drawn anew.
 
     Parameters
@@ -125,6 +134,8 @@ def placed(places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random
         The starts that were asked for. No two are nearer to each other than `CLEARANCE`.
     rng
         Generator of the starts that are drawn anew.
+    obstacles
+        What stands in the arena.
 
     Returns
     -------
@@ -136,7 +147,7 @@ def placed(places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random
     for name in places:
         if name not in given and _near(poses[name], given.values()):
             others = [pose for other, pose in poses.items() if other != name]
-            (poses[name],) = random_poses(rng, 1, others, clear=_APART)
+            (poses[name],) = random_poses(rng, 1, others, clear=_APART, obstacles=obstacles)
     return poses
 
 
@@ -185,8 +196,8 @@ def _check_together(
             raise ValueError(f"reset(options): {name}={shown_value}: {reason(error)}") from None
 
 
-def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:
-    """Start poses, checked against the arena and each other."""
+def _poses(given: Any, robots: Collection[str], obstacles: Collection[Obstacle]) -> dict[str, Pose]:
+    """Start poses, checked against the arena, its obstacles and each other."""
     if not isinstance(given, Mapping):
         raise ValueError(f"reset(options): poses={one_line(given)}: expected {{robot: (x_cm, y_cm, heading_deg)}}")
     poses: dict[str, Pose] = {}
@@ -210,6 +221,11 @@ def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:
             raise ValueError(
                 f"reset(options): poses: {name}={one_line(place)} is within {100 * _APART:g} cm of another robot's: "
                 f"expected {100 * _APART:g} cm or more between centres"
+            )
+        if gap_to_arena(pose, obstacles)[0] < CLEARANCE - 1e-9:
+            raise ValueError(
+                f"reset(options): poses: {name}={one_line(place)} is within {100 * CLEARANCE:g} cm of an obstacle: "
+                "expected a place that is free"
             )
         poses[name] = pose
     return poses

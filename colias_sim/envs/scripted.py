@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
+from colias_sim.envs.geometry import gap_to_arena, gap_to_robot
 from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.robot import Robot
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 
 class Driver(Protocol):
@@ -35,7 +38,7 @@ class Driver(Protocol):
 
 
 class Wander:
-    """Wandering: ahead on a meandering path, with turns on the spot before a wall or robot.
+    """Wandering: ahead on a meandering path, with turns on the spot before a wall, an obstacle or a robot.
 
     The driver notices what is within ``REACH`` metres of the hull and inside a cone about the heading. The cone is
     the wider the nearer the thing is. The robot turns away from the thing until the way is free.
@@ -50,6 +53,8 @@ class Wander:
         Generator of the meandering.
     unheeded
         Names of the robots that it does not notice.
+    obstacles
+        What stands in the arena.
     """
 
     REACH = 0.045
@@ -58,8 +63,10 @@ class Wander:
     AVOIDING = 2.5  # rad/s
 
     def __init__(
-        self, robot: Robot, speed: float, rng: np.random.Generator, unheeded: Collection[str] = ()
+        self, robot: Robot, speed: float, rng: np.random.Generator, unheeded: Collection[str] = (),
+        obstacles: Collection[Obstacle] = (),
     ) -> None:  # fmt: skip
+        self._obstacles = obstacles
         self._robot, self._speed, self._rng, self._unheeded = robot, speed, rng, {robot.name, *unheeded}
         self._turn = self._avoiding = 0.0
 
@@ -80,7 +87,7 @@ class Wander:
         here = poses[self._robot.name]
         nearest, side = self.REACH, 0.0
         others = (gap_to_robot(here, there) for name, there in poses.items() if name not in self._unheeded)
-        for gap, direction in (gap_to_wall(here), *others):
+        for gap, direction in (gap_to_arena(here, self._obstacles), *others):
             if gap < nearest and abs(direction) < self._cone(gap):
                 nearest, side = gap, 1.0 if direction >= 0.0 else -1.0
         return side

@@ -53,7 +53,7 @@ class State:
     drift
         Rate at which the disturbance (drum or push) alone would turn the view, in rad/s, left positive.
     wall_distance
-        Distance from the observer's hull to the nearest point of the wall, in metres.
+        Distance from the observer's hull to the nearest point of the wall or of an obstacle, in metres.
     wall_bearing
         Direction of that point off the heading, in radians, left positive.
     others

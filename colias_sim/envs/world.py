@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
+from colias_sim.envs.geometry import gap_to_arena, gap_to_robot
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.state import Other, State
 from colias_sim.pose import Pose, WheelSpeeds
@@ -65,7 +65,7 @@ class World:
             du, dv = ux - vx, uy - vy
             seen.append((name != TARGET, Other(gap, direction, du * cos + dv * sin, dv * cos - du * sin)))
         seen.sort(key=lambda entry: (entry[0], entry[1].distance))
-        gap, direction = gap_to_wall(here)
+        gap, direction = gap_to_arena(here, self._sim.obstacles)
         return State(
             self.speed, self.turn_rate, self.slip, self._drift, gap, direction,
             tuple(other for _, other in seen),

@@ -19,6 +19,7 @@ from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.robot.experiment import Experiment
+from scenes import is_arena_file
 
 
 def load(name: str) -> Experiment:
@@ -66,6 +67,13 @@ def _of_file(path: Path) -> object:
     if not isinstance(experiment, Experiment | OfflineExperiment):
         return experiment
     models = tuple(beside(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models))
+    if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
+        arena = path.resolve().parent / experiment.arena
+        if not arena.is_file():
+            raise UsageError(
+                f"{path}: EXPERIMENT.arena: {arena}: no such file (a path is relative to the file that has it)"
+            )
+        experiment = dataclasses.replace(experiment, arena=str(arena.resolve()))
     return dataclasses.replace(experiment, file=str(path.resolve()), models=models)
 
 

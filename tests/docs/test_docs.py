@@ -30,10 +30,11 @@ JOURNEYS = {
     "afternoon.md", "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md",
     "from-bench-to-robot.md", "guides.md", "index.md", "install.md", "limits.md", "looming.md", "maps.md",
     "playground.md", "reinforcement-learning.md", "robot-trials.md", "video.md", "what-the-numbers-mean.md",
-    "your-own-experiment.md", "your-own-model.md",
+    "your-own-arena.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 LISTS = {"guides.md", "index.md"}
 OWN_TESTS = {
+    "your-own-arena.md",
     "back-from-the-robot.md",
     "eye.md",
     "robot-trials.md",
@@ -85,7 +86,7 @@ def test_every_code_fence_is_understood(page):
     text = page.read_text()
     assert len(re.findall(r"^```", text, re.MULTILINE)) == 2 * len(blocks(page))
     assert text.count("<!-- test:") == sum(bool(block.added or block.skipped or block.status) for block in blocks(page))
-    assert {block.language for block in blocks(page)} <= {"python", "sh", "text"}
+    assert {block.language for block in blocks(page)} <= {"python", "sh", "text", "xml"}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=called)

@@ -1,6 +1,6 @@
 """Run what README.md, the chapters of docs/ and the answers of docs/questions/ show, in an empty folder, in order.
 
-A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other languages are not run.
+A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; others are not run.
 
 - A snippet runs in its chapter's namespace, so it may use names of earlier ones. One with ``title=NAME`` is a file: it
   is written, and commands and snippets below it may use it.
@@ -204,7 +204,9 @@ class _Reader:
                 raise
 
     def _do(self, block: Block) -> None:
-        if block.language == "python":
+        if block.language == "xml":
+            Path(block.title).write_text(block.text, encoding="utf-8")
+        elif block.language == "python":
             code = compile(block.text, block.where, "exec")
             if block.title:
                 Path(block.title).write_text(block.text, encoding="utf-8")

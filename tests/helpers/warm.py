@@ -1,10 +1,10 @@
 """Processes that start quickly: each is a copy of one that has imported the large libraries already.
 
-Half of what a short ``colias`` command takes is the import of NumPy, SciPy, Matplotlib and others. `Warm` starts a
-server that has imported them, and of this project the two packages that keep nothing of the process they are imported
-in. The server copies itself (fork) for each command, so a command is a process of its own as a user's is: with its
-folder, environment, streams and exit status, and with the bench, MuJoCo and OpenGL imported anew; with another
-``PYTHONPATH`` than the server's, the two packages too. The tests of starting and of ending
+Most of what a short ``colias`` command takes is the import of NumPy, SciPy, Matplotlib, MuJoCo and of the bench. `Warm`
+starts a server that has imported them. The server copies itself (fork) for each command, so a command is a process of
+its own as a user's is: with its folder, environment, streams and exit status, and with OpenGL imported anew. A command
+whose environment is not the server's imports all of this project anew too, since the bench reads some of it when it is
+imported: its consoles are as wide as ``COLUMNS``. The tests of starting and of ending
 (`tests/helpers/processes.py`, tests/bench/cli/test_cli.py, tests/bench/engine/test_interrupts.py) start Python itself.
 """
 
@@ -29,7 +29,15 @@ LIBRARIES = (
     "attrs", "psutil", "threadpoolctl", "tomllib", "importlib.resources.readers", "multiprocessing.popen_spawn_posix",
 )  # fmt: skip
 """What the server imports; none of it starts a thread or reads an environment variable that tests set."""
-OURS = ("dsnn", "colias_sim")
+OURS = (
+    "dsnn", "colias_sim.simulation", "experiments.bench.cli.main", "experiments.bench.robot.run",
+    "experiments.bench.robot.summary", "experiments.bench.clips.run", "experiments.bench.closed_loop.run",
+    "experiments.bench.studies.run",
+)  # fmt: skip
+"""What it imports of this project, and with it MuJoCo, without its OpenGL."""
+PACKAGES = ("dsnn", "colias_sim", "experiments", "scenes")
+OTHERWISE = ("PYTEST_CURRENT_TEST", "MUJOCO_GL", "LP_NUM_THREADS", "EGL_LOG_LEVEL", "OPENBLAS_NUM_THREADS")
+"""Environment variables that nothing reads at its import, or that are set by what is imported."""
 MODULE = "experiments.bench.cli"
 
 
@@ -109,6 +117,8 @@ def serve(connection: socket.socket) -> None:
     import gc
     import importlib
 
+    environment = dict(os.environ)
+    os.environ["MUJOCO_GL"] = "disabled"  # a process forked with an OpenGL display may hang
     for name in (*LIBRARIES, *OURS):
         importlib.import_module(name)
     # What is there by now is looked at by no collection of a copy. The one at its end would write into each object,
@@ -124,7 +134,7 @@ def serve(connection: socket.socket) -> None:
             message += connection.recv(length - len(message))
         child = os.fork()
         if child == 0:
-            _become(json.loads(message), streams, connection)
+            _become(json.loads(message), streams, connection, environment)
         for stream in streams:
             os.close(stream)
         connection.sendall(f"{child}\n".encode())
@@ -132,7 +142,7 @@ def serve(connection: socket.socket) -> None:
         connection.sendall(f"{os.waitstatus_to_exitcode(ended)}\n".encode())
 
 
-def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
+def _become(asked: dict, streams: list[int], connection: socket.socket, environment: dict[str, str]) -> None:
     """In the copy: take on the command's folder, environment, cores and streams, do it, and end."""
     connection.close()
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -149,7 +159,7 @@ def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
     os.environ.update(asked["environment"])
     if asked["cores"] and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, asked["cores"])
-    if not _ours_are(asked["environment"]):
+    if _relevant(asked["environment"]) != _relevant(environment):
         _forget_ours()
     # As Python has them for `python -m MODULE`: the folder first, then what the environment names.
     first = ["", *filter(None, asked["environment"].get("PYTHONPATH", "").split(os.pathsep))]
@@ -171,17 +181,16 @@ def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
     raise _End(status)
 
 
-def _ours_are(environment: dict[str, str]) -> bool:
-    """Whether a command with this environment would import the packages of this checkout."""
-    root = str(Path(__file__).parents[2])
-    return {*filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))} <= {root}
+def _relevant(environment: dict[str, str]) -> dict[str, str]:
+    """Return the variables by which this project may be imported otherwise; the tests' commands never see a screen."""
+    return {name: value for name, value in environment.items() if name not in OTHERWISE and "DISPLAY" not in name}
 
 
 def _forget_ours() -> None:
-    """Let the two packages be imported anew, and register their envs anew."""
+    """Let this project be imported anew, and register its envs anew."""
     from gymnasium.envs.registration import registry
 
-    for name in [name for name in sys.modules if name.split(".")[0] in (*OURS, "scenes")]:
+    for name in [name for name in sys.modules if name.split(".")[0] in PACKAGES]:
         del sys.modules[name]
     for name in [name for name, spec in registry.items() if str(spec.entry_point).startswith("colias_sim")]:
         del registry[name]

@@ -26,6 +26,7 @@ frames have a loop each; the wiring serves envs."""
 OF_OTHERS: Mapping[str, frozenset[str]] = {
     "bench/robot/trial.py": frozenset({"sim"}),
     "bench/doctor/picture.py": frozenset({"simulation"}),
+    "bench/conformance/arena_laws.py": frozenset({"simulation"}),
     "bench/closed_loop/episode.py": frozenset({"wrapped", "keep"}),
     "bench/training/env.py": frozenset({"self.env"}),
     "bench/footage/watch.py": frozenset({"watcher"}),

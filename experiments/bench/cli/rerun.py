@@ -231,7 +231,10 @@ def _with_copies(run: Path, name: str, value: Any, copied: Mapping[str, str]) ->
     if not isinstance(value, str) or name == "env":  # which may be called colias_sim/NAME, and is no file
         return value
     if name == "assignments":
-        if "/" in value.partition("=")[2]:
+        key, equals, text = value.partition("=")
+        if text in copied:
+            return f"{key}{equals}{copied[text]}"
+        if "/" in text or text.endswith(commands.ENDINGS):
             raise UsageError(f"{run}: was made with {value}, a file that its folder does not have")
         return value
     for source in commands.sources(value):

@@ -16,7 +16,9 @@ def register(app: typer.Typer) -> None:
 
 
 def view(
-    path: Annotated[Path, typer.Argument(help="A run's folder, one .rrd file, or a scene's name.")],
+    path: Annotated[
+        Path, typer.Argument(help="A run's folder, one .rrd file, a scene's name, or an arena's .xml or .py file.")
+    ],
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
 ) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
@@ -26,9 +28,9 @@ def view(
     from experiments.bench.cli import viewer
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.store.record import recordings_in
-    from scenes import ARENAS
+    from scenes import ARENA_ENDINGS, ARENAS
 
-    if str(path) in ARENAS and not path.exists():
+    if (str(path) in ARENAS and not path.exists()) or path.suffix in ARENA_ENDINGS:
         _view_scene(str(path))
         return 0
     files = [path] if path.is_file() else recordings_in(path)
@@ -42,14 +44,18 @@ def view(
 def _view_scene(arena: str) -> None:
     """Show both robots in the arena, live, in MuJoCo's viewer."""
     import mujoco.viewer
+    from pydantic import ValidationError
 
     from colias_sim import CameraConfig, RobotConfig, SceneConfig
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.errors import UsageError, explain
 
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")
-    spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
+    try:
+        spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
+    except ValueError as error:  # a pydantic.ValidationError too
+        raise UsageError(explain(error) if isinstance(error, ValidationError) else str(error)) from None
     spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
     mujoco.viewer.launch(spec.compile())

@@ -15,6 +15,8 @@ import cv2
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
+from colias_sim.arena import Arena
+from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
 from colias_sim.envs.vector.host import env_class
@@ -34,6 +36,7 @@ from experiments.bench.store import provenance
 from experiments.bench.store.contents import Contents, Planned
 from experiments.bench.store.drawing import drawn_here
 from experiments.bench.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
+from scenes import is_arena_file
 
 MAPPINGS = ("camera", "robot", "randomise")
 """The arguments of the envs that may be mappings."""
@@ -70,10 +73,11 @@ class BehaviourPlan:
         }  # fmt: skip
 
     def _sources(self) -> list[str]:
-        """Return the behaviours, and the models that they look through; a file by its absolute path."""
+        """Return the behaviours, the models that they look through, and arenas; a file by its absolute path."""
         models = [load_behaviour(setting.behaviour).model for setting in self.settings]
         sources = [*(setting.behaviour for setting in self.settings), *models]
-        return [str(Path(source).resolve()) if is_own(source) else source for source in sources]
+        sources += [file for setting in self.settings for file in arena_files(dict(setting.options).get("arena", ""))]
+        return [str(Path(source).resolve()) if is_own(source) else source for source in dict.fromkeys(sources)]
 
     def contents(self, recorded: int) -> Contents:
         """Return what the run's folder may hold, with recordings of the first ``recorded`` episodes."""
@@ -170,7 +174,14 @@ def env_options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], 
         before = options.get(name, {})
         options[name] = {**(before if isinstance(before, dict) else {PRESET: before}), entry: _value(value)}
     check_options(env, options, "--set")
+    if isinstance(arena := options.get("arena"), str):
+        options["arena"] = known_arena(arena)
     return tuple(sorted(options.items()))
+
+
+def arena_files(arena: Any) -> list[str]:
+    """List the user's own files that an arena is made of, by their paths; none of one that ships."""
+    return [str(path) for path in Arena.read(arena).files] if isinstance(arena, str) and is_arena_file(arena) else []
 
 
 def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:

@@ -30,6 +30,7 @@ _COMMANDS: Mapping[str, str] = MappingProxyType(
         "MODEL": "--model FILE",
         "STIMULUS": "colias play FILE",
         "BEHAVIOUR": "colias behave FILE",
+        "ARENA": "--set scene.arena=FILE",
     }
 )
 """What a file can declare -> where it is given."""
@@ -41,8 +42,8 @@ class NotDeclared(UsageError):
 
 
 def is_file(name: str) -> bool:
-    """Tell whether ``name`` means a file rather than something registered."""
-    return name.endswith(".py") or "/" in name
+    """Tell whether ``name`` means a file rather than something registered; MJCF is an arena's."""
+    return name.endswith((".py", ".xml")) or "/" in name
 
 
 def is_own(source: str) -> bool:

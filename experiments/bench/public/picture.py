@@ -20,6 +20,7 @@ from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE
 from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.store.description import stored_thresholds
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
+from scenes import arena_name
 
 if TYPE_CHECKING:
     from experiments.bench.store.record import Record
@@ -60,7 +61,7 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         courses = excitation.courses(rows, run.frames, float(models[WHOLE]["network"]["w_i"]))
     about = RunFigure(
-        declared["figure"], declared["name"], settings["scene"]["arena"], run.description["repeats"],
+        declared["figure"], declared["name"], arena_name(settings["scene"]["arena"]), run.description["repeats"],
         declared["varies"], _thresholds(run, settings["models"]), run.description.get("changed") or {},
         settings["robot"].get("open_loop", False),  # a run of an older version has no such setting
     )  # fmt: skip

@@ -353,6 +353,10 @@ class Experiment:
         ``spikes``: every trial's count, and the potential over the trial. ``mechanism``: counts, time in view, firing
         rate and potential against ``varies``, a number, of crossings. ``excitation``: excitation and inhibition of HS
         over the trial, from the models that ``approach-mechanism`` declares.
+    arena
+        The arena that it is shown in, where ``--set scene.arena`` names no other: a name that ``colias list`` shows, or
+        the path of an .xml or .py file, relative to the file of the experiment; ``__file__`` where that declares
+        ``ARENA`` too. Empty: ``bright``.
     file
         The .py file that declares it, which commands and `experiments.run` fill in.
 
@@ -375,6 +379,7 @@ class Experiment:
     claims: tuple[str | Claim, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
     figure: Drawing = "spikes"
+    arena: str = dataclasses.field(default="", metadata=WHERE_SET)
     file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -412,6 +417,8 @@ class Experiment:
         for index, model in enumerate(self.models):
             if not isinstance(model, str):
                 raise ValueError(f"{where}: models[{index}] is {short(model)}: expected a name or a path")
+        if not isinstance(self.arena, str):
+            raise ValueError(f"{where}: arena={short(self.arena)}: legal is a name, or the path of a file, as a text")
         if self.figure not in get_args(Drawing):
             raise ValueError(f"{where}: figure={short(self.figure)}: legal is {', '.join(get_args(Drawing))}")
         if self.figure == "excitation" and not set(NEEDED) <= set(self.models):

@@ -5,16 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from colias_sim import PathFollower
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
 from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import Parameter, applied, changed, check_counts, collect, described
-from experiments.bench.robot import scripted
+from experiments.bench.robot import scripted, surroundings
 from experiments.bench.robot.experiment import (
     SCRIPTED,
     START_CM_S2,
@@ -26,12 +27,14 @@ from experiments.bench.robot.experiment import (
     trial_specs,
 )
 from experiments.bench.robot.scripted import STEERING_SHARE
-from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
+from experiments.bench.robot.trajectory import body_cm, clearance_cm, nominal, reach_cm
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing
 from scenes import ARENA_RADIUS_CM
 
+FILES = ("scene.arena", "scene.wall", "scene.shell_picture")
+"""Parameters that may be paths: tables and titles have the names of the files, as these may be moved."""
 SHORTEST_STEADY_CM = 2.0
 """Least length of a line that must be left at constant speed: the speed is measured there."""
 
@@ -64,15 +67,21 @@ class Plan:
         return trial_specs(self.experiment, self.settings, self.repeats, self.seed)
 
     def changed(self) -> Parameters:
-        """Return the parameters that are not at their defaults, by key and model."""
+        """Return the parameters that are not at their defaults, by key and model; files by their names alone."""
         settings, design = self.settings, self.experiment.design
         others = {
             "robot": (RobotConfig(), settings.robot),
             "camera": (CameraConfig(), settings.camera),
-            "scene": (SceneConfig(wall=settings.scene.wall if self.pictures else ""), settings.scene),
+            "scene": (
+                dataclasses.replace(usual_scene(self.experiment), wall=settings.scene.wall if self.pictures else ""),
+                settings.scene,
+            ),
             "experiment": (self.declared or design, design),
         }
-        return differing(settings.models, others=others)
+        return {
+            key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
+            for key, values in differing(settings.models, others=others).items()
+        }
 
     def frames(self) -> int:
         """About how many frames the trials have, as planned."""
@@ -83,8 +92,10 @@ class Plan:
 
 def check(plan: Plan) -> None:
     """Raise `UsageError` for a plan that the robot, the arena or the observer's own body make impossible."""
-    for condition in plan.experiment.conditions():
+    conditions = plan.experiment.conditions()
+    for condition in conditions:
         _check_condition(condition, plan.settings)
+    surroundings.check(conditions, plan.settings)
 
 
 def _check_condition(condition: Condition, settings: Settings) -> None:
@@ -110,7 +121,7 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
             f"{label}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * start:.1f} cm to reach that "
             f"speed, and the line has {100 * route.stimulus.route.length:.1f}"
         )
-    reach = reach_cm(route)
+    reach = reach_cm(route, body_cm(settings))
     if reach > ARENA_RADIUS_CM:
         raise UsageError(
             f"{label}: seen through {settings.camera.hfov_deg:g} degrees the stimulus reaches "
@@ -161,8 +172,16 @@ def describe(plan: Plan) -> dict[str, Any]:
         **({"pictures": plan.pictures.described()} if plan.pictures else {}),
         **({"changed": changed_ones} if changed_ones else {}),
         THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
-        **provenance.of((model.source for model in plan.settings.models), plan.experiment),
+        **provenance.of(sources(plan), plan.experiment),
     }
+
+
+def sources(plan: Plan) -> list[str]:
+    """Return the models of a plan, and the files of its scene: what may be the user's own."""
+    scene = plan.settings.scene
+    if plan.pictures:  # which are noted apart
+        scene = dataclasses.replace(scene, wall="")
+    return [*(model.source for model in plan.settings.models), *surroundings.files(scene)]
 
 
 def _paths(plan: Plan) -> dict[str, Any]:
@@ -195,8 +214,24 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     table: dict[str, Any] = {}
     for model in models_shown:
         table.setdefault(model.section, model.chosen.network)
-    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
+    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
     return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def usual_scene(experiment: Experiment | None) -> SceneConfig:
+    """Return the scene that trials have where ``--set`` says nothing: the default one, in the experiment's arena.
+
+    Raises
+    ------
+    UsageError
+        The experiment's arena is unknown.
+    """
+    if experiment is None or not experiment.arena:
+        return SceneConfig()
+    try:
+        return SceneConfig(arena=known_arena(experiment.arena))
+    except ValueError as error:
+        raise UsageError(f"experiment {experiment.name}: {error}") from None
 
 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +30,13 @@ from experiments.bench.recording import (
     timelines,
     video,
 )
+from experiments.bench.robot import surroundings
 from experiments.bench.robot.pictures.media import Media
 from experiments.bench.robot.trial import TrialResult
 from scenes import ARENA_RADIUS_CM
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 ROBOT_HEIGHT_CM = 3.0
 MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
@@ -105,6 +110,8 @@ def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.Ti
     columns, camera = result.columns, result.spec.settings.camera
     recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     recording.log("scene/floor", _floor(), static=True)
+    if obstacles := surroundings.obstacles(result.spec.settings.scene.arena):
+        recording.log("scene/obstacles", _obstacles(obstacles), static=True)
     recording.log("scene/observer", _body((46, 120, 80)), static=True)
     recording.log(
         "scene/observer/eye",
@@ -154,6 +161,15 @@ def _floor() -> rr.LineStrips3D:
         turn = np.linspace(0, 2 * math.pi, 65)
         circles.append(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)]))
     return rr.LineStrips3D(circles, colors=[LIMIT_COLOUR], radii=[0.05])
+
+
+def _obstacles(obstacles: Sequence[Obstacle]) -> rr.LineStrips3D:
+    """Draw the outline of each obstacle on the floor and at its top, in cm."""
+    strips = []
+    for obstacle in obstacles:
+        around = 100 * np.vstack([obstacle.outline, obstacle.outline[:1]])
+        strips += [np.column_stack([around, np.full(len(around), z)]) for z in (0.0, 100 * obstacle.height)]
+    return rr.LineStrips3D(strips, colors=[LIMIT_COLOUR], radii=[0.1])
 
 
 def blueprint(result: TrialResult) -> rrb.Blueprint:

@@ -12,7 +12,7 @@ from colias_sim.motors import TOP_POWER
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.experiment import Condition, Settings
 from experiments.bench.robot.path import Leg, Path
-from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, nominal
+from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, body_cm, nominal
 from scenes import ARENA_RADIUS_CM
 
 STEERING_SHARE = 0.95
@@ -37,7 +37,8 @@ def check(condition: Condition, settings: Settings) -> None:
     moments = [i * EVERY_S for i in range(math.ceil(schedules["path"].seconds / EVERY_S) + 1)]
     places = {name: [schedule.pose(time) for time in moments] for name, schedule in schedules.items()}
     for name in paths:
-        _check_arena(f"{label}: {name}", places[name], moments)
+        radius_cm = ROBOT_RADIUS_CM if name == "observer" else body_cm(settings)
+        _check_wall(f"{label}: {name}", places[name], moments, radius_cm)
     _check_bodies(label, places, moments, settings)
     _check_view(label, places, settings)
 
@@ -90,9 +91,9 @@ def _turning(leg: Leg, speed: float, robot: RobotConfig) -> float:
     return turn / leg.seconds * robot.track_cm / 2 if leg.seconds else 0.0
 
 
-def _check_arena(where: str, poses: list[Pose], moments: list[float]) -> None:
+def _check_wall(where: str, poses: list[Pose], moments: list[float], radius_cm: float) -> None:
     reach, time = max(
-        (100 * math.hypot(pose.x, pose.y) + ROBOT_RADIUS_CM, time) for pose, time in zip(poses, moments, strict=True)
+        (100 * math.hypot(pose.x, pose.y) + radius_cm, time) for pose, time in zip(poses, moments, strict=True)
     )
     if reach > ARENA_RADIUS_CM:
         raise UsageError(
@@ -105,11 +106,12 @@ def _check_bodies(label: str, places: Places, moments: list[float], settings: Se
     """Refuse robots that would touch, counting 3 sd of the errors with which the stimulus is set down."""
     skew, start = math.sin(math.radians(3 * settings.heading_sd_deg)), places["path"][0]
     for (one, ones), (other, others) in itertools.combinations(places.items(), 2):
+        bodies = sum(ROBOT_RADIUS_CM if name == "observer" else body_cm(settings) for name in (one, other))
         for here, there, time in zip(ones, others, moments, strict=True):
             errors = 0.0
             if one == "path":
                 errors = 0.3 * settings.pose_sd_mm + 100 * skew * math.hypot(here.x - start.x, here.y - start.y)
-            room = 100 * math.hypot(here.x - there.x, here.y - there.y) - 2 * ROBOT_RADIUS_CM - errors
+            room = 100 * math.hypot(here.x - there.x, here.y - there.y) - bodies - errors
             if room <= 0:
                 raise UsageError(
                     f"{label}: {one}.x_cm, y_cm, legs: at {time:.2f} s its body comes within {room:.1f} cm of that of "

@@ -26,6 +26,7 @@ from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.store.origin import origin
 from experiments.bench.store.rows import Failure, group, mixture
 from experiments.bench.store.run_folder import RunFolder
+from scenes import arena_name
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
@@ -81,7 +82,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     if rows:
         folder.write_rows("summary.csv", summary)
         about = RunFigure(
-            plan.experiment.figure, plan.experiment.name, plan.settings.scene.arena, plan.repeats,
+            plan.experiment.figure, plan.experiment.name, arena_name(plan.settings.scene.arena), plan.repeats,
             plan.experiment.varies, {model.label: model.threshold for model in plan.settings.models}, plan.changed(),
             plan.settings.robot.open_loop,
         )  # fmt: skip

@@ -14,6 +14,7 @@ from experiments.bench.robot.path import Path
 from experiments.bench.streams import stream
 
 ROBOT_RADIUS_CM = 2.0
+"""Radius of a hull, and of the stimulus's shell where the settings leave it as it is."""
 MARGIN_CM = 0.6
 """Distance beyond the edge of the view at which a crossing starts and ends: room for the errors of the start pose."""
 
@@ -79,6 +80,11 @@ STANDING = Script(Route(Pose(0.0, 0.0, 0.0), (Stretch(seconds=ALWAYS_S),)), math
 """An observer that stands where it does in most trials."""
 
 
+def body_cm(settings: Settings) -> float:
+    """Return the radius of the stimulus with its shell, which may be wider than its hull."""
+    return max(ROBOT_RADIUS_CM, settings.scene.shell_width_cm / 2)
+
+
 def half_crossing(distance: float, radius: float, hfov: float) -> float:
     """Sideways distance from the optical axis at which a disc of ``radius`` just leaves the view (m, m, rad)."""
     return distance * math.tan(hfov / 2) + radius / math.cos(hfov / 2)
@@ -136,7 +142,7 @@ def _to_rest(route: Route) -> Route:
 def _crossing(condition: Condition, settings: Settings) -> Course:
     camera = settings.camera
     distance, speed = condition.distance_cm / 100, condition.speed_cm_s / 100
-    half = half_crossing(distance, ROBOT_RADIUS_CM / 100, math.radians(camera.hfov_deg)) + MARGIN_CM / 100
+    half = half_crossing(distance, settings.scene.shell_width_cm / 200, math.radians(camera.hfov_deg)) + MARGIN_CM / 100
     acceleration = condition.acceleration_cm_s2 / 100
     run_up = PathFollower.run_up(speed, acceleration)
     side = 1.0 if condition.direction == "rightward" else -1.0  # y is the observer's left
@@ -200,7 +206,7 @@ def _view_edge(condition: Condition, settings: Settings, seen_from: Pose, side: 
     """Tell how far out, on that ``side`` of the path (1: left), the stimulus just leaves the view; ``None`` if it
     cannot.
     """
-    camera, radius = settings.camera, ROBOT_RADIUS_CM / 100
+    camera, radius = settings.camera, settings.scene.shell_width_cm / 200
     forward = camera.forward_cm / 100
     ray = side * seen_from.heading + math.radians(camera.hfov_deg) / 2
     if not -math.pi / 2.2 < ray < math.pi / 2.2:
@@ -226,11 +232,11 @@ def _angular(condition: Condition, settings: Settings) -> Course:
     return Course(Script(route, acceleration), start, (), STANDING)
 
 
-def reach_cm(route: Course) -> float:
-    """Tell how far from the arena's centre the stimulus's edge gets, which has to stay inside the wall."""
+def reach_cm(route: Course, radius_cm: float) -> float:
+    """Tell how far from the arena's centre the edge of a stimulus gets, which has to stay inside the wall."""
     line = route.stimulus.route
     ends = (line.start, line.point(line.length))
-    return 100 * max(math.hypot(end.x, end.y) for end in ends) + ROBOT_RADIUS_CM
+    return 100 * max(math.hypot(end.x, end.y) for end in ends) + radius_cm
 
 
 def clearance_cm(condition: Condition, settings: Settings, route: Course) -> float:
@@ -239,4 +245,4 @@ def clearance_cm(condition: Condition, settings: Settings, route: Course) -> flo
     if condition.motion == "translation":  # a skewed approach or recession errs sideways, not ahead
         errors += 50 * route.stimulus.route.length * math.sin(math.radians(3 * settings.heading_sd_deg))
     forward = 100 * abs(route.observer.route.start.x)
-    return settings.camera.forward_cm + condition.distance_cm - 2 * ROBOT_RADIUS_CM - forward - errors
+    return settings.camera.forward_cm + condition.distance_cm - (ROBOT_RADIUS_CM + body_cm(settings)) - forward - errors

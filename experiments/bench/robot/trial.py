@@ -8,6 +8,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +19,13 @@ from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from experiments.bench.engine.model_runner import ModelRunner, spike_counts
 from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.user_code import sha256
 from experiments.bench.robot.control import AstrayError, Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
 from experiments.bench.robot.pictures.eyes import camera, models_by_eye
 from experiments.bench.robot.pictures.media import Media, collect
+from experiments.bench.robot.surroundings import files
 from experiments.bench.robot.trajectory import Course, course
 from experiments.bench.streams import stream
 
@@ -94,11 +97,14 @@ class TrialResult:
     media: Media | None
 
 
+Key = tuple[RobotConfig, CameraConfig, SceneConfig, int, tuple[str, ...]]
+
+
 class _Kept(threading.local):
     """The scenes each thread compiled last, which hold OpenGL contexts of that thread."""
 
     def __init__(self) -> None:
-        self.simulations: OrderedDict[tuple[RobotConfig, CameraConfig, SceneConfig, int], Simulation] = OrderedDict()
+        self.simulations: OrderedDict[Key, Simulation] = OrderedDict()
 
 
 _KEPT = _Kept()
@@ -109,7 +115,7 @@ def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, mov
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    kept, key = _KEPT.simulations, (robot, camera, scene, movers)
+    kept, key = _KEPT.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
     if key not in kept:
         while len(kept) >= KEPT_SCENES:
             kept.popitem(last=False)[1].close()

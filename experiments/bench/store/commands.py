@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-ENDINGS = (".py", ".npz")
-"""Endings of the files that a command names, and that its run has copies of."""
+ENDINGS = (".py", ".npz", ".xml", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
+"""Endings of the files that a command names, and that its run has copies of: code, policies, arenas, pictures."""
 
 _current: contextvars.ContextVar[Callable[[], Mapping[str, Any]] | None] = contextvars.ContextVar(
     "command", default=None
@@ -55,6 +55,7 @@ def typed(arguments: Iterable[str]) -> dict[str, Any]:
     """
     line = list(arguments)
     values = [text.partition("=")[2] if text.startswith("--") and "=" in text else text for text in line]
+    values += [value for text in line if (value := text.rpartition("=")[2]) != text]  # of SECTION.NAME=VALUE
     return {"line": line, "folder": _folder(), "paths": _paths(values)}
 
 
@@ -68,10 +69,11 @@ def called(function: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
     arguments
         Those that are no resources: name -> value, in JSON's terms.
     """
-    texts = [
-        text for value in arguments.values() for text in (value if isinstance(value, list) else [value])
-        if isinstance(text, str)
-    ]  # fmt: skip
+    values = (
+        value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else [value]
+        for value in arguments.values()
+    )
+    texts = [text for listed in values for text in listed if isinstance(text, str)]
     return {"call": function, "arguments": dict(arguments), "folder": _folder(), "paths": _paths(texts)}
 
 
@@ -102,7 +104,7 @@ def in_words(command: Mapping[str, Any]) -> str:
 
 
 def _paths(values: Iterable[str]) -> dict[str, str]:
-    files = (source for value in values for source in sources(value) if source.endswith(ENDINGS))
+    files = (source for value in values for source in {value, *sources(value)} if source.endswith(ENDINGS))
     return {file: str(Path(file).resolve()) for file in files if _is_file(file)}
 
 

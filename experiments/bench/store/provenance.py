@@ -11,6 +11,7 @@ import platform
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,7 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     Parameters
     ----------
     sources
-        Models, behaviours and policies; those that are files of the user's own count.
+        Models, behaviours, policies, arenas and pictures; those that are files of the user's own count.
     experiment
         The experiment; the file that declares it counts if it is the user's own.
 
@@ -235,8 +236,8 @@ def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 def check(record: Mapping[str, Any]) -> None:
     """Raise `OtherCode`, in a worker, where this process computes with other code than ``record`` tells of.
 
-    Of the user's files those count that this process has loaded, as they were then, and policies, which are read
-    again for every episode.
+    Of the user's files those count that this process has loaded, as they were then, and policies, arenas and pictures,
+    which are read again.
     """
     if record["source"]["digest"] != digest():
         raise OtherCode("colias-sim's own source here is not that which the run was begun with")
@@ -246,6 +247,6 @@ def check(record: Mapping[str, Any]) -> None:
         raise OtherCode(f"{path}: is loaded here, and was not where the run was begun")
     for path, expected in record["files"].items():
         if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, record["files"])) or (
-            path.endswith(".npz") and sha256(Path(path)) != expected
+            not path.endswith((".py", *EXTENSION_SUFFIXES)) and sha256(Path(path)) != expected
         ):
             raise OtherCode(f"{path}: was edited after the run was begun, or a worker still has what it was before")

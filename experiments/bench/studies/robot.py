@@ -17,6 +17,7 @@ from experiments.bench.engine.settings import check_counts
 from experiments.bench.robot.claims import RobotClaim, find
 from experiments.bench.robot.experiment import Experiment, TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan, sections
+from experiments.bench.robot.plan import sources as plan_sources
 from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
 from experiments.bench.studies import choice, grid
@@ -289,7 +290,7 @@ def _description(
     first = plans[0]
     models = {model.label: model for rendering in renderings for model in rendering.plan.settings.models}
     sources = [model.source for model in models.values()]
-    files = [path for run_plan in plans for path in provenance.of((), run_plan.experiment)["files"]]
+    files = [path for run_plan in plans for path in provenance.of(plan_sources(run_plan), run_plan.experiment)["files"]]
     changed = {key: values for run_plan in plans for key, values in run_plan.changed().items()}
     return {
         **describe(first),

@@ -1,5 +1,6 @@
 """The reproduction as a user runs it, with a model and an experiment of their own, and its page in a browser."""
 
+import dataclasses
 import json
 import re
 import shutil
@@ -10,32 +11,56 @@ import pytest
 
 from experiments import NAMES
 from experiments.bench import registry
+from experiments.bench.figures import plotting
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
+from experiments.bench.robot import run as robot_run
+from experiments.bench.robot.trial import forget_simulations
 from experiments.bench.studies.study import WHOLE
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
-from tests.conftest import Colias
 from tests.helpers import user_files
+from tests.helpers.inside import inside
 from tests.helpers.paper import design, every
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
+OWN = ("--model", "my_model.py", "--experiment", "my_experiment.py")
+
+
+def once_a_condition(trial):
+    """Return ``trial``, which runs each condition of an experiment once: its repeats and replicates get that result.
+
+    The page and the judging are what is tested here: one trial in five is enough to fill them.
+    """
+    done = {}
+
+    def run_trial(spec, *, keep_media=False):
+        same = (spec.experiment, spec.condition, spec.settings, keep_media)
+        if same not in done:
+            done[same] = trial(spec, keep_media=keep_media)
+        return dataclasses.replace(done[same], spec=spec)
+
+    return run_trial
+
+
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     """``colias reproduce --quick`` with the examples of docs/, pasted."""
-    colias = Colias(tmp_path_factory.mktemp("reproduce"), timeout_s=1200)  # minutes, on one core
+    folder = tmp_path_factory.mktemp("reproduce")
     for name in ("my_experiment.py", "my_model.py"):
-        (colias.folder / name).write_text(user_files.FILES[name])
-    own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
-    done = colias("reproduce", "--quick", "--out", "out", *own)
+        (folder / name).write_text(user_files.FILES[name])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(robot_run, "run_trial", once_a_condition(robot_run.run_trial))
+        done = inside(folder, ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN), 1200)
+    forget_simulations()
     assert done.returncode == 0, done.stderr
-    return colias, done
+    return folder, done
 
 
 def counted_in_table(text):
@@ -50,8 +75,8 @@ def counted_in_table(text):
 
 
 def test_every_claim_is_answered(reproduced):
-    colias, done = reproduced
-    folder = colias.folder / "out"
+    run, done = reproduced
+    folder = run / "out"
     claims, own = (
         verdicts(json.loads((folder / f"{name}.json").read_text())) for name in ("claims", "behaviours")
     )  # fmt: skip
@@ -80,11 +105,11 @@ def test_every_claim_is_answered(reproduced):
         assert f"held in {claim.count.holds} of 2 short replicates" in column[claim.id]
     assert "C20" in done.stdout and "report.html" in done.stdout
     assert "nothing here judges C7, C8, C9, C10, C11, C12, C24, C26, C28" in done.stdout
-    page = (colias.folder / "out" / "report.html").read_text()
+    page = (run / "out" / "report.html").read_text()
     assert "C7, C8, C9, C10, C11, C12, C24, C26, C28, B1, B2, B3, B4. Each says below" in page
     assert "Nothing was moved in this run" in page
     assert "replicates with the robot here are short: 5 trials of each condition instead of 10" in page
-    note = json.loads((colias.folder / "out" / "speed" / "experiment.json").read_text())
+    note = json.loads((run / "out" / "speed" / "experiment.json").read_text())
     assert note["renderers"][0] in page and note["reference_frames"][0] in page
     assert "start acceleration" in page and not re.search(r"(holds|fails|not shown)\W+(at|in) \d+ of", page)
     plain = " ".join(page.split())
@@ -94,25 +119,25 @@ def test_every_claim_is_answered(reproduced):
 
 
 def test_the_looming_detectors_see_the_approaches(reproduced):
-    colias, _ = reproduced
-    trials = pq.read_table(colias.folder / "out" / "angular-approach" / "trials.parquet").to_pylist()
+    run, _ = reproduced
+    trials = pq.read_table(run / "out" / "angular-approach" / "trials.parquet").to_pylist()
     assert {row["model"] for row in trials} == {"dsnn", "dsn2017", "gradient", "lgmd1", "lgmd2"}
     assert all(row["peak_looming"] > 0.5 for row in trials if row["model"].startswith("lgmd"))
 
 
 def test_own_model_and_experiment_are_in_the_report(reproduced):
-    colias, _ = reproduced
-    page = (colias.folder / "out" / "report.html").read_text()
+    run, _ = reproduced
+    page = (run / "out" / "report.html").read_text()
     assert 'id="experiment-my_experiment"' in page and ">gradient<" in page
-    trials = pq.read_table(colias.folder / "out" / "my_experiment" / "trials.parquet")
+    trials = pq.read_table(run / "out" / "my_experiment" / "trials.parquet")
     assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
     rightward = [row for row in trials.to_pylist() if row["model"] == "gradient"]
     assert all(row["peak_hs"] > -row["trough_hs"] for row in rightward), "the example knows right from left"
 
 
 def test_the_page_needs_nothing_from_outside(reproduced):
-    colias, _ = reproduced
-    folder = colias.folder / "out"
+    run, _ = reproduced
+    folder = run / "out"
     page = (folder / "report.html").read_text()
     for target in re.findall(r'(?:src|href)="([^"]*)"', page):
         inside = target.startswith(("data:", "#"))
@@ -126,15 +151,18 @@ def test_the_page_needs_nothing_from_outside(reproduced):
 
 
 def test_again_in_the_same_folder_runs_nothing(reproduced):
-    colias, _ = reproduced
-    before = (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes()
-    own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
-    done = colias("reproduce", "--quick", "--out", "out", *own)
-    assert done.returncode == 0
+    run, _ = reproduced
+    before = (run / "out" / "replicates" / "trials.parquet").read_bytes()
+    command = ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(robot_run, "run_trial", None)
+        patch.setattr(plotting, "save", lambda drawn, folder, name="figure": folder / f"{name}.png")  # drawn already
+        done = inside(run, command, 300)
+    assert done.returncode == 0, done.stderr
     trials = len(planned(QUICK, 0).others.specs)
     assert f"other replicates: 1 points, {trials} trials, complete" in done.stderr
-    assert (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes() == before
-    other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
+    assert (run / "out" / "replicates" / "trials.parquet").read_bytes() == before
+    other = inside(run, (*command, "--seed", "3"))
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
 
 
@@ -164,8 +192,8 @@ document.getElementById("page").onload = event => {{
 @pytest.mark.parametrize("width", [390, 1280])
 def test_the_page_in_a_browser(reproduced, width, tmp_path):
     """In Chromium, without a network, as wide as a phone and as a desk: everything drawn, nothing sticks out."""
-    colias, _ = reproduced
-    probe = colias.folder / "out" / f"probe-{width}.html"
+    run, _ = reproduced
+    probe = run / "out" / f"probe-{width}.html"
     probe.write_text(PROBE.format(width=width))
     command = [
         CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -187,13 +215,13 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])
-def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
+def test_an_experiment_s_name_that_is_taken_is_one_line(colias_here, name):
     text = user_files.EXPERIMENT.replace('"my_experiment"', f'"{name}"')
-    (colias.folder / "mine.py").write_text(text)
-    done = colias("reproduce", "--quick", "--experiment", "mine.py", "--out", "out")
+    (colias_here.folder / "mine.py").write_text(text)
+    done = colias_here("reproduce", "--quick", "--experiment", "mine.py", "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert f"--experiment {name}: that name is taken" in done.stderr
-    assert not (colias.folder / "out").exists()
+    assert not (colias_here.folder / "out").exists()
 
 
 def test_a_claim_is_judged_on_the_trials_of_its_own_experiments_throughout():

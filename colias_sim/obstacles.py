@@ -1,0 +1,238 @@
+"""Obstacles: the geoms of an arena that hulls bump into, as outlines on the floor."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import cv2
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from scenes import ARENA_RADIUS_CM
+
+Vectors = npt.NDArray[np.float64]
+
+HULL_BOTTOM, HULL_TOP = 0.003, 0.030
+"""Heights between which a robot's hull is, in metres."""
+FENCE = "fence/"
+"""Beginning of the names of the geoms that stop hulls at the wall."""
+ROUND = 48
+"""Corners of the outline of something round."""
+FARTHEST_CM = 64.0
+"""How far from the arena's middle anything may reach: the corners of a square around the room."""
+HIGHEST_CM, DEEPEST_CM, SMALLEST_CM = 100.0, -10.0, 0.05
+"""Legal heights, and the least extent of a geom."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacle:
+    """A geom that stands in the way of hulls.
+
+    Parameters
+    ----------
+    name
+        Its name, or its kind and place.
+    outline
+        Its convex outline on the floor, (N, 2) in metres, counter-clockwise.
+    height
+        Height of its top, in metres.
+    """
+
+    name: str
+    outline: Vectors
+    height: float
+
+    def nearest(self, x: float, y: float) -> tuple[float, float, float]:
+        """Find the point of the outline that is nearest to a place.
+
+        Parameters
+        ----------
+        x, y
+            The place, in metres.
+
+        Returns
+        -------
+        distance : float
+            To that point, in metres; negative inside of the outline.
+        there_x, there_y : float
+            The point.
+        """
+        (distance,), ((there_x, there_y),) = self._nearest(np.array([[x, y]]))
+        return float(distance), float(there_x), float(there_y)
+
+    def distances(self, places: Vectors) -> Vectors:
+        """Measure the distances to several places.
+
+        Parameters
+        ----------
+        places
+            x and y of each, (P, 2) in metres.
+
+        Returns
+        -------
+        ndarray
+            (P,) in metres, negative inside of the outline.
+        """
+        return self._nearest(places)[0]
+
+    def _nearest(self, places: Vectors) -> tuple[Vectors, Vectors]:
+        """Return distances (P,) and nearest points (P, 2)."""
+        edges = np.roll(self.outline, -1, axis=0) - self.outline
+        way = places[:, None, :] - self.outline
+        share = np.clip((way * edges).sum(2) / np.maximum((edges**2).sum(1), 1e-18), 0.0, 1.0)
+        points = self.outline + share[:, :, None] * edges
+        lengths = np.hypot(*np.moveaxis(places[:, None, :] - points, 2, 0))
+        inside = (edges[:, 0] * way[:, :, 1] - edges[:, 1] * way[:, :, 0] > 0.0).all(1)
+        which = np.arange(len(places)), lengths.argmin(1)
+        return np.where(inside, -lengths[which], lengths[which]), points[which]
+
+
+def in_the_way(obstacles: Collection[Obstacle], x: float, y: float, room: float) -> Obstacle | None:
+    """Find an obstacle that comes nearer to a place than ``room`` metres; ``None`` where none does."""
+    return next((obstacle for obstacle in obstacles if obstacle.nearest(x, y)[0] < room), None)
+
+
+def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
+    """List the obstacles of a compiled scene.
+
+    Parameters
+    ----------
+    model
+        The scene.
+
+    Returns
+    -------
+    tuple of Obstacle
+        Every geom of the arena that collides and is as low as a hull, but for floor and wall's fence.
+    """
+    found = []
+    for geom, points in _placed(model):
+        if not model.geom_contype[geom] or model.geom(geom).name == "floor":
+            continue
+        low, high = float(points[:, 2].min()), float(points[:, 2].max())
+        if low < HULL_TOP and high > HULL_BOTTOM:
+            found.append(Obstacle(called(model, geom), outline(points), high))
+    return tuple(found)
+
+
+def things(model: mujoco.MjModel) -> list[int]:
+    """List the geoms of the arena beside its floor and wall, by index."""
+    wall = model.body("wall").id
+    return [
+        geom for geom in arena_geoms(model)
+        if model.geom(geom).name != "floor" and model.geom_bodyid[geom] != wall
+    ]  # fmt: skip
+
+
+def check_room(model: mujoco.MjModel, source: str) -> None:
+    """Hold an arena's measures against those of the room.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    source
+        The arena, for the message.
+
+    Raises
+    ------
+    ValueError
+        Something reaches farther than the room, or is too small to be seen, or an endless plane stands in it. In one
+        line, with its measures in cm.
+    """
+    wall = model.body("wall").id
+    for geom, points in _placed(model):
+        name, of_wall = called(model, geom), model.geom_bodyid[geom] == wall
+        if name == "floor":
+            continue
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            raise ValueError(f"arena {source}: geom {name} is a plane: legal is one, the floor; take a box")
+        if of_wall and model.geom_contype[geom]:
+            raise ValueError(
+                f"arena {source}: geom {name} of the body wall collides: legal is contype=0 and conaffinity=0, as that"
+                " body turns with the wall's texture; put it into the worldbody"
+            )
+        reach = 100 * float(np.hypot(points[:, 0], points[:, 1]).max())
+        low, high = 100 * float(points[:, 2].min()), 100 * float(points[:, 2].max())
+        extent = 100 * float(np.ptp(points, axis=0).max())
+        least = ARENA_RADIUS_CM - 1.0 if of_wall else 0.0
+        if not least <= reach <= FARTHEST_CM:
+            legal = f"{least:g} to {FARTHEST_CM:g}" if least else f"up to {FARTHEST_CM:g}"
+            raise ValueError(
+                f"arena {source}: geom {name} reaches {reach:.4g} cm from the middle: legal is {legal}, as the wall"
+                f" stands at {ARENA_RADIUS_CM:g}; MJCF is in metres: 0.05 is 5 cm"
+            )
+        if not DEEPEST_CM <= low <= high <= HIGHEST_CM:
+            raise ValueError(
+                f"arena {source}: geom {name} is from {low:.4g} to {high:.4g} cm high: legal is {DEEPEST_CM:g} to"
+                f" {HIGHEST_CM:g}; MJCF is in metres: 0.05 is 5 cm"
+            )
+        if extent < SMALLEST_CM:
+            raise ValueError(
+                f"arena {source}: geom {name} is {extent:.2g} cm long: legal is {SMALLEST_CM:g} or more; MJCF is in"
+                " metres: 0.05 is 5 cm"
+            )
+
+
+def called(model: mujoco.MjModel, geom: int) -> str:
+    """Name a geom: by its name, or by its kind and place."""
+    name = str(model.geom(geom).name)
+    if name:
+        return name
+    kind = mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
+    x, y, _ = 100 * model.geom_pos[geom]
+    return f"{kind} at ({x:.3g}, {y:.3g}) cm"
+
+
+def outline(points: Vectors) -> Vectors:
+    """Return the convex outline of points (N, 3) on the floor, (M, 2), counter-clockwise."""
+    scale = 1e4  # float32 has seven digits: to the micron
+    hull = cv2.convexHull((scale * points[:, :2]).astype(np.float32)).reshape(-1, 2).astype(np.float64) / scale
+    following = np.roll(hull, -1, axis=0)
+    area = (hull[:, 0] * following[:, 1] - hull[:, 1] * following[:, 0]).sum()
+    return hull if area >= 0 else hull[::-1].copy()
+
+
+def arena_geoms(model: mujoco.MjModel) -> Iterator[int]:
+    """Yield the index of every geom that is the arena's own: robots' parts, and the fence's, have a ``/`` in names."""
+    for geom in range(model.ngeom):
+        robot = "/" in model.body(model.geom_bodyid[geom]).name
+        if not robot and not model.geom(geom).name.startswith(FENCE):
+            yield geom
+
+
+def _placed(model: mujoco.MjModel) -> Iterator[tuple[int, Vectors]]:
+    """Yield the arena's geoms, each with points of its surface in the room, (N, 3) in metres."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    for geom in arena_geoms(model):
+        points = _surface(model, geom)
+        yield geom, points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+
+
+def _surface(model: mujoco.MjModel, geom: int) -> Vectors:
+    """Return points whose convex hull is that of a geom, in its own frame, (N, 3)."""
+    kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
+    turn = np.linspace(0.0, 2 * math.pi, ROUND, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(ROUND)])
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first = model.mesh_vertadr[mesh]
+        return np.asarray(model.mesh_vert[first : first + model.mesh_vertnum[mesh]], np.float64)
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return np.concatenate([ring * size[0] + [0.0, 0.0, z] for z in (-size[1], size[1])])
+    if kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGEOM_CAPSULE):
+        levels = np.linspace(-math.pi / 2, math.pi / 2, ROUND // 2 + 1)
+        ball = np.concatenate([ring * math.cos(level) + [0.0, 0.0, math.sin(level)] for level in levels])
+        if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            return np.asarray(ball * size)
+        if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+            return np.asarray(ball * size[0])
+        return np.concatenate([ball * size[0] + [0.0, 0.0, z] for z in (-size[1], size[1])])
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return np.array(list(itertools.product(*((-half, half) for half in size))))
+    return np.zeros((1, 3))

@@ -1,0 +1,165 @@
+"""Trials in an arena of one's own: what does not fit, or is not seen, is refused before anything runs; reruns."""
+
+import json
+import math
+
+import pytest
+
+from experiments import Condition, Experiment, Leg, Path, Translation, load, run
+from experiments.bench.cli import main
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.robot.plan import plan
+from experiments.bench.robot.trajectory import nominal
+
+OWN = """
+from experiments import Experiment, Translation
+
+ARENA = '''<mujoco><include file="bright.xml"/>
+<asset><texture name="t" type="2d" file="tex/own.png"/><material name="t" texture="t"/></asset>
+<worldbody><geom type="box" size="0.01 0.1 0.05" pos="0.3 0 0.05" material="t"/></worldbody></mujoco>'''
+EXPERIMENT = Experiment("own", "a card", Translation((20,), (8,)), varies="speed_cm_s", repeats=1, arena=__file__)
+"""
+
+
+def written(folder, body, name="own.xml"):
+    path = folder / name
+    path.write_text(f'<mujoco><include file="bright.xml"/><worldbody>{body}</worldbody></mujoco>')
+    return str(path)
+
+
+def pillar(x, y, radius=0.01, half=0.04):
+    return f'<geom name="pillar" type="cylinder" size="{radius} {half}" pos="{x} {y} {half}"/>'
+
+
+def planned(arena, *settings, experiment="speed"):
+    from experiments.bench import registry
+
+    declared = registry.load(experiment)
+    return plan(declared, ("dsnn",), [f"scene.arena={arena}", *settings], 1, 0)
+
+
+def test_pillars_behind_the_path_are_planned(tmp_path):
+    planned(written(tmp_path, pillar(0.2, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("body", "experiment", "words"),
+    [
+        (pillar(0.0, 0.0), "speed", "the observer starts in the obstacle pillar"),
+        (pillar(0.1, 0.05), "speed", "the stimulus drives into, .* the obstacle pillar"),
+        ('<geom name="card" type="box" size="0.001 0.2 0.1" pos="0.06 0 0.1"/>', "speed",
+         "does not see the stimulus all the time that it is in view: card"),
+        ('<geom name="card" type="box" size="0.001 0.004 0.1" pos="0.028 0 0.1"/>', "angular-approach",
+         "does not see the stimulus where it starts: card"),
+    ],
+)  # fmt: skip
+def test_what_stands_in_the_way_is_refused_in_one_line(tmp_path, body, experiment, words):
+    source = written(tmp_path, body)
+    with pytest.raises(UsageError, match=words) as told:
+        planned(source, experiment=experiment)
+    assert source in str(told.value) and "\n" not in str(told.value)
+
+
+def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
+    """The path is at 9.95 cm; its body has 2 cm, and no errors."""
+    exact = ("experiment.pose_sd_mm=0", "experiment.heading_sd_deg=0")
+    planned(written(tmp_path, pillar(0.0995 + 0.0301, 0.0)), *exact)
+    with pytest.raises(UsageError, match="drives into"):
+        planned(written(tmp_path, pillar(0.0995 + 0.0298, 0.0)), *exact)
+
+
+def test_what_hides_the_stimulus_for_a_while_is_legal(tmp_path):
+    planned(written(tmp_path, '<geom type="box" size="0.001 0.006 0.1" pos="0.05 0.0 0.1"/>'))
+
+
+def test_paths_of_ones_own_are_held_against_obstacles(tmp_path):
+    source = written(tmp_path, pillar(0.3, 0.0))
+
+    def design(y_cm):
+        from dataclasses import dataclass
+
+        @dataclass(frozen=True)
+        class Away:
+            pose_sd_mm: float = 0.0
+            heading_sd_deg: float = 0.0
+
+            def conditions(self):
+                return [Condition.along("away", Path([Leg(20, speed_cm_s=5)], x_cm=12, y_cm=y_cm))]
+
+        return Experiment("away", "it drives away", Away(), varies="motion", arena=source)
+
+    plan(design(6.0), ("dsnn",), (), 1, 0)
+    with pytest.raises(UsageError, match=r"away straight.*: the stimulus drives into"):
+        plan(design(0.0), ("dsnn",), (), 1, 0)
+
+
+def test_a_wider_stimulus_begins_farther_out(tmp_path):
+    """The run-up is as long; the edge of the view is passed by a body of the width that is set."""
+    usual, wide = (planned("bright", f"scene.shell_width_cm={width}") for width in (4, 6))
+    (one, other) = (nominal(p.experiment.conditions()[0], p.settings).start.y for p in (usual, wide))
+    half_view = math.radians(usual.settings.camera.hfov_deg / 2)
+    assert 100 * (other - one) == pytest.approx(1.0 / math.cos(half_view))
+
+
+def test_a_run_in_an_arena_is_repeated_from_its_copies_alone(tmp_path, monkeypatch):
+    import cv2
+    import numpy as np
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tex").mkdir()
+    cv2.imwrite("tex/own.png", np.full((8, 8), 90, np.uint8))
+    (tmp_path / "own.py").write_text(OWN)
+    settings = {"scene.shell_picture": "tex/own.png"}
+    made = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
+    noted = json.loads((made.folder / "experiment.json").read_text())
+    assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
+    assert set(made.trials.column("scene.shell_picture").to_pylist()) == {"own.png"}
+    for path in ("own.py", "tex/own.png"):
+        (tmp_path / path).unlink()
+    assert main.command(["rerun", "there", "--trust", "--quiet", "--out", "again", "--workers", "1"]) == 0
+    (tmp_path / "there" / "files" / "tex" / "own.png").write_bytes(b"other")
+    with pytest.raises(UsageError, match=r"own.png: has changed"):
+        main.command(["rerun", "there", "--trust", "--quiet", "--out", "third"])
+    assert load("again").trials.num_rows == 1
+
+
+def test_an_edited_arena_is_compiled_anew(tmp_path):
+    """A notebook keeps the scenes of its process."""
+    from experiments.bench.robot.trial import forget_simulations, run_trial
+
+    source = written(tmp_path, "")
+    peaks = []
+    for body in ("", '<geom type="box" size="0.001 0.3 0.15" pos="0.2 0 0.15" rgba="0.02 0.02 0.02 1"/>'):
+        written(tmp_path, body)
+        spec = plan(
+            Experiment("e", "one", Translation((20,), (8,)), varies="speed_cm_s", arena=source), ("dsnn",), (), 1, 0
+        ).specs()[0]
+        peaks.append(run_trial(spec).answers[0].peak_hs)
+    forget_simulations()
+    assert peaks[0] > peaks[1] + 0.1, "a black robot before a black card"
+
+
+def test_a_recording_draws_the_obstacles(tmp_path):
+    from experiments.bench.robot.recording import record
+    from experiments.bench.robot.trial import forget_simulations, run_trial
+
+    recordings = [
+        record(run_trial(planned(arena, "experiment.speeds_cm_s=30").specs()[0], keep_media=True))
+        for arena in (written(tmp_path, pillar(0.2, 0.0)), "bright")
+    ]
+    forget_simulations()
+    assert [b"scene/obstacles" in recording for recording in recordings] == [True, False]
+
+
+def test_check_tries_the_laws_and_the_files_own_trials(tmp_path, capsys):
+    assert main.command(["check", written(tmp_path, pillar(0.2, 0.0))]) == 0
+    assert main.command(["check", written(tmp_path, pillar(0.0, 0.0))]) == 1
+    assert "observer at (0, 0) cm stands in the obstacle pillar" in capsys.readouterr().out.replace("\n", " ")
+    dark = tmp_path / "dark.xml"
+    dark.write_text(
+        '<mujoco><include file="plain.xml"/><worldbody>'
+        '<geom type="cylinder" size="0.0005 0.1" pos="0.021 0 0.1"/>'
+        '<geom type="box" size="0.0005 0.3 0.2" pos="0.03 0 0.2"/></worldbody></mujoco>'
+    )
+    assert main.command(["check", str(dark)]) == 1
+    assert "changes no picture" in capsys.readouterr().out.replace("\n", " ")

@@ -1,0 +1,85 @@
+"""Envs in an arena of one's own: nobody starts in an obstacle, it is felt, noticed and a part of the state."""
+
+import math
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import colias_sim  # noqa: F401  (registers the envs)
+from colias_sim.envs.geometry import HULL_RADIUS, gap_to_arena, gap_to_wall
+from colias_sim.obstacles import Obstacle, outline
+from colias_sim.pose import Pose
+
+NAMES = ("Avoidance", "Pursuit", "Fixation", "Optomotor")
+
+
+def written(folder, places, radius=0.02):
+    body = "".join(f'<geom type="cylinder" size="{radius} 0.04" pos="{x} {y} 0.04"/>' for x, y in places)
+    path = folder / "own.xml"
+    path.write_text(f'<mujoco><include file="plain.xml"/><worldbody>{body}</worldbody></mujoco>')
+    return str(path)
+
+
+RING = [(0.3 * math.cos(a), 0.3 * math.sin(a)) for a in np.arange(12) * math.pi / 6]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_robot_starts_in_an_obstacle(tmp_path, name):
+    env = gym.make(f"colias_sim/{name}-v0", arena=written(tmp_path, RING), observation="state")
+    for seed in range(12):
+        env.reset(seed=seed)
+        for robot, pose in env.unwrapped.poses.items():
+            gap = min(math.hypot(pose.x - x, pose.y - y) for x, y in RING) - 0.02 - HULL_RADIUS
+            assert gap > -1e-4, robot
+    env.close()
+
+
+def test_an_arena_without_obstacles_changes_nothing(tmp_path):
+    observations = []
+    for arena in ("plain", written(tmp_path, [])):
+        env = gym.make("colias_sim/Avoidance-v0", arena=arena)
+        observation, _ = env.reset(seed=4)
+        observations.append([observation, env.step(np.array([0.5, 0.4], np.float32))[0]])
+        env.close()
+    assert np.array_equal(observations[0], observations[1])
+
+
+def test_touching_an_obstacle_ends_the_episode(tmp_path):
+    env = gym.make("colias_sim/Optomotor-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=0, observation="state")
+    env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0)}})
+    env.close()
+    env = gym.make("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=1, moving=0,
+                   observation="state")  # fmt: skip
+    env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0), "parked1": (-30.0, 0.0, 0.0)}})
+    ends = [env.step(np.array([0.3, 0.3], np.float32))[2] for _ in range(1)]
+    while not ends[-1] and len(ends) < 60:
+        ends.append(env.step(np.array([0.3, 0.3], np.float32))[2])
+    x_cm = 100 * env.unwrapped.poses["observer"].x
+    env.close()
+    assert ends[-1] and x_cm == pytest.approx(5.0, abs=0.4), "hull at 7 cm, where the pillar begins"
+
+
+def test_starts_that_are_given_keep_off_obstacles(tmp_path):
+    env = gym.make("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.2, 0.0)]), observation="state")
+    with pytest.raises(ValueError, match=r"observer=.* is within 1 cm of an obstacle"):
+        env.reset(seed=0, options={"poses": {"observer": (20.0, 3.0, 0.0)}})
+    env.close()
+
+
+def test_an_arena_without_room_is_refused_when_the_env_is_made(tmp_path):
+    with pytest.raises(ValueError, match="leave no room for observer"):
+        gym.make("colias_sim/Optomotor-v0", arena=written(tmp_path, [(0.0, 0.0)]), observation="state")
+
+
+def test_an_obstacle_in_the_targets_orbit_is_refused_when_the_env_is_made(tmp_path):
+    with pytest.raises(ValueError, match=r"orbit_cm=.*in the target's way"):
+        gym.make("colias_sim/Fixation-v0", arena=written(tmp_path, [(0.15, 0.0)]), orbit_cm=15.0, observation="state")
+
+
+def test_the_gap_is_that_to_the_nearer_of_wall_and_obstacle():
+    box = Obstacle("box", outline(np.array([[0.1, -0.1, 0], [0.12, -0.1, 0], [0.12, 0.1, 0], [0.1, 0.1, 0]])), 0.1)
+    here = Pose(0.0, 0.0, math.pi / 2)
+    assert gap_to_arena(here, [box]) == pytest.approx((0.1 - HULL_RADIUS, -math.pi / 2), abs=1e-6)
+    far = Pose(-0.4, 0.0, 0.0)
+    assert gap_to_arena(far, [box]) == gap_to_wall(far)

@@ -1,0 +1,210 @@
+"""Arenas of one's own, and those that ship: read alike, refused in one line, the same pixels, the units of MJCF."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+import scenes
+from colias_sim import Pose, SceneConfig, Simulation
+from colias_sim.arena import Arena
+from colias_sim.obstacles import Obstacle, obstacles, outline
+from colias_sim.scene import compile_arena
+
+PILLAR = '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.2 0.05 0.04"/>'
+PICTURE = '<asset><texture name="t" type="2d" file="{}"/><material name="t" texture="t"/></asset>'
+
+
+def written(folder, body="", before="", name="own.xml"):
+    """Write an arena with ``bright.xml`` in it; return its path as a text."""
+    path = folder / name
+    path.write_text(f'<mujoco>\n<include file="bright.xml"/>{before}<worldbody>{body}</worldbody></mujoco>')
+    return str(path)
+
+
+def seen(source, **scene):
+    rng = np.random.default_rng(1)
+    with Simulation(scene=SceneConfig(arena=source, light_sd=0.0, turn_wall=False, **scene)) as simulation:
+        simulation.reset({"stimulus": Pose(0.12, 0.0, -math.pi / 2)}, rng)
+        return simulation.step(rng).luma
+
+
+def grey_picture(path, level=128):
+    cv2.imwrite(str(path), np.full((8, 8), level, np.uint8))
+
+
+@pytest.mark.parametrize("name", scenes.ARENAS)
+def test_the_arenas_that_ship_are_empty_rooms(name):
+    """The plan of a run does not look for obstacles in them."""
+    arena = Arena.read(name)
+    assert not arena.files and not obstacles(compile_arena(name))
+
+
+def test_an_arena_that_only_includes_one_that_ships_shows_its_pixels(tmp_path):
+    assert np.array_equal(seen(written(tmp_path)), seen("bright"))
+
+
+def test_a_python_file_gives_the_pixels_of_the_mjcf_that_it_returns(tmp_path):
+    source = written(tmp_path, PILLAR)
+    (tmp_path / "own.py").write_text(f"def ARENA():\n    return {(tmp_path / 'own.xml').read_text()!r}\n")
+    assert np.array_equal(seen(source), seen(str(tmp_path / "own.py")))
+
+
+def test_an_obstacle_is_where_the_mjcf_says_and_is_seen_there(tmp_path):
+    source = written(tmp_path, PILLAR)
+    (pillar,) = obstacles(compile_arena(source))
+    assert pillar.name == "pillar" and pillar.height == pytest.approx(0.08)
+    assert pillar.nearest(0.0, 0.0)[0] == pytest.approx(math.hypot(0.2, 0.05) - 0.01, rel=1e-3)
+    changed = np.argwhere(np.abs(seen(source).astype(int) - seen("bright")) > 20)
+    assert len(changed) and changed[:, 1].mean() < 49.0, "left of the middle, as y is the observer's left"
+
+
+def test_what_only_is_seen_and_what_hangs_above_a_hull_is_no_obstacle(tmp_path):
+    body = (
+        '<geom type="box" size="0.01 0.01 0.01" pos="0.2 0 0.01" contype="0" conaffinity="0"/>'
+        '<geom type="box" size="0.01 0.3 0.01" pos="0.2 0 0.06"/>'
+    )
+    assert not obstacles(compile_arena(written(tmp_path, body)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "reach"),
+    [("sphere", "0.02", 0.02), ("box", "0.03 0.01 0.02", 0.03), ("capsule", "0.02 0.01", 0.02),
+     ("ellipsoid", "0.03 0.02 0.02", 0.03)],
+)  # fmt: skip
+def test_outlines_have_the_geoms_extent(tmp_path, kind, size, reach):
+    (there,) = obstacles(compile_arena(written(tmp_path, f'<geom type="{kind}" size="{size}" pos="0.2 0 0.02"/>')))
+    assert there.nearest(0.0, 0.0)[0] == pytest.approx(0.2 - reach, rel=2e-3)
+    assert there.nearest(0.2, 0.0)[0] < 0.0, "inside"
+
+
+def test_the_distance_to_a_square_is_that_of_geometry():
+    square = Obstacle("square", outline(np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)), 1.0)
+    places = np.array([[2.0, 0.0], [2.0, 2.0], [0.0, 0.5], [0.0, -3.0]])
+    assert square.distances(places) == pytest.approx([1.0, math.sqrt(2), -0.5, 2.0])
+
+
+def test_pictures_beside_the_file_and_below_it_are_noted_with_it(tmp_path):
+    (tmp_path / "tex").mkdir()
+    grey_picture(tmp_path / "tex" / "own.png")
+    source = written(tmp_path, before=PICTURE.format("tex/own.png"))
+    assert set(Arena.read(source).files) == {tmp_path / "own.xml", tmp_path / "tex" / "own.png"}
+    compile_arena(source)
+
+
+@pytest.mark.parametrize("name", ["../out.png", "{folder}/out.png", "link.png"])
+def test_what_lies_outside_of_the_folder_is_refused(tmp_path, name):
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    grey_picture(tmp_path / "out.png")
+    (inside / "link.png").symlink_to(tmp_path / "out.png")
+    with pytest.raises(ValueError, match="outside of its folder"):
+        Arena.read(written(inside, before=PICTURE.format(name.format(folder=tmp_path))))
+
+
+@pytest.mark.parametrize(
+    ("body", "before", "words"),
+    [
+        ('<geom name="w" type="box" size="0.1 30 1" pos="0.3 0 1"/>', "", r"w reaches 3000 cm .* MJCF is in metres"),
+        ('<geom name="p" type="cylinder" size="1 4" pos="18 6 4"/>', "", r"p reaches 1997 cm"),
+        ('<geom name="p" type="box" size="1e-5 1e-5 1e-5" pos="0.2 0 0"/>', "", r"p is 0.002 cm long"),
+        ('<geom name="p" type="box" size="0.1 0.1 3" pos="0.2 0 3"/>', "", r"p is from 0 to 600 cm high"),
+        ('<geom type="plane" size="1 1 1" pos="0.3 0 0"/>', "", "is a plane"),
+        ('<body><freejoint/><geom type="sphere" size="0.01"/></body>', "", "has a joint"),
+        ('<geom typ="box" size="0.1 0.1 0.1"/>', "", r"unrecognized attribute: 'typ', Element 'geom', line"),
+        ('<geom type="box" size="0 0.1 0.1"/>', "", "size 0 must be positive"),
+        ("", '<option gravity="0 0 -1"/>', "option gravity"),
+        ("", PICTURE.format("no.png"), "no.png: no such file"),
+        ("", '<compiler meshdir="/etc"/>', "outside of its folder"),
+        ("", '<asset><model name="m" file="bright.xml"/></asset>', "has an element <model>"),
+    ],
+)
+def test_what_is_wrong_in_an_arena_is_told_in_one_line(tmp_path, body, before, words):
+    source = written(tmp_path, body, before)
+    with pytest.raises(ValueError, match=words) as told:
+        compile_arena(source)
+    assert "\n" not in str(told.value) and source in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<mujoco><worldbody>", "line 1: no XML"),
+        ("<mujoco/>", "has no geom called floor"),
+        ("\ud800", "no text in UTF-8"),
+    ],
+)  # fmt: skip
+def test_files_that_are_no_arena_are_told_in_one_line(tmp_path, text, words):
+    path = tmp_path / "own.xml"
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    with pytest.raises(ValueError, match=words):
+        compile_arena(str(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("ARENA = 3", "of the type int: expected MJCF"),
+        ("def ARENA(): return 1 / 0", "own.py, line 1: ZeroDivisionError"),
+        ("x = 1", "declares no ARENA"),
+        ("from itertools import count\nC = count()\ndef ARENA(): return f'<mujoco><!-- {next(C)} --></mujoco>'",
+         "another text when it is called again"),
+    ],
+)  # fmt: skip
+def test_python_files_that_give_no_arena_are_told_in_one_line(tmp_path, text, words):
+    (tmp_path / "own.py").write_text(text)
+    with pytest.raises(ValueError, match=words):
+        Arena.read(str(tmp_path / "own.py"))
+
+
+def test_a_robot_cannot_be_put_into_an_obstacle(tmp_path):
+    source = written(tmp_path, PILLAR)
+    with Simulation(scene=SceneConfig(arena=source), seeing=False) as simulation:
+        rng = np.random.default_rng(0)
+        simulation.reset({"stimulus": Pose(0.2, 0.0, 0.0)}, rng)
+        with pytest.raises(ValueError, match=r"stimulus at .* stands in the obstacle pillar"):
+            simulation.reset({"stimulus": Pose(0.2, 0.021, 0.0)}, rng)
+
+
+def test_an_obstacle_stops_a_robot(tmp_path):
+    """Driven straight at a pillar, its hull ends where the pillar begins."""
+    source = written(tmp_path, '<geom type="cylinder" size="0.02 0.04" pos="0.1 0 0.04"/>')
+    with Simulation(scene=SceneConfig(arena=source), robots={"observer": "colias"}, seeing=False) as simulation:
+        simulation.reset({}, np.random.default_rng(0))
+        robot = simulation.robots["observer"]
+        for _ in range(45):
+            simulation.advance(lambda dt: robot.ease(robot.wheels_for(0.1, 0.0), dt))
+        assert robot.pose.x == pytest.approx(0.06, abs=0.003)
+
+
+def extent(frame):
+    """Return columns and rows of the dark pixels."""
+    rows, columns = np.nonzero(frame < 60)
+    return np.ptp(columns) + 1, np.ptp(rows) + 1
+
+
+def test_the_shell_has_the_shape_and_size_of_its_settings():
+    usual = extent(seen("plain"))
+    wide = extent(seen("plain", shell_width_cm=6.0))
+    tall = extent(seen("plain", shell_height_cm=4.5))
+    ball = extent(seen("plain", shell_shape="sphere"))
+    assert wide[0] > 1.4 * usual[0] and tall[1] > 1.3 * usual[1] and abs(tall[0] - usual[0]) <= 1
+    assert abs(ball[0] - ball[1]) <= 1, "a sphere is round"
+    edge, face = (extent(seen("plain", shell_shape="card", shell_turn_deg=turn)) for turn in (0.0, 90.0))
+    assert edge[0] <= 2 < 20 < face[0], "a card faces ahead, or by 90 degrees sideways"
+
+
+def test_a_picture_on_the_shell_is_upright_and_no_mirror_image_from_every_side(tmp_path):
+    """The picture is dark in its upper left quarter."""
+    picture = np.full((64, 64), 255, np.uint8)
+    picture[:32, :32] = 0
+    cv2.imwrite(str(tmp_path / "own.png"), picture)
+    scene = SceneConfig(arena="plain", light_sd=0.0, turn_wall=False, shell_picture=str(tmp_path / "own.png"))
+    with Simulation(scene=scene) as simulation:
+        for quarter in range(4):
+            rng = np.random.default_rng(1)
+            simulation.reset({"stimulus": Pose(0.1, 0.0, quarter * math.pi / 2)}, rng)
+            rows, columns = np.nonzero(simulation.step(rng).luma[:, 40:59] < 60)
+            assert len(rows) and columns.max() < 12, "dark left of the axis"
+            assert rows.max() < 45, "and not below the shell's middle"
