@@ -60,12 +60,19 @@ def _behaviours() -> Iterable[str]:
     return *BEHAVIOURS, *GROUPS
 
 
+def _arenas() -> Iterable[str]:
+    from scenes import ARENAS
+
+    return ARENAS
+
+
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         "model": Kind("a model of motion vision", "check", _models),
         "experiment": Kind("trials with the robot on a path of your own, and a claim", "run", _experiments),
         "claim": Kind("a claim, and the trials with the robot that it is judged on", "run", _claims),
         "stimulus": Kind("a synthetic stimulus, clips of it, and a claim about them", "check", _stimuli),
+        "arena": Kind("a room with obstacles, for trials and envs", "check", _arenas),
         "behaviour": Kind("a reflex that drives the robot in an env", "behave", _behaviours),
     }
 )

@@ -44,7 +44,10 @@ def commands(text: str) -> list[list[str]]:
 def test_the_file_declares_what_it_was_asked_for_by_its_name(kind, folder):
     assert write(kind, NAME, folder) == folder / f"{STEM}.py"
     entry = declared(folder / f"{STEM}.py", kind.upper())
-    assert NAME in (getattr(entry, "name", ""), getattr(entry, "id", ""))
+    if kind == "arena":
+        assert f'model="{NAME}"' in entry()
+    else:
+        assert NAME in (getattr(entry, "name", ""), getattr(entry, "id", ""))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -91,6 +94,7 @@ BAD = {
     "an experiment that ships": ("experiment", "street", "an experiment of that name ships"),
     "a claim of the paper": ("claim", "C14", "a claim of that name ships"),
     "a stimulus that ships": ("stimulus", "plain", "a stimulus of that name ships"),
+    "an arena that ships": ("arena", "bright", "an arena of that name ships"),
     "a group of behaviours": ("behaviour", "escape", "a behaviour of that name ships"),
 }
 
