@@ -25,7 +25,7 @@ from colias_sim.envs.vision import Vision
 from colias_sim.envs.world import OBSERVER
 from colias_sim.gl import render_modes
 from colias_sim.pose import Pose, WheelSpeeds
-from colias_sim.streams import clearing, episode, film
+from colias_sim.streams import clearing, episode, film, world
 
 MOST_STARTS = 500
 """Draws of an episode's start among obstacles."""
@@ -90,7 +90,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self._begun = self._running = self._closed = False
         self._forget()
         try:
-            self._drawn(np.random.default_rng(0))  # an arena without room for the robots is refused here
+            self._drawn(world(0))  # an arena without room for the robots is refused here
         except ValueError:
             self.close()
             raise

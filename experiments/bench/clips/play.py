@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -40,8 +38,9 @@ class Played:
     """A clip that was shown: its T frames, (T, R, C) uint8, the truth about each, and every model's answer."""
 
     name: str
-    settings: dict[str, Any]
-    """Settings that made the clip: name -> value."""
+    params: ClipParams
+    seed: int
+    """Of the clip, as its parameters are."""
     frames: npt.NDArray[np.uint8]
     truths: tuple[Truth, ...]
     times_s: npt.NDArray[np.float64]
@@ -73,7 +72,8 @@ def play(
         raise UsageError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     return Played(
         name,
-        {**dataclasses.asdict(clip.params), "seed": clip.seed},
+        clip.params,
+        clip.seed,
         frames,
         tuple(truths),
         np.arange(len(clip)) / clip.fps,

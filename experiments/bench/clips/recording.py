@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from functools import partial
 
@@ -25,7 +26,9 @@ def record(played: Played, identity: str | None = None, quality: int | None = No
 
 
 def _write(played: Played, quality: int | None, recording: rr.RecordingStream) -> None:
-    recording.send_property("stimulus", rr.AnyValues(**played.settings))
+    # Rerun holds a name to the first type it has in a process, and two stimuli may have one as int and as float.
+    settings = {**dataclasses.asdict(played.params), "seed": played.seed}
+    recording.send_property("stimulus", rr.DynamicArchetype(type(played.params).__name__, components=settings))
     times = timelines(played.times_s, np.arange(len(played.times_s)))
     if quality is None:
         video(recording, "clip", played.frames, times)

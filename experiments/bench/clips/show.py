@@ -68,7 +68,8 @@ def _recording(
 
     played = Played(
         showing.condition.name,
-        {**dataclasses.asdict(clip.params), "seed": clip.seed},
+        clip.params,
+        clip.seed,
         np.stack([frame.luma for frame in frames]),
         tuple(frame.truth for frame in frames),
         np.arange(len(frames)) / clip.fps,

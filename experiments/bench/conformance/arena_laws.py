@@ -15,6 +15,7 @@ import numpy.typing as npt
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.arena import Arena
 from colias_sim.scene import compile_arena
+from colias_sim.streams import world
 from experiments.bench.conformance.laws import Finding, tried
 
 Frame = npt.NDArray[np.uint8]
@@ -67,12 +68,12 @@ def _scene(source: str) -> SceneConfig:
 
 def _robots(source: str) -> str:
     with Simulation(scene=_scene(source), robots={"observer": "colias"}, seeing=False) as simulation:
-        return _refused(lambda: simulation.reset({}, np.random.default_rng(0)))
+        return _refused(lambda: simulation.reset({}, world(0)))
 
 
 def _look(simulation: Simulation, stimulus: Pose) -> Frame:
     """Return what the observer in the middle sees of a stimulus there; ``ValueError`` where that cannot stand there."""
-    generator = np.random.default_rng(0)
+    generator = world(0)
     simulation.reset({"stimulus": stimulus}, generator)
     return simulation.step(generator).luma
 

@@ -214,7 +214,11 @@ class _Found:
             if "RecordingInfo:name" in names:
                 self._name = str(batch.column("RecordingInfo:name")[0].as_py()[0])
         elif entity.startswith("__properties/"):
-            columns = {name: batch.column(name)[0].as_py() for name in names if not name.startswith("rerun.")}
+            columns = {  # of the settings of a clip, the names come after that of their class
+                name.rpartition(":")[2]: batch.column(name)[0].as_py()
+                for name in names
+                if not name.startswith("rerun.")
+            }
             self._properties |= {name: value[0] for name, value in columns.items() if value}
         elif "Pinhole:image_from_camera" in names:
             focal, (columns, _) = _flat(batch, "Pinhole:image_from_camera")[0], _flat(batch, "Pinhole:resolution")

@@ -314,7 +314,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is_made(tmp_path, models,
 
 
 def test_an_answer_that_is_no_number_fails_by_name(tmp_path):
-    text = example().replace("return Response(hs, vs,", "return Response(float('nan'), vs,")
+    text = example().replace("return Response(hs=hs,", "return Response(hs=float('nan'),")
     (tmp_path / "none.py").write_text(text)
     (experiment, _) = clip_experiments(["emd", str(tmp_path / "none.py")])
     done = show(plan(experiment, (), (), 1, 0).showings[0])
