@@ -81,7 +81,7 @@ export function drawTraces(svg, series, ghost, threshold, fps) {
     const base = floor + 8 + row * raster + raster / 2;
     const wide = Math.max(1, Math.min(5, (right - left) / last - 0.6));
     const marks = Array.from(spikes, (count, i) => {
-      const tall = ((raster / 2 - 2) * Math.min(Math.abs(count), TALLEST)) / TALLEST;
+      const tall = ((raster / 2 - 2) * (1 + Math.min(Math.abs(count), TALLEST))) / (1 + TALLEST);
       return count
         ? `<rect x="${(x(i) - wide / 2).toFixed(1)}" y="${count > 0 ? base - tall : base}" width="${wide.toFixed(1)}" height="${tall}"/>`
         : "";

@@ -25,9 +25,8 @@ export const counted = (spikes) => spikes.reduce((sum, count) => sum + Math.abs(
 export function told(spikes, plus, minus) {
   const total = counted(spikes);
   const positive = counted(spikes.filter((count) => count > 0));
-  const word = total === 1 ? "1 spike" : `${total} spikes`;
-  if (positive && positive < total) return `${word} (${positive} ${plus}, ${total - positive} ${minus})`;
-  return total ? `${word} ${positive ? plus : minus}` : word;
+  if (positive && positive < total) return `${total} (${positive} ${plus}, ${total - positive} ${minus})`;
+  return total ? `${total} ${positive ? plus : minus}` : "0";
 }
 
 /**

@@ -113,9 +113,9 @@ function drawTrial() {
   movePlayhead = drawTraces(tracesPicture, series, ghost, t_sp, fps);
   the("ghost", HTMLElement).hidden = !ghost;
   const fires = (/** @type {Series} */ { hsSpikes, vsSpikes }) =>
-    `HS fires ${told(hsSpikes, "rightward", "leftward")}` +
+    `HS ${told(hsSpikes, "rightward", "leftward")}` +
     (counted(vsSpikes) ? `, VS ${told(vsSpikes, "downward", "upward")}.` : ".");
-  the("count", HTMLElement).textContent = fires(series) + (ghost ? ` Unchanged: ${fires(ghost)}` : "");
+  the("count", HTMLElement).textContent = `Spikes: ${fires(series)}${ghost ? ` Unchanged: ${fires(ghost)}` : ""}`;
   showFrame();
 }
 
