@@ -178,7 +178,7 @@ def levers() -> list[dict[str, Any]]:
         description = str(field.description)
         given = re.search(r" \(paper: ([^)]*)\)", description)
         paper = given[1] if given else ""
-        meaning = description.replace(given[0], "") if given else description
+        meaning = (description.replace(given[0], "") if given else description).replace("; false ", "; switching off ")
         parts = PARTS if get_args(field.annotation) else ("",)
         extra = field.json_schema_extra or {}
         for index, part in enumerate(parts):

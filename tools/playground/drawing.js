@@ -67,7 +67,7 @@ export function paintMaps(canvases, clip, frame, layers, largest) {
  */
 export function drawTraces(svg, series, ghost, threshold, fps) {
   const [width, height] = [svg.clientWidth, svg.clientHeight];
-  const [left, right, top, raster] = [38, width - 8, 8, height < 200 ? 18 : 24];
+  const [left, right, top, raster] = [38, width - 8, 8, height < 200 ? 22 : 30];
   const floor = height - 24 - 2 * raster;
   const last = Math.max(series.hs.length - 1, 1);
   const x = (/** @type {number} */ frame) => left + ((right - left) * frame) / last;
@@ -78,17 +78,17 @@ export function drawTraces(svg, series, ghost, threshold, fps) {
     `<line class="${kind}" x1="${left}" x2="${right}" y1="${y(value)}" y2="${y(value)}"/>` +
     `<text x="${left - 6}" y="${y(value) + 4}" text-anchor="end">${text}</text>`;
   const bars = (/** @type {number[]} */ spikes, /** @type {number} */ row, /** @type {string} */ kind) => {
-    const base = floor + 8 + row * raster + raster - 4;
+    const base = floor + 8 + row * raster + raster / 2;
     const wide = Math.max(1, Math.min(5, (right - left) / last - 0.6));
     const marks = Array.from(spikes, (count, i) => {
-      const tall = ((raster - 6) * Math.min(Math.abs(count), TALLEST)) / TALLEST;
+      const tall = ((raster / 2 - 2) * (1 + Math.min(Math.abs(count), TALLEST))) / (1 + TALLEST);
       return count
-        ? `<rect x="${(x(i) - wide / 2).toFixed(1)}" y="${base - tall}" width="${wide.toFixed(1)}" height="${tall}"/>`
+        ? `<rect x="${(x(i) - wide / 2).toFixed(1)}" y="${count > 0 ? base - tall : base}" width="${wide.toFixed(1)}" height="${tall}"/>`
         : "";
     });
     return (
       `<g class="${kind} spikes"><line x1="${left}" x2="${right}" y1="${base}" y2="${base}"/>${marks.join("")}</g>` +
-      `<text x="${left - 6}" y="${base - 2}" text-anchor="end">${kind.toUpperCase()}</text>`
+      `<text x="${left - 6}" y="${base + 4}" text-anchor="end">${kind.toUpperCase()}</text>`
     );
   };
   const isTight = y(0) - y(threshold) < 14;

@@ -17,6 +17,19 @@
 export const counted = (spikes) => spikes.reduce((sum, count) => sum + Math.abs(count), 0);
 
 /**
+ * Tell how many spikes there are, and of which direction.
+ * @param {number[]} spikes
+ * @param {string} plus What a positive spike tells.
+ * @param {string} minus
+ */
+export function told(spikes, plus, minus) {
+  const total = counted(spikes);
+  const positive = counted(spikes.filter((count) => count > 0));
+  if (positive && positive < total) return `${total} (${positive} ${plus}, ${total - positive} ${minus})`;
+  return total ? `${total} ${positive ? plus : minus}` : "0";
+}
+
+/**
  * Judge counts of spikes.
  * @param {Claim} claim
  * @param {Map<number, number>} counts Speed -> count.

@@ -1,7 +1,7 @@
 // The page: what is chosen, what follows from it, and where it is shown.
 import { drawCurve, drawTraces, frameAt, paintMaps } from "#drawing";
 import { LONGEST, opened, taken } from "#footage";
-import { counted, judged } from "#judging";
+import { counted, judged, told } from "#judging";
 import { compile, Network, Run, run } from "#network";
 import { assignments, changed, commandOf, read, settingOf, written } from "#settings";
 import { clip as clipOf, embedded } from "#trials";
@@ -112,9 +112,10 @@ function drawTrial() {
   const { t_sp, fps } = changed(trial.params, levers, changes);
   movePlayhead = drawTraces(tracesPicture, series, ghost, t_sp, fps);
   the("ghost", HTMLElement).hidden = !ghost;
-  const [now, before] = [counted(series.hsSpikes), ghost ? counted(ghost.hsSpikes) : null];
-  const change = before === null ? "" : before === now ? ", as without the changes" : `, ${before} without the changes`;
-  the("count", HTMLElement).textContent = `HS fires ${now} ${now === 1 ? "spike" : "spikes"}${change}.`;
+  const fires = (/** @type {Series} */ { hsSpikes, vsSpikes }) =>
+    `HS ${told(hsSpikes, "rightward", "leftward")}` +
+    (counted(vsSpikes) ? `, VS ${told(vsSpikes, "downward", "upward")}.` : ".");
+  the("count", HTMLElement).textContent = `Spikes: ${fires(series)}${ghost ? ` Unchanged: ${fires(ghost)}` : ""}`;
   showFrame();
 }
 
@@ -169,9 +170,11 @@ async function drawCounts(pause) {
   /** @type {Map<number, number>} */
   const counts = new Map();
   const rows = [];
+  const params = changed(trial.params, levers, changes);
+  const all = Object.fromEntries(levers.map((lever) => [lever.key, settingOf(lever, params)]));
   for (const each of curve) {
     const film = await clipOf(each);
-    const done = await run(kernel, tables, film, changed(each.params, levers, changes), { pause });
+    const done = await run(kernel, tables, film, changed(each.params, levers, all), { pause });
     if (!done || each.speed === null) return;
     const of = done.series;
     const count = counted(of.hsSpikes);
@@ -246,7 +249,15 @@ function choose(chosen, film, at = -1) {
   const select = the("trial", HTMLSelectElement);
   select.value = chosen.id;
   scrubber.max = String(Math.max(film.frames.length - 1, 0));
-  the("note", HTMLElement).textContent = chosen.note;
+  const special = levers
+    .filter((lever) => settingOf(lever, chosen.params) !== settingOf(lever, first.params))
+    .map((lever) => `${lever.name} = ${settingOf(lever, chosen.params)}`);
+  the("note", HTMLElement).textContent =
+    chosen.note +
+    (special.length
+      ? ` With it the levers, and the curve of ${claim.id}, have the values for clips off-line: ${special.join(", ")}.`
+      : "");
+  say("");
   ask();
 }
 
@@ -255,11 +266,11 @@ async function follow() {
   taking?.stop();
   const ids = data.trials.map((each) => each.id);
   const link = read(location.hash.slice(1), ids, levers);
-  say(link.refused.length ? `The link has ${link.refused.join("; ")}. What it says otherwise is used.` : "");
   const chosen = data.trials.find((each) => each.id === link.trial) ?? first;
   const film = await clipOf(chosen);
   changes = link.changes;
   choose(chosen, film, Math.min(link.frame ?? -1, film.frames.length - 1));
+  if (link.refused.length) say(`The link has ${link.refused.join("; ")}. What it says otherwise is used.`);
 }
 
 /** @param {boolean} wanted */
@@ -314,14 +325,14 @@ async function take(file) {
 /** Write the levers into the page. */
 function makeLevers() {
   the("levers", HTMLElement).innerHTML = levers
-    .map(({ key, name, kind, low, high, step, meaning, paper }) => {
+    .map(({ key, name, part, kind, low, high, step, meaning, paper }) => {
       const id = `input-${key}`;
       const input =
         kind === "switch"
           ? `<input type="checkbox" role="switch" id="${id}">`
           : `<input type="range" id="${id}" min="${low}" max="${high}" step="${step}" aria-describedby="about-${key}">`;
       return (
-        `<div class="lever ${kind}" id="lever-${key}"><label for="${id}"><code>${name}</code></label>` +
+        `<div class="lever ${kind}" id="lever-${key}"><label for="${id}"><code>${name}</code>${["", ", near", ", far"][part === null ? 0 : part + 1]}</label>` +
         `<span class="value" id="value-${key}"></span>` +
         `<button type="button" id="reset-${key}" class="back" aria-label="Reset ${key}" hidden>&#8634;</button>${input}` +
         `<p id="about-${key}">${meaning}${paper ? ` <span class="paper">paper: ${paper}</span>` : ""}</p></div>`
