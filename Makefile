@@ -59,7 +59,7 @@ docs-quick: $(READY) ## The same to read: nothing checked, tutorials without the
 
 playground: ## The playground's JavaScript: linted, its format and its types checked (npm fetches the tools)
 	sh tools/setup.sh --node
-	cd tools/playground && npm ci --silent && npm run --silent check
+	cd tools/playground && npm install --silent && npm run --silent check
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
