@@ -32,10 +32,21 @@ def tune(
         list[str] | None,
         typer.Option(help="Only this one: speed, size, contrast, frequency, direction or l-over-v. Repeatable."),
     ] = None,
+    stimulus: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE", help="The curve of this stimulus, or of a .py file's, along --over; of --curve too."
+        ),
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option(metavar="NAME.PARAM=V1,V2", help="The parameter of --stimulus that varies, and its values."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the gratings' phase, 0 or more.")] = 0,
     out: Out = None,
     assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of a model or of --stimulus. Repeatable."),
     ] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
@@ -51,12 +62,22 @@ def tune(
     within the noise of its measure is told as not defined. A figure for each curve, tuning.csv with
     every point, preferences.csv with a row a model. The command's own models are those registered,
     but dsnn-reference.
+
+    A stimulus of --stimulus moves as its truth says: a response is projected on the direction of the
+    mean velocity of its object, or else of its background; on rightward where its truth gives none.
     """
+    from experiments.bench.clips import stimuli
+    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.models import COMPARED, shown_models
     from experiments.bench.tuning import run as tuning_run
     from experiments.bench.tuning import table as tuning_table
 
-    plan = tuning_run.plan(shown_models(COMPARED, model, only), curve or (), assignments or (), seed)
+    if (stimulus is None) != (over is None):
+        missing, given = ("--over", "--stimulus") if over is None else ("--stimulus", "--over")
+        raise UsageError(f"{given} {stimulus or over}: it goes with {missing}")
+    models = shown_models(COMPARED, model, only)
+    entry = None if stimulus is None else stimuli.find(stimulus)
+    plan = tuning_run.plan(models, curve or (), assignments or (), seed, entry, over or "")
     folder = run_folder(out, "tune")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool(rendering=False) as pool:

@@ -26,6 +26,8 @@ from experiments.bench.judging.statistics import PERMUTATIONS, SEED
 from experiments.bench.streams import stream
 
 LEVEL = 0.05
+LEAST_POINTS = 5
+"""Of four points one order in twelve is as smooth as a slope."""
 SOME = 0.05
 """The least DSI with which there is a preferred direction to tell of."""
 
@@ -68,9 +70,12 @@ def undefined_peak(response: Sequence[float] | Floats) -> str:
     """Tell why the largest point of a curve (n,), or of a map (m, n), is no preference, in words; empty where it is
     one.
     """
-    p = order_p(np.atleast_2d(np.asarray(response, float)))
+    points = np.atleast_2d(np.asarray(response, float))
+    p = order_p(points)
     if p <= LEVEL:
         return ""
+    if points.size < LEAST_POINTS:
+        return f"{points.size} points, and fewer than {LEAST_POINTS} cannot be told from a random order"
     return f"neighbouring points are no more alike than points in a random order (p = {p:.2f})"
 
 

@@ -36,6 +36,8 @@ Answers = Sequence[TuningPoint]
 Channels = Mapping[str, Sequence[str]]
 ACROSS = 3
 SHADES = "RdBu_r"
+LEAST_RATIO = 4.0
+"""From the first to the last place on a logarithmic axis; those nearer, and those from 0, stand on a linear one."""
 WIDER = 2.4
 """Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
 
@@ -86,7 +88,9 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
             under = sum(_alike(heights, others) for _, others in after)
             axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under, ls=mark.line,
                       color=mark.colour)  # fmt: skip
-        _log(axes, sorted({probe.x for probe in family.probes if probe.line == line}))
+        places = sorted({probe.x for probe in family.probes if probe.line == line})
+        if places[0] > 0 and places[-1] / places[0] >= LEAST_RATIO:
+            _log(axes, places)
         axes.axhline(0.0, color="black", lw=0.5)
         axes.set_xlabel(family.x.label)
         axes.set_title(line, fontsize=9)

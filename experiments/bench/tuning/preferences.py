@@ -27,7 +27,7 @@ from experiments.bench.tuning.curves import (
     speed_slope,
 )
 from experiments.bench.tuning.defined import SOME, undefined_direction, undefined_peak
-from experiments.bench.tuning.probes import CROSSES, LOOMS, PHASES, RECEDES, curve_family
+from experiments.bench.tuning.probes import CROSSES, LOOMS, PHASES, RECEDES, STIMULUS, curve_family
 
 OBJECT, GRATING, LOOMING = "dark object", "grating", "dark looming"
 
@@ -41,7 +41,8 @@ class Preferences:
     is how far (hs, vs) points off them. ``slope`` is that of `curves.speed_slope`. ``fires_deg`` is the full angle at
     which dark looming makes it spike first, the median over l/v. ``looming_by_potential`` and
     ``looming_by_spikes`` are the shares of l/v at which a dark disc that looms gets a higher peak, or more spikes, than
-    the same that recedes and the same that crosses. ``undefined`` says of measures why they are within
+    the same that recedes and the same that crosses. ``stimulus`` is along the parameter of ``--stimulus``'s clips.
+    ``undefined`` says of measures why they are within
     the noise (`experiments.bench.tuning.defined`); they are ``None`` too.
     """
 
@@ -59,6 +60,7 @@ class Preferences:
     fires_deg: float | None = None
     looming_by_potential: float | None = None
     looming_by_spikes: float | None = None
+    stimulus: Preferred | None = None
     undefined: Mapping[str, str] = field(default_factory=dict)
 
     def row(self) -> dict[str, Any]:
@@ -92,6 +94,9 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
     }
     shapes: dict[str, Any] = {"speed_px_s": speed[1], "size_px": size[1]}
     response = grid(given, model, "frequency")[2]
+    for line in {a.line for a in given if a.curve == STIMULUS}:
+        values["stimulus"] = preferred(*curve(given, model, STIMULUS, line))
+        shapes["stimulus"] = curve(given, model, STIMULUS, line)[1]
     shapes |= {"wavelength_px": response, "temporal_hz": response}
     undefined = {
         name: why

@@ -7,14 +7,18 @@ have 99x72 px, through the robot's lens, and so has the disc that looms, recedes
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any, Literal
 
 from dsnn.hints import nearest
+from dsnn.stimuli import StimulusEntry
 from experiments.bench.clips.experiment import Clip
+from experiments.bench.engine import settings
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.user_code import apart
 
 Kind = Literal["curve", "map", "polar", "approach"]
 
@@ -40,6 +44,9 @@ LOOMS, RECEDES, CROSSES = "dark disc looming", "dark disc receding", "dark disc 
 DISC_LINES = {LOOMS: "looming", RECEDES: "receding", CROSSES: "rightward"}
 """Line -> motion: one disc at one speed. It crosses at the size at which the others end or begin."""
 CARDINAL = {0.0: "rightward", 90.0: "downward", 180.0: "leftward", 270.0: "upward"}
+
+STIMULUS = "stimulus"
+"""The name of the family that `of_stimulus` makes."""
 
 GROUND = 127.0
 """Grey behind the objects of the contrast curve: as much room above as below."""
@@ -200,3 +207,63 @@ def families(names: Iterable[str]) -> tuple[Family, ...]:
         if name not in CURVES:
             raise UsageError(f"--curve {name}: known are {', '.join(CURVES)}{nearest(name, CURVES, ' (', ')')}")
     return tuple(curve_family(name) for name in CURVES if not wanted or name in wanted)
+
+
+def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, seed: int) -> Family:
+    """Return the family of a stimulus by name or of a user's own file: its clips along one of its parameters.
+
+    Parameters
+    ----------
+    entry
+        The stimulus.
+    assigned
+        Its other parameters, name -> text, as ``--set`` has them.
+    over
+        ``NAME.PARAM=V1,V2,...``, or ``PARAM=...``, as typed after ``--over``.
+    seed
+        Of the run: the direction of a clip's motion is read from its truth at this seed.
+
+    Raises
+    ------
+    UsageError
+        The parameter is unknown or has no numbers, a value is not legal, or two are equal.
+    """
+    key, equals, text = over.partition("=")
+    name = key.removeprefix(f"{entry.name}.")
+    if not equals:
+        raise UsageError(f"--over {over}: legal is {entry.name}.PARAM=V1,V2, with numbers")
+    settings.collect([f"{entry.name}.{name}={text}"], {entry.name: entry.params},
+                     f"colias stimulus {entry.name} --parameters", "--over")  # fmt: skip
+    if type(getattr(entry.params, name)) not in (int, float):
+        raise UsageError(f"--over {over}: {name} is no number, so nothing can be drawn along it")
+    probes = []
+    for value in text.split(","):
+        typed = {**assigned, name: value.strip()}
+        params = settings.changed(
+            entry.name, entry.params, typed, lambda param, value: f"--over {entry.name}.{param}={value}"
+        )
+        changes = {param: getattr(params, param) for param in typed}
+        try:
+            clip = apart(partial(Clip, f"{name} {changes[name]:g}", entry, tuple(changes.items())))
+            direction = apart(partial(direction_deg, clip, seed))
+        except ValueError as error:
+            raise UsageError(f"--over {over}: {error}") from None
+        probes.append(Probe(clip, entry.name, float(changes[name]), direction_deg=direction))
+    try:
+        unit = settings.unit_of(entry.params, name)
+        axis = Axis(name, f"{name.removesuffix('_' + unit.replace('/', '_')).replace('_', ' ')} ({unit or 'no unit'})")
+        return Family(STIMULUS, f"{entry.name}: {entry.summary}", "curve", axis, tuple(probes))
+    except ValueError:
+        raise UsageError(f"--over {over}: legal is one or more values, each given once") from None
+
+
+def direction_deg(clip: Clip, seed: int) -> float:
+    """Return the direction of a clip's motion by its truth: that of the mean velocity over its moving frames, degrees.
+
+    The velocity is the object's, or the background's where there is no object. Rightward, 0, where the truth gives
+    none, or motions that cancel.
+    """
+    truths = [frame.truth for frame in clip.build(seed)]
+    velocities = [truth.velocity or truth.background_velocity for truth in truths if truth.motion != "still"]
+    x, y = (sum(velocity[axis] for velocity in velocities) for axis in (0, 1))
+    return math.degrees(math.atan2(y, x)) % 360.0 if math.hypot(x, y) > 1e-9 * max(len(velocities), 1) else 0.0

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from dsnn.stimuli import StimulusEntry
+from experiments.bench.clips import stimuli
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
@@ -26,7 +28,7 @@ from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint, answers
 from experiments.bench.tuning.preferences import Preferences, preferences
-from experiments.bench.tuning.probes import Family, Probe, curve_family, families
+from experiments.bench.tuning.probes import STIMULUS, Family, Probe, families, of_stimulus
 
 EXPERIMENT = "tuning"
 
@@ -60,6 +62,11 @@ class TuningPlan:
         frames = sum(len(probe.clip.build(self.seed + probe.repeat)) for _, _, probe in probes_shown)
         return f"{len(probes_shown)} clips, {frames:,} frames"
 
+    def _files(self) -> list[str]:
+        """Return the user's own files that stimuli are declared in."""
+        entries = {probe.clip.entry.name: probe.clip.entry for family in self.families for probe in family.probes}
+        return [place[0] for entry in entries.values() if (place := stimuli.place_of(entry))]
+
     def channels(self) -> dict[str, tuple[str, ...]]:
         """Return the channels by which each model answers."""
         return {model.label: model.channels for model in self.models}
@@ -74,9 +81,17 @@ class TuningPlan:
             "trials": len(self.shown()),
             "models": self.models,
             **({"changed": changed} if changed else {}),
-            "curves": self.families,
-            **provenance.of(model.source for model in self.models),
+            "curves": [described(family) for family in self.families],
+            **provenance.of([model.source for model in self.models] + self._files()),
         }
+
+
+def described(family: Family) -> Family | dict[str, Any]:
+    """Return what ``experiment.json`` holds of a family; of `STIMULUS` it is the parameters of the clips."""
+    if family.name != STIMULUS:
+        return family
+    points = {probe.clip.name: {"params": probe.clip.build(0).params, "x": probe.x} for probe in family.probes}
+    return {"name": family.name, "summary": family.summary, "x": family.x, "probes": points}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +106,28 @@ class TuningReport:
     failures: list[Failure]
 
 
-def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str], seed: int) -> TuningPlan:
-    """Return a checked plan from what a person typed; `UsageError` for what is not legal."""
+def plan(
+    models: Sequence[str],
+    curves: Sequence[str],
+    assignments: Sequence[str],
+    seed: int,
+    stimulus: StimulusEntry | None = None,
+    over: str = "",
+) -> TuningPlan:
+    """Return a checked plan from what a person typed; `UsageError` for what is not legal.
+
+    With a ``stimulus`` its curve along the parameter of ``over`` is measured, beside the ``curves`` that are named;
+    without one those, or all of them.
+    """
     check_counts(seed)
-    chosen, _ = watchers(models, assignments)
-    tuning = TuningPlan(families(curves), chosen, seed)
+    if stimulus is None:
+        chosen, _ = watchers(models, assignments)
+        tuning = TuningPlan(families(curves), chosen, seed)
+    else:
+        listed = f"colias stimulus {stimulus.name} --parameters, colias parameters"
+        chosen, assigned = watchers(models, assignments, {stimulus.name: stimulus.params}, listed)
+        along = of_stimulus(stimulus, assigned.get(stimulus.name, {}), over, seed)
+        tuning = TuningPlan((along, *(families(curves) if curves else ())), chosen, seed)
     if not tuning.shown():
         raise UsageError(f"--curve {curves[0]}: no model shown answers by looming; name one by --model")
     return tuning
@@ -141,8 +173,9 @@ def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
     known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
     rows = [preferences(given, model, by) for model, by in known.items()]
     pictures, changed = {}, differing(plan.models, offline=True)
+    families = {family.name: family for family in plan.families}
     if given:
-        folder.write_rows("tuning.csv", [_row(a) for a in given])
+        folder.write_rows("tuning.csv", [_row(a, families) for a in given])
         folder.write_rows("preferences.csv", [row.row() for row in rows])
         for family in plan.families:
             points = [a for a in given if a.curve == family.name]
@@ -153,10 +186,11 @@ def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
     return TuningReport(plan, folder.folder, given, rows, pictures, list(failures))
 
 
-def _row(given: TuningPoint) -> dict[str, Any]:
+def _row(given: TuningPoint, families: Mapping[str, Family]) -> dict[str, Any]:
     """Return a row of ``tuning.csv``, its axes by name; empty where the curve has no such axis."""
-    family = curve_family(given.curve)
-    names = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
+    family = families[given.curve]
+    along = [families[STIMULUS].x.name] if STIMULUS in families else []
+    names = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s", *along)
     axes: dict[str, float | None] = dict.fromkeys(names)
     values = dataclasses.asdict(given)
     x, y = values.pop("x"), values.pop("y")

@@ -9,6 +9,7 @@ from rich.table import Table
 from experiments.bench.engine.terminal import out_console, show_line, show_table
 from experiments.bench.tuning.defined import SOME
 from experiments.bench.tuning.preferences import Preferences
+from experiments.bench.tuning.probes import STIMULUS
 from experiments.bench.tuning.run import TuningReport
 
 COLUMNS: tuple[tuple[str, str, str, Callable[[Preferences], str]], ...] = (
@@ -24,6 +25,7 @@ COLUMNS: tuple[tuple[str, str, str, Callable[[Preferences], str]], ...] = (
     ("fires", "l-over-v", "fires_deg", lambda p: _number(p.fires_deg, "{:.0f}°")),
     ("looms", "disc", "looming_by_potential", lambda p: _number(p.looming_by_potential, "{:.0%}")),
     ("spikes", "disc", "looming_by_spikes", lambda p: _number(p.looming_by_spikes, "{:.0%}")),
+    ("largest at", STIMULUS, "stimulus", lambda p: _said(p.stimulus)),
 )
 """Heading, the family it comes from, the field of `Preferences`, the cell."""
 UNDEFINED = "n.d."
@@ -33,7 +35,8 @@ NOTE = (
     "frequency decides, 1 speed. DSI: of HS, or looming, for gratings, |sum r exp(ia)| / sum r, r rectified; 1 one "
     "direction alone, 0.79 a cosine, 0 all alike. Off: how far (hs, vs) points off the motion. Fires: the "
     "full angle of dark looming at its first spike, median over l/v. Looms, spikes: at which share of l/v a dark disc "
-    "that looms gets a higher peak, or more spikes, than the same that recedes and that crosses. n.d.: not defined, "
+    "that looms gets a higher peak, or more spikes, than the same that recedes and that crosses. Largest at: along the "
+    "parameter of --over. n.d.: not defined, "
     "as below."
 )
 

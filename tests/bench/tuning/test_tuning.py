@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from dsnn import DSNN, EMD, MODELS, DSNNParams, EMDParams
+from dsnn.stimuli import STIMULI
 from experiments.bench.cli import tune
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
@@ -194,6 +195,33 @@ def test_curves_are_declared_once_a_point():
     speed = curve_family("speed")
     with pytest.raises(ValueError, match="two probes at one point"):
         Family("twice", "", "curve", speed.x, (speed.probes[0], speed.probes[0]))
+
+
+def test_the_curve_of_a_stimulus_shows_the_clips_of_the_family_with_its_values():
+    assigned = {name: str(value) for name, value in {**probes.FRAME, **probes.OBJECT}.items() if name != "speed"}
+    speeds = {probe.x: probe.clip for probe in curve_family("speed").probes}
+    for motion, direction in (("rightward", 0.0), ("leftward", 180.0), ("downward", 90.0)):
+        family = probes.of_stimulus(STIMULI["plain"], {**assigned, "motion": motion}, "plain.speed=15,60", 0)
+        assert [(probe.x, probe.direction_deg) for probe in family.probes] == [(15.0, direction), (60.0, direction)]
+        for probe in family.probes:
+            expected = dataclasses.replace(speeds[probe.x].build(0).params, motion=motion)
+            assert probe.clip.build(0).params == expected
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        ("speed", "legal is plain.PARAM=V1,V2"),
+        ("spead=1", "nearest: plain.speed"),
+        ("motion=leftward", "motion is no number"),
+        ("speed=60,-1", "--over plain.speed=-1: legal is"),
+        ("speed=60,60.0", "each given once"),
+    ],
+)
+def test_what_a_curve_cannot_go_along_is_refused_in_a_line(over, message):
+    with pytest.raises(UsageError) as raised:
+        probes.of_stimulus(STIMULI["plain"], {}, over, 0)
+    assert message in str(raised.value) and "\n" not in str(raised.value)
 
 
 def test_a_clip_moves_the_way_its_probe_says():
