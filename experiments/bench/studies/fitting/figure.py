@@ -20,6 +20,8 @@ from experiments.bench.studies.fitting.scores import Score
 
 MOST_PARAMETERS = 5
 """Parameters of which pairs are drawn: those that matter most."""
+KEY = "dots: searched; squares: even; darker: keeps more claims; black edge: keeps all; star: the winner"
+"""What the marks of the upper panels are."""
 LEAST_SHADE = 0.12
 """Shade of a setting that keeps no claim, so that it is seen."""
 
@@ -60,8 +62,9 @@ def draw(fitted: Fitted) -> Figure:
         share = f"{low:.0%} to {high:.0%} of the box"
         kept = f"all kept in {fitted.share.holds} of {len(fitted.sample)} even settings ({share})"
         count = fitted.anew[0].count()
-        winner = f"winner anew: {count} replicates{', fitted' if fitted.word == 'fitted' else ', not fitted'}"
-        headline(drawn, f"{fitted.fit.study.name}: {len(fitted.searched)} settings searched; {winner}\n{kept}", 9)
+        winner = f"the winner anew: {count} replicates, {fitted.word}"
+        title = f"{fitted.fit.study.name}: {len(fitted.searched)} settings searched; {winner}\n{kept}\n{KEY}"
+        headline(drawn, title, 9)
     return drawn
 
 
@@ -114,8 +117,11 @@ def _axis(axes: Axes, part: Range, which: str) -> None:
     if part.choices:
         ticks = list(map(plain, part.choices))
         (axes.set_xticks if which == "x" else axes.set_yticks)(range(len(ticks)), ticks)
-    elif part.log:
-        axes.set(**{f"{which}scale": "log"})
+    else:
+        margin = 0.0 if part.log else 0.04 * (part.high - part.low)
+        axes.set(**{f"{which}lim": (part.low - margin, part.high + margin)})
+        if part.log:
+            axes.set(**{f"{which}scale": "log"})
 
 
 def _tables(place: SubFigure, fitted: Fitted) -> None:

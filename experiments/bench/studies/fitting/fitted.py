@@ -70,8 +70,12 @@ class Fitted:
 
     @property
     def word(self) -> str:
-        """What the winner comes to: ``fitted``, or in how many of the replicates judged anew all is kept."""
-        return word(self.anew[0].count())
+        """What the winner comes to: ``fitted``; ``not fitted``; or ``no word``, of too few replicates judged anew."""
+        counted = self.anew[0].count()
+        if self.winner.holds and counted.word == "holds":
+            return "fitted"
+        few = counted.kind == "counted" and not counted.fails
+        return "no word" if self.winner.holds and few else "not fitted"
 
     @property
     def luck(self) -> float:
@@ -108,7 +112,7 @@ class Fitted:
                          f" {broken} in the search")  # fmt: skip
         elif self.word == "fitted":
             lines.append(f"fitted: {setting}; all is kept in {anew.count()} replicates that the search never saw")
-        elif anew.count().kind == "counted":
+        elif self.word == "no word":
             lines.append(f"no word: {setting} keeps all in the search, and in {anew.count()} replicates that it never"
                          f" saw; a word needs {LEAST_JUDGED}")  # fmt: skip
         else:
