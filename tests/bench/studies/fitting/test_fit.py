@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import signal
 
 import pytest
 
+import experiments
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.store.run_folder import RunFolder
+from experiments.bench.studies import registry
+from experiments.bench.studies.fitting import run
+from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.scores import MOST, Score, slack
+from experiments.bench.studies.study import Study
 from tests.helpers.processes import CLI, start, wait_until
 
 pytest.importorskip("optuna")
@@ -226,3 +232,38 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
     score = Score({}, {"one": (good, bad), "other": (good, good)})
     assert score.holds_claim("other") and not score.holds_claim("one") and not score.holds
     assert score.value == pytest.approx(-50.0) and score.count().holds == 1
+
+
+def test_the_fits_that_ship_can_be_made():
+    for name in registry.fits():
+        plan = run.planned(registry.find_fit(name))
+        assert plan.batches * plan.renderings * plan.share >= 2000
+    eye = run.planned(registry.find_fit("fit-eye"))
+    assert eye.batches * eye.renderings >= 100, "settings of the rendering"
+
+
+def test_from_python_it_is_the_same_fit(folder, undisturbed):
+    file = str(folder / "planted.py")
+    study = Study(
+        "fit-planted", "parameters that keep claims", claims=("hill", "luck"), experiments=(file,), models=(file,),
+        repeats=None, replicates=1, every_trial=False,
+    )  # fmt: skip
+    over = ("planted.a=0..1", "dots.speed=30..90")
+    asked = Fit(study, over, trials=24, share=4, sample=4, held_out=3)
+    fitted = experiments.fit(asked, out=folder / "python", workers=0, quiet=True)
+    assert same(folder / "python", undisturbed)
+    assert fitted.described()["winner"] == json.loads((undisturbed / "fit.json").read_text())["winner"]
+
+
+def test_a_wrong_number_is_refused_in_one_line(folder):
+    study = Study("fit", "a fit", claims=("C14",))
+    for change, message in (
+        ({"trials": 0}, "--trials 0: legal"), ({"sampler": "best"}, "legal is tpe, random"),
+        ({"over": ()}, "one parameter"),
+    ):  # fmt: skip
+        with pytest.raises(UsageError, match=message):
+            run.planned(Fit(study, **{"over": ("dsnn.t_sp=0.1..0.2",), **change}))
+    with pytest.raises(UsageError, match="--repeats 2: C14 needs at least 5"):
+        run.planned(Fit(dataclasses.replace(study, repeats=2), ("dsnn.t_sp=0.1..0.2",)))
+    with pytest.raises(UsageError, match="are written down; leave out"):
+        main.command(["fit", "fit-eye", "--claims", "C13"])
