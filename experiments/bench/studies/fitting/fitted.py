@@ -83,7 +83,13 @@ class Fitted:
         return float(np.mean(self.winner.least) - np.mean(self.anew[0].least))
 
     def pairs(self) -> list[dict[str, Any]]:
-        """Return of each pair of claims in how many settings each is kept, and both: of search and sample together."""
+        """Return of each pair of claims in how many settings each is kept, and both: of search and sample together.
+
+        Returns
+        -------
+        list of dict
+            ``claim``, ``other``, ``kept``, ``other kept``, ``both``, ``settings``.
+        """
         every = (*self.searched, *self.sample)
         kept = {claim: {n for n, score in enumerate(every) if score.holds_claim(claim)} for claim in self.claims}
         return [
@@ -93,11 +99,24 @@ class Fitted:
         ]  # fmt: skip
 
     def exclusions(self) -> list[dict[str, Any]]:
-        """Return those `pairs` of which each is kept in some setting, and both in none."""
+        """Return those `pairs` of which each is kept in some setting, and both in none.
+
+        Returns
+        -------
+        list of dict
+            As of `pairs`.
+        """
         return [pair for pair in self.pairs() if pair["kept"] and pair["other kept"] and not pair["both"]]
 
     def sentences(self) -> list[str]:
-        """Return the answer in sentences, and beside it what was searched and how often."""
+        """Return the answer in sentences, and beside it what was searched and how often.
+
+        Returns
+        -------
+        list of str
+            The share of the box; the winner judged anew, and how much of it was luck; claims that exclude each other;
+            what was searched.
+        """
         share, (low, high) = self.share, self.share.interval or (0.0, 1.0)
         number, of = len(self.searched), len(self.sample)
         all_kept = f"all {len(self.claims)} claims are kept" if len(self.claims) > 1 else f"{self.claims[0]} is kept"
@@ -138,7 +157,13 @@ class Fitted:
         return lines
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a row for every setting of search and sample: its values, whether all is kept, and the slacks."""
+        """Return a row for every setting of search and sample.
+
+        Returns
+        -------
+        list of dict
+            The values of the setting, how many claims it keeps, and the slacks.
+        """
         return [
             {
                 "of": name, "number": number, **score.setting, "kept": sum(map(score.holds_claim, self.claims)),
@@ -150,7 +175,13 @@ class Fitted:
         ]  # fmt: skip
 
     def anew_rows(self) -> list[dict[str, Any]]:
-        """Return a row for each setting that was judged anew and each claim, and all claims together."""
+        """Return a row for each setting that was judged anew and each claim, and all claims together.
+
+        Returns
+        -------
+        list of dict
+            The values of the setting, the count with its interval and word, and the slacks in the search and anew.
+        """
         rows = []
         for number, score in zip(self.best, self.anew, strict=True):
             for claim in ("", *self.claims) if len(self.claims) > 1 else self.claims:
@@ -166,7 +197,13 @@ class Fitted:
         return rows
 
     def described(self) -> dict[str, Any]:
-        """Return what ``fit.json`` holds."""
+        """Return what ``fit.json`` holds.
+
+        Returns
+        -------
+        dict
+            The word, the sentences, the share of the box, the winner, pairs of claims and importances.
+        """
         low, high = self.share.interval or (None, None)
         return {
             "fit": self.fit.study.name, "summary": self.fit.study.summary, "word": self.word,
