@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release train policies test test-train test-fit attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -60,6 +60,10 @@ docs-quick: $(READY) ## The same to read: nothing checked, tutorials without the
 playground: ## The playground's JavaScript: linted, its format and its types checked (npm fetches the tools)
 	sh tools/setup.sh --node
 	cd tools/playground && npm install --silent && npm run --silent check
+
+test-fit: $(READY) ## The tests of fits, which need the extra [fit]
+	sh tools/setup.sh --fit
+	$(BIN)/python -m pytest tests/bench/studies/fitting
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train

@@ -16,6 +16,7 @@ from .bench.public.claims import Claim as Claim
 from .bench.public.comparison import Comparison as Comparison
 from .bench.public.comparison import compare as compare
 from .bench.public.episodes import score as score
+from .bench.public.fit import fit as fit
 from .bench.public.footage import Watched as Watched
 from .bench.public.footage import watch as watch
 from .bench.public.listing import runs as runs
@@ -33,6 +34,8 @@ from .bench.robot.experiment import Condition as Condition
 from .bench.robot.experiment import Experiment as Experiment
 from .bench.robot.path import Leg as Leg
 from .bench.robot.path import Path as Path
+from .bench.studies.fitting.fit import Fit as Fit
+from .bench.studies.fitting.fitted import Fitted as Fitted
 from .bench.studies.study import Axis as Axis
 from .bench.studies.study import Level as Level
 from .bench.studies.study import Study as Study
@@ -57,6 +60,8 @@ __all__ = [
     "Egomotion",
     "Experiment",
     "Figure",
+    "Fit",
+    "Fitted",
     "General",
     "Leg",
     "Level",
@@ -74,6 +79,7 @@ __all__ = [
     "__version__",
     "compare",
     "decide",
+    "fit",
     "load",
     "run",
     "runs",

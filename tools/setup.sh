@@ -63,6 +63,13 @@ if [ "${1:-}" = --docs ]; then # the documentation's own packages
     exit 0
 fi
 
+if [ "${1:-}" = --fit ]; then # the extra [fit], which the lock leaves out: into the .venv that is there
+    "$venv/bin/python" -c 'import optuna' 2>/dev/null && exit 0
+    say "installing Optuna (some 20 MB)"
+    "$venv/bin/python" -m pip install -q --disable-pip-version-check -e '.[fit]' --no-build-isolation
+    exit 0
+fi
+
 if [ "${1:-}" = --train ]; then # the extra [train], which the lock leaves out: into the .venv that is there
     "$venv/bin/python" -c 'import stable_baselines3, torch' 2>/dev/null && exit 0
     torch=2.13.0

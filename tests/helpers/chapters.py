@@ -68,6 +68,10 @@ SKIPPED = {
         "takes half an hour: tests/bench/studies/test_studies.py",
         "takes twenty minutes: tests/bench/studies/test_studies.py",
     ),
+    "fitting.md": (
+        "needs Optuna: tests/bench/studies/fitting/test_fit.py",
+        "needs Optuna: tests/bench/studies/fitting/test_fit.py",
+    ),
     "footage.md": (
         "needs a screen",
         "needs a camera",

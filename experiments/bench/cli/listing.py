@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command("list", short_help="Name the experiments, studies, models, scenes, stimuli, envs, behaviours, claims.")(
-        list_all
-    )
+    app.command(
+        "list", short_help="Name the experiments, studies, fits, models, scenes, stimuli, envs, behaviours, claims."
+    )(list_all)
     app.command(short_help="List every parameter that --set reaches.")(parameters)
 
 
 def list_all() -> None:
-    """Name what there is to run: experiments, studies, models, arenas, presets, stimuli, envs, behaviours, claims."""
+    """Name what there is: experiments, studies, fits, models, arenas, presets, stimuli, envs, behaviours, claims."""
     from colias_sim.config import CameraConfig, RobotConfig
     from colias_sim.envs import ENVS
     from dsnn import MODELS
@@ -38,13 +38,14 @@ def list_all() -> None:
     experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
     named = {name: studies.find(name).summary for name in studies.names()}
     named["model-claims"] = "the claims of the looming models' own papers, on clips"
+    fits = {name: studies.find_fit(name).study.summary for name in studies.fits()}
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
     envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
     groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
     behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
     kinds = {
-        "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS,
+        "experiments": experiments, "studies": named, "fits": fits, "models": models, "scenes": ARENAS,
         "presets of camera": CameraConfig.preset_summaries(), "presets of robot": RobotConfig.preset_summaries(),
         "stimuli": stimuli,
         "envs": envs, "behaviours": behaviours,

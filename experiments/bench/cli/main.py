@@ -19,6 +19,7 @@ from experiments.bench.cli import (
     doctor,
     export,
     firmware,
+    fit,
     leaderboard,
     listing,
     maps,
@@ -39,7 +40,7 @@ from experiments.bench.store import commands
 
 GROUPS = {
     "Run": (run, watch),
-    "Judge": (reproduce, maps, study),
+    "Judge": (reproduce, maps, study, fit),
     "Of your own": (new,),
     "Models": (check, leaderboard, tune),
     "Behaviours": (behave, train),

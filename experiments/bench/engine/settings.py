@@ -234,6 +234,27 @@ def unit_of(value: Any, name: str) -> str:
     return _unit(_properties(type(value)).get(name, {}))
 
 
+def schema_of(value: Any, name: str) -> Mapping[str, Any]:
+    """Return the JSON schema of a parameter: its type, its legal range and its unit.
+
+    Parameters
+    ----------
+    value
+        A section of ``--set``: an instance of the parameters' dataclass.
+    name
+        The parameter's name in that section; of `PRESET` the schema lists the presets.
+
+    Returns
+    -------
+    mapping
+        As pydantic makes it; of a value that may be left open that of the value.
+    """
+    if name == PRESET:
+        return {"enum": list(_presets(value))}
+    schema = _properties(type(value))[name]
+    return dict(schema["anyOf"][0]) if "anyOf" in schema else schema
+
+
 def _unit(schema: Mapping[str, Any]) -> str:
     """Return the unit of a field, or of each entry of a sequence, from its JSON schema."""
     parts = [schema, *schema.get("prefixItems", ())[:1], *([schema["items"]] if "items" in schema else [])]

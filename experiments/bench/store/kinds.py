@@ -52,6 +52,7 @@ MAP = Kind("map", "a map", summary="map.csv")
 STUDY = Kind("study", "a study", summary="counts.csv")
 SWEEP = Kind("sweep", "a sweep", summary="sweep.csv", parts=True)
 LEADERBOARD = Kind("leaderboard", "a leaderboard", summary="leaderboard.csv", parts=True)
+FIT = Kind("fit", "a fit", summary="fit.csv", parts=True)
 REPRODUCTION = Kind("reproduction", "a reproduction", parts=True)
 WHOLE = Kind("whole", "several runs", parts=True)
 """Of a folder that says nothing of itself, where folders in it are runs."""
@@ -60,8 +61,8 @@ FOOTAGE = Kind("footage", "footage that was watched", "frames")
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
-        TRIALS, MEASURED, CLIPS, TUNING, EPISODES, TRAINING, MAP, STUDY, SWEEP, LEADERBOARD, REPRODUCTION, WHOLE,
-        FOOTAGE,
+        TRIALS, MEASURED, CLIPS, TUNING, EPISODES, TRAINING, MAP, STUDY, SWEEP, LEADERBOARD, FIT, REPRODUCTION,
+        WHOLE, FOOTAGE,
     )
 }  # fmt: skip
 MARKS = {

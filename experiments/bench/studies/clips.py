@@ -108,9 +108,9 @@ def planned(
     answering = [
         experiment for experiment in experiments if experiment.name in {name for _, name in (*claims, *measures)}
     ]
-    plain = [_offline(experiment, study, seed, claims, ()) for experiment in answering]
+    plain = [offline(experiment, study, seed, claims, ()) for experiment in answering]
     grid.check_assignments([part.base for part in plain], study.assignments)
-    parts = [_offline(experiment, study, seed, claims, before.base.applying(study.assignments))
+    parts = [offline(experiment, study, seed, claims, before.base.applying(study.assignments))
             for experiment, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [part.base for part in parts]
     grid.check_levels(study.axes, bases, study.name, CLIP_SCHEMA.names)
@@ -191,7 +191,7 @@ def _refused(claim: ClipClaim, model: ConfiguredModel) -> str:
     return f"it is about {', '.join(sorted(claim.models))}, and not about {model.label}"
 
 
-def _offline(
+def offline(
     experiment: OfflineExperiment, study: Study, seed: int, claims: choice.Chosen[ClipClaim],
     assignments: Sequence[str],
 ) -> Offline:  # fmt: skip

@@ -191,7 +191,9 @@ def check_levels(axes: Sequence[Axis], bases: Sequence[Base], name: str, columns
         if axis.name in columns_there:
             raise UsageError(f"study {name}: axis {axis.name}: the table of trials has that column; give it another")
         for level in axis.levels:
-            check_assignments(bases, level.settings, f"study {name}: axis {axis.name}: {level.label}:")
+            pairs = (text.partition("=") for text in level.settings)
+            whole = [f"{apart(key)[0]}{equals}{value}" for key, equals, value in pairs]  # ends of several values too
+            check_assignments(bases, whole, f"study {name}: axis {axis.name}: {level.label}:")
 
 
 def expanded(point: Point, axes: Sequence[Axis], base: Base) -> Values:

@@ -10,6 +10,7 @@ from dsnn.hints import nearest
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import beside
 from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.study import Study
 
 
@@ -36,6 +37,25 @@ def find(name: str) -> Study:
     raise UsageError(
         f"unknown study '{name}': known are {', '.join(known)}{nearest(name, known, ' (', ')')}, or a .py file"
     )
+
+
+def fits() -> tuple[str, ...]:
+    """Return the names of the fits that ship."""
+    return tuple(importlib.import_module("experiments.studies").FITS)
+
+
+def find_fit(name: str) -> Fit:
+    """Return the fit called ``name``.
+
+    Raises
+    ------
+    UsageError
+        None that ships is called so.
+    """
+    if name not in fits():
+        raise UsageError(f"unknown fit '{name}': known are {', '.join(fits())}{nearest(name, fits(), ' (', ')')}")
+    fit: Fit = importlib.import_module(f"experiments.studies.{name.replace('-', '_')}").FIT
+    return fit
 
 
 def _of_file(path: Path) -> Study:

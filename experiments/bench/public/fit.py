@@ -1,0 +1,81 @@
+"""Fit parameters to claims from Python; the command line does it by the same functions."""
+
+from __future__ import annotations
+
+import os
+
+from experiments.bench.engine.batch import Resources, worker_count
+from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.public.arguments import flag, folder, whole
+from experiments.bench.store.description import check_own
+from experiments.bench.store.files import new_folder
+from experiments.bench.studies import registry
+from experiments.bench.studies.fitting import run, table
+from experiments.bench.studies.fitting.fit import Fit
+from experiments.bench.studies.fitting.fitted import Fitted
+
+
+def fit(
+    fit: str | Fit,
+    *,
+    seed: int = 0,
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    other_code: bool = False,
+    quiet: bool = False,
+) -> Fitted:
+    """Search a box of parameters for settings under which all claims are kept, as ``colias fit`` does.
+
+    The winner and the ten next best are judged anew at seeds that the search never saw, and only that is a result.
+    Equal arguments give equal numbers, on any number of workers.
+
+    Parameters
+    ----------
+    fit
+        The fit, or the name of one that ships.
+    seed
+        Of the search, 0 or more. Those of the judging anew and of the sample follow from it.
+    out
+        The folder for the results; otherwise a new one, ``runs/NAME-TIME``. Where this fit was begun there, only what
+        is missing is done; more settings may be searched than before.
+    workers
+        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    cluster
+        Address of a Dask scheduler, used instead.
+    other_code
+        Whether to go on with a fit that other code began.
+    quiet
+        Whether to print neither plan nor progress.
+
+    Returns
+    -------
+    Fitted
+        The scores of all settings, the winner judged anew, and the answer in sentences.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be run so, in one line, or Optuna is not installed (the extra ``[fit]``). It is a
+        ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import Fit, Study, fit
+    >>> threshold = Study("threshold", "C14 and C15 at some threshold", claims=("C14", "C15"))
+    >>> fitted = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
+    >>> print(*fitted.sentences(), sep="\\n")
+    """
+    asked = registry.find_fit(fit) if isinstance(fit, str) else fit
+    if not isinstance(asked, Fit):
+        raise UsageError(f"fit {short(fit)}: legal is an experiments.Fit, or the name of one that ships")
+    plan = run.planned(asked, whole("seed", seed))
+    place = new_folder(asked.study.name) if out is None else folder("out", out)
+    check_own(place, f"out={place}")
+    resources = Resources(
+        worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet),
+        flag("other_code", other_code),
+    )  # fmt: skip
+    fitted = run.run(plan, place, resources)
+    table.write(fitted, place)
+    return fitted

@@ -1,0 +1,1 @@
+"""Fit parameters to claims: studies whose points a sampler chooses."""

@@ -1,0 +1,114 @@
+"""What a setting comes to: the slack of each claim in each replicate, in smallest differences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from experiments.bench.judging.checks import MARGIN, Check
+from experiments.bench.judging.count import Count, count
+from experiments.bench.judging.verdict import Outcome, together
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.fitting.box import Setting
+
+MOST = 100.0
+"""Slack at which each claim is clipped, in smallest differences. A claim that cannot be judged has it below 0."""
+
+
+def slack(outcome: Outcome) -> float:
+    """Return how far inside its bounds a claim lies in one replicate, in smallest differences.
+
+    Parameters
+    ----------
+    outcome
+        What its judge found.
+
+    Returns
+    -------
+    float
+        The least over its checks, from -`MOST` to `MOST`; -`MOST` where it could not be judged, so that a silent
+        network gains nothing by silence.
+    """
+    if not outcome.judged or not outcome.checks:
+        return -MOST
+    return float(np.clip(min(_relative(check) for check in outcome.checks), -MOST, MOST))
+
+
+def _relative(check: Check) -> float:
+    """Return slack over smallest difference: that of potentials where the reading has no unit, else 1 of the unit."""
+    smallest = MARGIN["spikes"] if check.unit else MARGIN["potential"]
+    return -MOST if np.isnan(check.slack) else check.slack / smallest
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one setting comes to.
+
+    Parameters
+    ----------
+    setting
+        The setting.
+    outcomes
+        Id of a claim -> what it comes to in each replicate.
+    """
+
+    setting: Setting
+    outcomes: Mapping[str, tuple[Outcome, ...]]
+
+    @cached_property
+    def slacks(self) -> dict[str, tuple[float, ...]]:
+        """Id of a claim -> its slack in each replicate."""
+        return {claim: tuple(map(slack, outcomes)) for claim, outcomes in self.outcomes.items()}
+
+    @cached_property
+    def least(self) -> tuple[float, ...]:
+        """The least slack over the claims, in each replicate."""
+        return tuple(min(column) for column in zip(*self.slacks.values(), strict=True))
+
+    @property
+    def value(self) -> float:
+        """The least slack over claims and replicates: what is searched for."""
+        return min(self.least)
+
+    @property
+    def rank(self) -> tuple[bool, float, float]:
+        """What settings are put in order by: whether all holds, the least slack, and the mean slack of the claims."""
+        return self.holds, self.value, float(np.mean([slack for slacks in self.slacks.values() for slack in slacks]))
+
+    def holds_claim(self, claim: str) -> bool:
+        """Tell whether a claim holds in every replicate."""
+        return all(outcome.verdict == "holds" for outcome in self.outcomes[claim])
+
+    @property
+    def holds(self) -> bool:
+        """Whether every claim holds in every replicate."""
+        return all(map(self.holds_claim, self.outcomes))
+
+    def count(self, claim: str = "") -> Count:
+        """Return in how many replicates a claim holds; without one, all claims together."""
+        columns = [self.outcomes[claim]] if claim else list(self.outcomes.values())
+        return count(together([outcome.verdict for outcome in column]) for column in zip(*columns, strict=True))
+
+
+def scores(counts: Counts, settings: Mapping[str, Setting]) -> list[Score]:
+    """Return the score of each setting, from a study's counts.
+
+    Parameters
+    ----------
+    counts
+        Of a study with one axis.
+    settings
+        Label of a level of that axis -> the setting; the scores are in this order.
+    """
+    outcomes: dict[str, dict[str, tuple[Outcome, ...]]] = {label: {} for label in settings}
+    for cell in counts.cells:
+        outcomes[cell.point.values[0][1]][cell.claim] = cell.outcomes
+    return [Score(setting, outcomes[label]) for label, setting in settings.items()]
+
+
+def word(counted: Count) -> str:
+    """Return the word of a count, where a claim that holds is ``fitted``: its parameters were chosen to keep it."""
+    return "fitted" if counted.word == "holds" else counted.label

@@ -1,0 +1,19 @@
+"""How large is the region in which C13 to C20 are kept together under the ideal eye, and which claim bounds it?"""
+
+from experiments import Fit, Study
+from experiments.studies.fit_eye import CLAIMS, NETWORK, WHOLE
+
+FIT = Fit(
+    Study(
+        name="fit-ideal",
+        summary="C13 to C20 together under the default camera, over what the paper leaves open of the network",
+        claims=CLAIMS,
+        experiments=WHOLE,
+        replicates=1,
+        every_trial=False,
+    ),
+    over=NETWORK,
+    trials=2000,
+    share=20,
+    sample=256,
+)

@@ -1,0 +1,85 @@
+"""The box of a fit: ranges by the parameters' own fields, and what it refuses."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from experiments.bench import registry
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.studies.fitting import run
+from experiments.bench.studies.fitting.box import Range, box_of
+from experiments.bench.studies.fitting.fit import Fit
+from experiments.bench.studies.study import Study
+
+
+def box(*over, experiment="general", **more):
+    study = Study("fit", "a fit", claims=("C14",), experiments=(experiment,), **more)
+    return box_of(over, study, [registry.find(experiment)])
+
+
+def test_ranges_are_of_the_kind_of_their_fields():
+    whole, real, choice, camera = box(
+        "dsnn.n_con=4..8", "dsnn.t_sp=0.05..0.3", "dsnn.polarity", "camera.luma_range=full,video"
+    ).ranges
+    assert whole.whole and {whole.at(share) for share in np.arange(0.0, 1.0, 0.01)} == {"4", "5", "6", "7", "8"}
+    assert not real.whole and 0.05 <= float(real.at(0.3)) <= 0.3
+    assert set(choice.choices) == {"common", "centre"}
+    assert [part.network for part in (whole, real, choice, camera)] == [True, True, True, False]
+
+
+def test_a_key_alone_is_the_legal_range():
+    (part,) = box("dsnn.n_con").ranges
+    assert (part.low, part.high) == (1, 64)
+
+
+def test_a_wide_range_of_positive_numbers_is_searched_by_its_logarithm():
+    part = Range("dsnn.k_sig", 0.001, 10.0)
+    assert part.log and float(part.at(0.5)) == pytest.approx(0.1)
+    assert not Range("x.y", 0.0, 10.0).log and not Range("x.y", 1.0, 99.0).log
+
+
+def test_sample_is_even_and_the_same_for_the_same_seed():
+    square = box("dsnn.t_sp=0..1", "dsnn.w_i=0..1")
+    settings = run.spread(square, 64, 3)
+    assert settings == run.spread(square, 64, 3) != run.spread(square, 64, 4)
+    for key in ("dsnn.t_sp", "dsnn.w_i"):  # one in each of 64 slices, as a Sobol sequence has them
+        assert sorted(int(float(setting[key]) * 64) for setting in settings) == list(range(64))
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        ("dsnn.t_sp=0.3..0.05", "lower end below"),
+        ("dsnn.t_sp=0.05..2", r"--over dsnn.t_sp=0.05..2: legal is a number from 0 to 1"),
+        ("dsnn.n_con=4.5..8", "whole numbers"),
+        ("dsnn.polarity=a..b", "is no number"),
+        ("dsnn.nothing=1..2", "no parameter"),
+        ("dsnn.t_sp=0.1", "two values or more"),
+        ("dsnn.tau_s=1..2", "several values"),
+        ("dsnn.t_sp.first=0.1..0.2", "neither a first nor a last"),
+        ("dsnn.k_sig", "no two ends"),
+        ("dsnn.w_i=0..1", "--set dsnn.w_i=0.5 settles that"),
+        ("camera.preset=ov7670,nothing", "legal is"),
+    ],
+)
+def test_bad_ranges_are_refused_in_one_line(over, message):
+    with pytest.raises(UsageError, match=message) as refused:
+        box(over, assignments=("dsnn.w_i=0.5",))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_parameter_is_there_once():
+    with pytest.raises(UsageError, match="there twice"):
+        box("dsnn.t_sp=0.1..0.2", "dsnn.t_sp=0.2..0.3")
+
+
+def test_without_optuna_one_line_says_what_to_install(monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "optuna" else find(name, *rest)
+    )
+    with pytest.raises(UsageError, match=r"needs optuna, which is not installed: run 'sh tools/setup.sh --fit'"):
+        run.planned(Fit(Study("fit", "a fit", claims=("C14",)), ("dsnn.t_sp=0.05..0.3",)))

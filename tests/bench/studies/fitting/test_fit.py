@@ -1,0 +1,269 @@
+"""Fits of planted models: what is there is found, what is not is not, luck is exposed, and kills change nothing."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import signal
+
+import pytest
+
+import experiments
+from experiments.bench.cli import main
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.checks import Check
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.store.run_folder import RunFolder
+from experiments.bench.studies import registry
+from experiments.bench.studies.fitting import run
+from experiments.bench.studies.fitting.fit import Fit
+from experiments.bench.studies.fitting.scores import MOST, Score, slack
+from experiments.bench.studies.study import Study
+from tests.helpers.processes import CLI, start, wait_until
+
+pytest.importorskip("optuna")
+
+PLANTED = '''
+"""A model whose answer is set by its parameters alone, or by chance, and what is claimed of it."""
+import hashlib
+from dataclasses import dataclass
+
+import dsnn
+from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome
+
+SMALL = {"rows": 16, "columns": 24, "speed": 60.0, "count": 9, "duration_s": 0.2}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    a: float = 0.5
+    b: float = 0.5
+    c: int = 1
+    t_sp: float = 0.2
+
+
+class Planted:
+    def __init__(self, shape, parameters):
+        self.p = parameters
+        self.reset()
+
+    def reset(self):
+        self.chance = None
+
+    def step(self, frame):
+        if self.chance is None:
+            text = frame.tobytes() + repr((self.p.a, self.p.b)).encode()
+            self.chance = int(hashlib.sha256(text).hexdigest()[:8], 16) / 2**32
+        hill = 1.0 - (self.p.a - 0.7) ** 2 - (self.p.b - 0.2) ** 2
+        return dsnn.Response(hs=hill, vs=self.chance)
+
+
+def high(column, least):
+    def judge(rows, threshold):
+        reading = min(row[column] for row in rows)
+        return Outcome.of([Check(f"{column} {reading:.3f}", reading, least, "at least")])
+    return judge
+
+
+def low(rows, threshold):
+    reading = max(row["peak_hs"] for row in rows)
+    return Outcome.of([Check(f"peak_hs {reading:.3f}", reading, 0.9, "below")])
+
+
+def claim(name, judge):
+    return ClipClaim(id=name, says=name, judge=judge, models={"planted"})
+
+
+MODEL = dsnn.ModelEntry("planted", "planted", Planted, Parameters())
+EXPERIMENT = OfflineExperiment(
+    "planted", "planted", [Clip("dots", "dots", SMALL)], models=("planted.py",),
+    claims=(claim("hill", high("peak_hs", 0.99)), claim("valley", low), claim("luck", high("peak_vs", 0.9))),
+)
+'''
+A, B = ("--over", "planted.a=0..1"), ("--over", "planted.b=0..1")
+SPEED = ("--over", "dots.speed=30..90")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("fit")
+    (place / "planted.py").write_text(PLANTED)
+    return place
+
+
+def arguments(folder, out, claims, *more):
+    file = str(folder / "planted.py")
+    return ["fit", file, "--model", file, "--claims", claims, *more, "--out", str(folder / out), "-q"]
+
+
+def fit(folder, out, claims, *more, workers="0"):
+    assert main.command(arguments(folder, out, claims, *more, "--workers", workers)) == 0
+    return json.loads((folder / out / "fit.json").read_text())
+
+
+def table(folder, out, name="fit.csv"):
+    with (folder / out / name).open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_planted_optimum_is_found(folder):
+    found = fit(folder, "hill", "hill", *A, *B, "--trials", "60", "--sample", "32")
+    assert found["word"] == "fitted" and found["luck"] == pytest.approx(0.0)
+    assert abs(float(found["winner"]["planted.a"]) - 0.7) < 0.1 and abs(float(found["winner"]["planted.b"]) - 0.2) < 0.1
+    # The claim is kept within 0.1 of the hill's top: a disc of 3.1 % of the box.
+    share = found["share"]
+    assert share["low"] <= 3.1415926 * 0.1**2 <= share["high"]
+    kept = [row for row in table(folder, "hill") if row["of"] == "search" and row["kept"] == "1"]
+    assert len(kept) > 3 * 60 * 0.0314, "a search finds more than chance would"
+    for row in table(folder, "hill"):
+        a, b = (float(row[f"planted.{name}"]) for name in "ab")
+        slack_of_hill = (0.01 - (a - 0.7) ** 2 - (b - 0.2) ** 2) / 0.002
+        assert float(row["slack hill"]) == pytest.approx(max(slack_of_hill, -MOST), abs=1e-3)
+    words = (folder / "hill" / "fit.json").read_text() + (folder / "hill" / "anew.csv").read_text()
+    assert "holds" not in words, "what was chosen to keep a claim is fitted"
+    assert (folder / "hill" / "fit.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_planted_infeasible_box_is_reported_with_its_interval(folder):
+    found = fit(folder, "none", "hill,valley", *A, *B, "--trials", "40", "--sample", "32", "--held-out", "2")
+    assert found["word"] == "not fitted"
+    assert found["share"] == {"kept": 0, "of": 32, "low": 0.0, "high": proportion_interval(0, 32)[1]}
+    assert "0 % of the box, 95 % interval 0 % to 10.9 %" in found["sentences"][0]
+    (pair,) = found["pairs"]
+    assert pair["kept"] > 0 and pair["other kept"] > 0 and pair["both"] == 0
+    assert any("hill and valley exclude each other" in line for line in found["sentences"])
+
+
+def test_a_fit_to_noise_is_exposed_anew(folder):
+    found = fit(folder, "luck", "luck", *A, "--trials", "60", "--share", "30", "--sample", "8")
+    searched = [row for row in table(folder, "luck") if row["of"] == "search"]
+    assert any(row["kept"] == "1" for row in searched), "60 draws of a chance of one in ten"
+    assert found["word"] == "not fitted" and found["luck"] > 0.0
+    winner = table(folder, "luck", "anew.csv")[0]
+    assert int(winner["kept"]) <= 8 and winner["replicates"] == "20"
+
+
+def test_frames_are_shared_by_settings_of_the_network_alone(folder):
+    fit(folder, "shared", "hill", *A, *SPEED, "--trials", "8", "--share", "4", "--sample", "4", "--held-out", "1")
+    searched = [row for row in table(folder, "shared") if row["of"] == "search"]
+    speeds = [row["dots.speed"] for row in searched]
+    assert len({*speeds[:4]}) == len({*speeds[4:]}) == 1 and len({*speeds}) == 2
+    assert len({row["planted.a"] for row in searched}) == 8
+    description = json.loads((folder / "shared" / "search-0000" / "experiment.json").read_text())
+    assert description["trials"] == 2, "one showing for each rendering, with four models"
+
+
+SMALL = (*A, *SPEED, "--trials", "24", "--share", "4", "--sample", "4", "--held-out", "3")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(folder):
+    fit(folder, "whole", "hill,luck", *SMALL)
+    return folder / "whole"
+
+
+def same(one, other):
+    return all((one / name).read_bytes() == (other / name).read_bytes() for name in ("fit.csv", "anew.csv", "fit.json"))
+
+
+def test_ctrl_c_at_any_trial_changes_nothing(folder, undisturbed, monkeypatch):
+    add, calls = RunFolder.add, []
+
+    def interrupted(self, *args):
+        calls.append(1)
+        if len(calls) % 5 == 0:
+            raise KeyboardInterrupt
+        add(self, *args)
+
+    monkeypatch.setattr(RunFolder, "add", interrupted)
+    for _ in range(20):
+        try:
+            fit(folder, "stopped", "hill,luck", *SMALL)
+            break
+        except KeyboardInterrupt:
+            continue
+    assert len(calls) > 5 and same(folder / "stopped", undisturbed)
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_kill_changes_nothing_whatever_the_workers(folder, undisturbed, workers):
+    out = f"killed-{workers}"
+    process = start(folder, *CLI, *arguments(folder, out, "hill,luck", *SMALL, "--workers", workers))
+    assert wait_until(lambda: (folder / out / "search-0001").exists() or process.poll() is not None, 60)
+    process.send_signal(signal.SIGKILL)
+    process.communicate(timeout=20)
+    assert not (folder / out / "fit.json").exists(), "it was killed before its end"
+    fit(folder, out, "hill,luck", *SMALL, workers=workers)
+    assert same(folder / out, undisturbed)
+
+
+def test_more_settings_go_on_from_fewer(folder, undisturbed):
+    first = fit(folder, "more", "hill,luck", *SMALL[:5], "8", *SMALL[6:])
+    assert first["looks"] == 1
+    assert fit(folder, "more", "hill,luck", *SMALL)["looks"] == 2, "a second look at the seeds is told"
+    assert (folder / "more" / "fit.csv").read_bytes() == (undisturbed / "fit.csv").read_bytes()
+
+
+def test_another_fit_does_not_go_on_there(folder, undisturbed):
+    with pytest.raises(UsageError, match="seed is 0 there and 1 now"):
+        fit(folder, "whole", "hill,luck", *SMALL, "--seed", "1")
+
+
+def test_seeds_of_search_sample_and_judging_anew_differ(folder, undisturbed):
+    seeds = []
+    for part in ("search-0000", "search-0002", "sample-4", "held-out-24"):
+        seeds.append(json.loads((undisturbed / part / "experiment.json").read_text())["seed"])
+    assert seeds[0] == seeds[1] and len({*seeds}) == 3
+    assert min(abs(seed - seeds[0]) for seed in seeds[2:]) > 1000, "no replicate of one is a replicate of another"
+
+
+def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
+    assert slack(Outcome.of([Check("5 spikes", 5.0, 2.0, unit="spikes")])) == 3.0
+    assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("3 spikes", 3.0, 2.0, unit="spikes")])) == 1.0
+    assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("VS", 0.19, 0.2)])) == pytest.approx(-5.0)
+    assert slack(Outcome.of([Check("HS", 0.9, 0.2)])) == MOST
+    assert slack(Outcome.unjudged("silent", reason="silent model", checks=[Check("0", 0.0, 0.0, "at most")])) == -MOST
+
+
+def test_a_claim_that_holds_in_some_replicates_is_not_kept():
+    good, bad = (Outcome.of([Check("x", x, 0.2)]) for x in (0.3, 0.1))
+    score = Score({}, {"one": (good, bad), "other": (good, good)})
+    assert score.holds_claim("other") and not score.holds_claim("one") and not score.holds
+    assert score.value == pytest.approx(-50.0) and score.count().holds == 1
+
+
+def test_the_fits_that_ship_can_be_made():
+    for name in registry.fits():
+        plan = run.planned(registry.find_fit(name))
+        assert plan.batches * plan.renderings * plan.share >= 2000
+    eye = run.planned(registry.find_fit("fit-eye"))
+    assert eye.batches * eye.renderings >= 100, "settings of the rendering"
+
+
+def test_from_python_it_is_the_same_fit(folder, undisturbed):
+    file = str(folder / "planted.py")
+    study = Study(
+        "fit-planted", "parameters that keep claims", claims=("hill", "luck"), experiments=(file,), models=(file,),
+        repeats=None, replicates=1, every_trial=False,
+    )  # fmt: skip
+    over = ("planted.a=0..1", "dots.speed=30..90")
+    asked = Fit(study, over, trials=24, share=4, sample=4, held_out=3)
+    fitted = experiments.fit(asked, out=folder / "python", workers=0, quiet=True)
+    assert same(folder / "python", undisturbed)
+    assert fitted.described()["winner"] == json.loads((undisturbed / "fit.json").read_text())["winner"]
+
+
+def test_a_wrong_number_is_refused_in_one_line(folder):
+    study = Study("fit", "a fit", claims=("C14",))
+    for change, message in (
+        ({"trials": 0}, "--trials 0: legal"), ({"sampler": "best"}, "legal is tpe, random"),
+        ({"over": ()}, "one parameter"),
+    ):  # fmt: skip
+        with pytest.raises(UsageError, match=message):
+            run.planned(Fit(study, **{"over": ("dsnn.t_sp=0.1..0.2",), **change}))
+    with pytest.raises(UsageError, match="--repeats 2: C14 needs at least 5"):
+        run.planned(Fit(dataclasses.replace(study, repeats=2), ("dsnn.t_sp=0.1..0.2",)))
+    with pytest.raises(UsageError, match="are written down; leave out"):
+        main.command(["fit", "fit-eye", "--claims", "C13"])
