@@ -38,6 +38,7 @@ KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "firmware.clips": (ROOM, 15),  # what the chip's program is measured with
         "doctor.frames": (ROOM, 16),  # by which the network's forms and the camera are timed
         "conformance.frame": (ROOM, 17),  # that a model is shown again and again
+        "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
     }
 )
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""

@@ -29,7 +29,16 @@ from experiments.bench.training.study import Studied, Study
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import CURVES, curve_family
-from tests.helpers.figure_others import atlas, budget, budgets_of, eyes_and_wheels, range_of_eyes, sensitivity, video
+from tests.helpers.figure_others import (
+    atlas,
+    budget,
+    budgets_of,
+    eyes_and_wheels,
+    fit,
+    range_of_eyes,
+    sensitivity,
+    video,
+)
 from tests.helpers.figure_rows import (
     FRAMES,
     OWN,
@@ -190,10 +199,11 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "eyes and drives": eyes_and_wheels,
     "range of eyes": range_of_eyes,
     "sensitivity": sensitivity,
+    "fit": fit,
     "chip's budget": budget,
     "video": video,
 }
-OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "range of eyes", "sensitivity")
+OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "range of eyes", "sensitivity", "fit")
 """Figures that are the same whatever models there are."""
 
 

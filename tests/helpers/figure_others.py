@@ -21,13 +21,20 @@ from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
+from experiments.bench.judging.checks import Check
 from experiments.bench.judging.verdict import Judged, Outcome
 from experiments.bench.leaderboard import atlas as atlas_of
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.studies import figure as study_figure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import ClaimCell, Counts
+from experiments.bench.studies.fitting import figure as fit_figure
+from experiments.bench.studies.fitting.box import Box, Range
+from experiments.bench.studies.fitting.fit import Fit
+from experiments.bench.studies.fitting.fitted import Fitted
+from experiments.bench.studies.fitting.scores import Score
 from experiments.bench.studies.registry import find as find_study
+from experiments.bench.studies.study import Study
 from experiments.bench.video.layout import lay_out
 from experiments.bench.video.reading import Reel, Trace, Track
 from experiments.bench.video.still import still_of
@@ -133,3 +140,31 @@ def video(models: Sequence[str]) -> Figure:
     reel = Reel(Path("trial.rrd"), "speed", time_s, tuple(traces), tracks, (0.16, -0.16), eyes, 70.0, {})
     layout = lay_out(reel, [99 / 72] * len(eyes), 1280, 720)
     return still_of(reel, layout, "speed: trial 0, rightward at 6 cm/s").figure
+
+
+def fit(models: Sequence[str]) -> Figure:
+    """A fit of three parameters in which two claims exclude each other."""
+    ranges = (
+        Range("dsnn.t_sp", 0.05, 0.3),
+        Range("dsnn.n_con", 2, 8, whole=True),
+        Range("camera.ae_target", 60, 220, unit="grey levels"),
+    )
+    box = Box(ranges)
+
+    def scored(count: int, seed: int, replicates: int = 1) -> tuple[Score, ...]:
+        scores = []
+        for shares in np.random.default_rng(seed).random((count, len(ranges))):
+            values = {"C13": shares[0] - 0.6, "C14": 0.4 - shares[0], "C18": shares[2] - 0.3}
+            outcomes = {
+                claim: (Outcome.of([Check("reading", value, 0.0, "above")]),) * replicates
+                for claim, value in values.items()
+            }
+            scores.append(Score(box.at(list(shares)), outcomes))
+        return tuple(scores)
+
+    keys = [part.key for part in ranges]
+    importance = {name: dict(zip(keys, (0.6, 0.1, 0.3), strict=True)) for name in ("", "C13", "C14", "C18")}
+    study = Study("fit", "made-up slack", claims=("C13", "C14", "C18"))
+    asked = Fit(study, over=tuple(map(str, ranges)))
+    fitted = Fitted(asked, box, 0, scored(60, 0), (7,), scored(1, 2, 20), scored(32, 1), 1, importance, ())
+    return fit_figure.draw(fitted)

@@ -23,6 +23,7 @@ COMMANDS = {
     "reproduce": ["--quick"],
     "leaderboard": [],
     "tune": [],
+    "fit": ["fit-ideal"],
     "train": [],
     "behave": ["still"],
     "rerun": ["there"],
@@ -54,8 +55,8 @@ def test_every_command_with_the_option_is_tried_here():
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_an_impossible_place_is_one_line_that_names_the_option(name, tmp_path, monkeypatch):
-    if name == "train":
-        pytest.importorskip("stable_baselines3")
+    if name in ("train", "fit"):
+        pytest.importorskip({"train": "stable_baselines3", "fit": "optuna"}[name])
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("")
     (tmp_path / "there").mkdir()

@@ -111,7 +111,7 @@ def _single(axes: Axes, fitted: Fitted, part: Range) -> None:
 
 
 def _axis(axes: Axes, part: Range, which: str) -> None:
-    label = plain(f"{part.key}{f', {part.unit}' if part.unit else ''}")
+    label = plain(f"{part.key} ({part.unit or 'no unit'})")
     axes.set(**{f"{which}label": label})
     (axes.xaxis if which == "x" else axes.yaxis).label.set_fontsize(8)
     if part.choices:

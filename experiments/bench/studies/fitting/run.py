@@ -25,6 +25,7 @@ from experiments.bench.store.description import KIND, begun, reconciled, write_n
 from experiments.bench.store.kinds import FIT
 from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure
+from experiments.bench.streams import stream
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.fitting.box import Box, Setting, box_of
@@ -197,7 +198,7 @@ def spread(box: Box, number: int, seed: int) -> list[dict[str, str]]:
     """
     from scipy.stats import qmc
 
-    sequence = qmc.Sobol(len(box.ranges), scramble=True, rng=np.random.default_rng(np.random.SeedSequence(seed)))
+    sequence = qmc.Sobol(len(box.ranges), scramble=True, rng=stream("fit.sample", seed))
     points = sequence.random_base2((number - 1).bit_length())[:number]
     return [box.at([min(float(share), np.nextafter(1.0, 0.0)) for share in point]) for point in points]
 
