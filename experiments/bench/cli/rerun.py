@@ -76,9 +76,10 @@ def rerun(
     if refused or not quiet:
         _list(run, places, own)
     if refused:
-        told = "1 file of it is" if len(own) == 1 else f"{len(own)} files of it are"
+        told = "1 copy of it is" if len(own) == 1 else f"{len(own)} copies of them are"
         raise UsageError(
-            f"{run}: was not made here, and {told} about to be executed, as listed: read it first, then add --trust"
+            f"{run}: its own files are not at their places here, or have changed, and {told} about to be executed, as "
+            "listed: read them first, then add --trust"
         )
     folder = files.new_folder(f"rerun-{Path(there.name).stem}") if out is None else out
     here_code = provenance.of()

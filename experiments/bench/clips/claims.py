@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
+from dsnn.hints import nearest
 from experiments.bench.clips.judging import DSNN, EVERY, SHADES, SIGNED, Row, Rows
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
@@ -47,7 +48,8 @@ class ClipClaim(Claim):
     silent_passes
         Whether a model that never answers would keep it; it is not judged for one that answers no translation.
     models
-        The labels of the models that it takes; without one of them it is not judged.
+        The labels of the models that it takes; without one of them it is not judged. Left out: the DSNN alone, so a
+        claim about another model has to name it.
     conditions
         Column -> the values of clips that its words name; other clips do not count. Every combination is needed.
         Without any, all clips count.
@@ -64,7 +66,8 @@ class ClipClaim(Claim):
     settled
         Whether the constants of the models that it compares with count as known: those that are shown.
     title, cause, eye, tried, mechanism, implied, equal_terms
-        What is told of it beside its words, as of an `experiments.Claim`.
+        What is told of it beside its words, as of an `experiments.Claim`. The row of a clip is the whole clip: a judge
+        gets no time course.
 
     Raises
     ------
@@ -195,7 +198,8 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
         return Outcome.unjudged(NO_SPIKES)
     unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
     if unknown:
-        return Outcome.unjudged(f"clips have no column {unknown[0]}", n=len(rows))
+        hint = nearest(unknown[0], rows[0], "; ")
+        return Outcome.unjudged(f"clips have no column {unknown[0]}{hint}", n=len(rows))
     chosen = about(asked, rows)
     without = _unanswered(chosen, asked.models) or unreadable(chosen, POTENTIALS)
     if without:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
+from dsnn.hints import nearest
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
 from experiments.bench.judging import claims as shipped
@@ -47,9 +48,9 @@ class RobotClaim(Claim):
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The paper's ids are taken.
     judge
         From a model's rows of ``trials.parquet``, each a mapping by column, and its spiking threshold, to an
-        `Outcome`. A claim that compares models gets the rows of all of them, told apart by the column ``model``, and
-        the DSNN's threshold, or without the DSNN that of its first model by name. Where it raises, the claim is not
-        judged.
+        `Outcome`. A row is a whole trial: a judge gets no time course. A claim that compares models gets the rows of
+        all of them, told apart by the column ``model``, and the DSNN's threshold, or without the DSNN that of its
+        first model by name. Where it raises, the claim is not judged.
     says, source
         Its words, and where they are from.
     silent_passes
@@ -57,7 +58,7 @@ class RobotClaim(Claim):
         translation either, as far as the run has any.
     motions
         The motions it is judged on: ``translation``, ``approach``, ``recession``. Flaws of other trials do not touch
-        it. Left out, it is judged on every motion, and on those with a path and a name of their own too.
+        it. Left out, it is judged on every trial, those with a path and a motion's name of their own too.
     reads
         The columns it is judged by. A row without a number in one leaves it unjudged.
     of_every_trial
@@ -75,8 +76,11 @@ class RobotClaim(Claim):
         In one line what the robot's own eye and wheels make of it.
     mechanism
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
-    implied, equal_terms
-        As of an `experiments.Claim`.
+    implied
+        Why the model's equations imply it, whatever it is shown; empty where they do not.
+    equal_terms
+        Label of a model that it compares with -> that of the same model on equal terms. It is judged a second time,
+        with these in place of those.
     pools
         The experiments whose trials of a replicate it is judged on together; none: the one that answers for it.
 
@@ -228,7 +232,8 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     of_motions = [row for row in rows if claim.reads_motion(row["motion"])]
     unknown = [name for name in claim.reads if of_motions and name not in of_motions[0]]
     if unknown:
-        return Outcome.unjudged(f"trials have no column {unknown[0]}", n=len(of_motions))
+        hint = nearest(unknown[0], of_motions[0], "; ")
+        return Outcome.unjudged(f"trials have no column {unknown[0]}{hint}", n=len(of_motions))
     without = unreadable(of_motions, claim.reads)
     if without:
         return Outcome.unjudged(f"of the trials {without}", n=len(of_motions))
