@@ -44,7 +44,7 @@ class ByHand:
         """
         hand = self.hand
         moves = [command for command in hand.commands if command.robot == "stimulus"]
-        ends = [*(command.frame for command in moves[1:]), hand.frames]
+        ends = [*(command.frame for command in moves[1:]), hand.frames][: len(moves)]
         driven = math.fsum(abs(c.speed_cm_s) * (end - c.frame) for c, end in zip(moves, ends, strict=True))
         speed = driven / hand.frames
         away = math.hypot(hand.stimulus.x_cm - hand.observer.x_cm, hand.stimulus.y_cm - hand.observer.y_cm)
