@@ -53,8 +53,9 @@ def rerun(
     [b]--trust[/b] is needed: read the files first. The digests in the folder find accidents, such as an edited copy;
     whoever edits on purpose can edit them too. So [b]--digest[/b] compares with a digest from elsewhere.
 
-    For runs of run, study, map, tune and behave, recordings of live, and experiments.run in Python. Data files that your own code opens
-    are not copied. Exit status: 0 every row is equal, 1 one differs or trials failed, 2 it cannot be repeated.
+    For runs of run, study, map, tune and behave, recordings of live, and experiments.run in Python. Data files that
+    your own code opens are not copied. Exit status: 0 every row is equal, 1 one differs or trials failed, 2 it cannot
+    be repeated.
     """
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import error_console, out_console
@@ -190,7 +191,6 @@ def _repeat(
     noted = {**command, "paths": dict(copied)}
     if "line" not in command:
         import experiments
-
         from experiments.bench.robot import visit
 
         arguments = dict(command["arguments"])

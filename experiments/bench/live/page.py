@@ -6,7 +6,9 @@ thread that runs the trial. What is refused there is shown to everybody who look
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import io
 import math
 import queue
 import time
@@ -25,7 +27,7 @@ from dsnn import MODELS
 from experiments import NAMES
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET, ConfiguredModel, family
-from experiments.bench.engine.settings import described, schema_of
+from experiments.bench.engine.settings import described, preset_of, schema_of
 from experiments.bench.figures.palette import marks
 from experiments.bench.live.session import Robot, Session, View, number_of
 from experiments.bench.registry import load
@@ -39,7 +41,7 @@ ENLARGED = 4
 GREY = "#8c8c8c"
 NONE = "none"
 BY_HAND = "by hand"
-AHEAD, BACK, STOP, LEFT, RIGHT = "forward", "backward", "stop", "left", "right"
+AHEAD, BACK, STOP, LEFT, RIGHT = "ahead", "back", "stop", "left", "right"
 MOVES: Mapping[str, tuple[float, float]] = {
     LEFT: (0.0, 90.0), AHEAD: (1.0, 0.0), STOP: (0.0, 0.0), BACK: (-1.0, 0.0), RIGHT: (0.0, -90.0),
 }  # fmt: skip
@@ -48,7 +50,12 @@ KEYS = {AHEAD: "W", BACK: "S", LEFT: "A", RIGHT: "D", STOP: "X"}
 """Move of the stimulus -> its key; with shift it is the observer's."""
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
 """Name of a pace -> simulated seconds for each second."""
-WORLD = {"scene": ("light", "light_sd", "wall_contrast", "shell_grey"), "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px")}
+MAPS = {"retina P": "p", "lamina LA": "la", "ON after FDSR": "f_on", "OFF after FDSR": "f_off"}
+"""Name of a layer map -> what a `dsnn.Response` calls it."""
+WORLD = {
+    "scene": ("light", "light_sd", "wall_contrast", "shell_grey"),
+    "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px"),
+}
 """Section -> its parameters that the page offers."""
 Floats = npt.NDArray[np.float64]
 
@@ -78,15 +85,18 @@ class Page:
         self._times: deque[float] = deque(maxlen=30)
         self._traces: dict[str, deque[float]] = {}
         self._ghost: Floats | None = None
-        self.server = viser.ViserServer(host, port, label="colias live", verbose=False)
+        with contextlib.redirect_stdout(io.StringIO()):  # its banner: the command prints the address
+            self.server = viser.ViserServer(host, port, label="colias live", verbose=False)
         self.server.scene.set_up_direction("+z")
-        self.server.initial_camera.position = (-22.0, -22.0, 34.0)
-        self.server.initial_camera.look_at = (8.0, 0.0, 0.0)
+        self.server.initial_camera.position = (-30.0, 0.0, 42.0)
+        self.server.initial_camera.look_at = (9.0, 0.0, 0.0)
         self._theme(dark)
         self._dark = dark
         self._world: list[Any] = []
         self._parameters: list[Any] = []
         self._sliders: dict[tuple[str, str], Any] = {}
+        self._accepted: dict[int, Any] = {}
+        self._map = NONE
         self._build()
         self._draw_arena()
         self._draw_parameters()
@@ -98,7 +108,8 @@ class Page:
 
     def close(self) -> None:
         """Stop listening."""
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
 
     # What comes in
 
@@ -116,6 +127,28 @@ class Page:
                 self.tell(str(error))
             except (ValueError, TypeError, KeyError) as error:
                 self.tell(f"refused: {error}")
+
+    def follow(self, handle: Any, do: Callable[[Any], None]) -> None:
+        """Do something with every new value of a control; one that is refused goes back to the value before."""
+        self._accepted[id(handle)] = handle.value
+
+        def new(value: Any) -> None:
+            before = self._accepted[id(handle)]
+            if value == before:
+                return
+            try:
+                do(value)
+            except (ValueError, TypeError, KeyError):
+                handle.value = before
+                raise
+            self._accepted[id(handle)] = value
+
+        handle.on_update(lambda event: self.ask(lambda: new(event.target.value)))
+
+    def put(self, handle: Any, value: Any) -> None:
+        """Let a control show a value, without doing anything."""
+        self._accepted[id(handle)] = value
+        handle.value = value
 
     def tell(self, text: str) -> None:
         """Show a line to everybody who looks at the page."""
@@ -149,16 +182,18 @@ class Page:
         self._spikes: Any = None
         self._plots = gui.add_folder("HS and VS against T, spikes")
         self._note = gui.add_markdown("")
-        with gui.add_folder("Time"):
-            pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
-            pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1")
-            dark = gui.add_checkbox("dark", self._dark)
-        pause.on_click(lambda event: self.ask(lambda: self._time(str(event.target.value))))
-        pace.on_update(lambda event: self.ask(lambda: self._set_pace(str(event.target.value))))
-        dark.on_update(lambda event: self._theme(bool(event.target.value)))
         tabs = gui.add_tab_group()
         with tabs.add_tab("Drive"):
             self._build_drive()
+        with tabs.add_tab("Time"):
+            pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
+            pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1")
+            dark = gui.add_checkbox("dark", self._dark)
+            maps = gui.add_dropdown("layer map", (NONE, *MAPS), hint="of the first model, instead of the frame")
+        pause.on_click(lambda event: self.ask(lambda: self._time(str(event.target.value))))
+        self.follow(pace, lambda value: self._set_pace(str(value)))
+        self.follow(dark, lambda value: self._theme(bool(value)))
+        self.follow(maps, lambda value: self._set_map(str(value)))
         self._tab = tabs.add_tab("Model")
         with tabs.add_tab("World"):
             self._build_world()
@@ -184,14 +219,10 @@ class Page:
         condition = gui.add_slider("its condition", 0, 40, 1, 0)
         for group, robot in ((stimulus, "stimulus"), (observer, "observer")):
             group.on_click(lambda event, robot=robot: self.ask(lambda: self._move(robot, str(event.target.value))))
-        speed.on_update(lambda event: self.ask(lambda: session.set_speed(number_of(event.target.value))))
-        behaviour.on_update(lambda event: self.ask(lambda: self._behave(str(event.target.value), driven)))
-
-        def show(_: Any) -> None:
-            self.ask(lambda: self._show(str(experiment.value), int(number_of(condition.value)), names))
-
-        experiment.on_update(show)
-        condition.on_update(show)
+        self.follow(speed, lambda value: session.set_speed(number_of(value)))
+        self.follow(behaviour, lambda value: self._behave(str(value), driven))
+        self.follow(experiment, lambda value: self._show(str(value), int(number_of(condition.value)), names))
+        self.follow(condition, lambda value: self._show(str(experiment.value), int(number_of(value)), names))
 
         @self.server.scene.on_click()
         def floor(event: viser.SceneClickEvent) -> None:
@@ -247,6 +278,12 @@ class Page:
             self.session.begin(START)
         else:
             raise UsageError(f"time {word}: legal is pause, step, again")
+
+    def _set_map(self, name: str) -> None:
+        if name != NONE and name not in MAPS:
+            raise UsageError(f"layer map {name}: legal is {NONE}, {', '.join(MAPS)}")
+        self._map = name
+        self.session.show_maps(name != NONE)
 
     def _set_pace(self, name: str) -> None:
         if name not in RATES:
@@ -309,8 +346,11 @@ class Page:
             if section in WORLD:
                 settings = self.session.spec.settings
                 value = getattr(settings.scene if section == "scene" else settings.camera, name, None)
-                if isinstance(value, int | float):
-                    handle.value = value
+                if name == PRESET:
+                    self.put(handle, preset_of(settings.camera) or handle.value)
+                elif isinstance(value, int | float):
+                    self.put(handle, value)
+        self._draw_arena()
 
     def _change(self, label: str, name: str, text: str) -> None:
         self._snapshot()
@@ -357,7 +397,7 @@ class Page:
             handle = gui.add_text(label, described_.value, hint=hint)
         else:  # a text may name a file, which is none of a page's business
             return
-        handle.on_update(lambda event: self.ask(lambda: changed(str(event.target.value))))
+        self.follow(handle, lambda value: changed(str(value)))
         self._sliders[section, name] = handle
 
     def _draw_parameters(self) -> None:
@@ -378,8 +418,8 @@ class Page:
                 self._parameters.append(folder)
                 with folder:
                     self._draw_model(model)
-        for chooser in (first, second):
-            chooser.on_update(lambda _: self.ask(lambda: self._set_models((str(first.value), str(second.value)))))
+        self.follow(first, lambda value: self._set_models((str(value), str(second.value))))
+        self.follow(second, lambda value: self._set_models((str(first.value), str(value))))
         reset.on_click(lambda _: self.ask(self._reset_model))
         self._draw_plots()
 
@@ -397,7 +437,7 @@ class Page:
         models = self.session.spec.settings.models
         looks = marks([model.label for model in models])
         self._traces = {}
-        series: list[Any] = [{"label": "s"}]
+        series: list[Any] = [{"label": "s"}, uplot.Series(label="before the change", stroke="#b9a88a", width=2)]
         counts: list[Any] = [{"label": "s"}]
         self._limits: list[float] = []
         for model in models:
@@ -411,17 +451,18 @@ class Page:
             if model.threshold is not None and model.threshold not in self._limits:
                 self._limits += [model.threshold, -model.threshold]
         for limit in self._limits:
-            series.append(uplot.Series(label=f"{'' if limit > 0 else '-'}T {abs(limit):g}", stroke=GREY, width=1, dash=[3, 3]))
-        series.append(uplot.Series(label="before the change", stroke="#b0b0b0", width=1))
+            series.append(
+                uplot.Series(label=f"{'' if limit > 0 else '-'}T {abs(limit):g}", stroke=GREY, width=1, dash=[3, 3])
+            )
         self._ghost = None
         axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
         scales = {"x": uplot.Scale(time=False), "y": uplot.Scale(auto=True)}
         with self._plots:
             self._plot = self.server.gui.add_uplot(
-                self._curves(), tuple(series), scales=scales, axes=axes, height=190, legend=uplot.Legend(live=False)
+                self._curves(), tuple(series), scales=scales, axes=axes, height=210, legend=uplot.Legend(live=False)
             )
             self._spikes = self.server.gui.add_uplot(
-                self._counts(), tuple(counts), scales=scales, axes=axes, height=90, legend=uplot.Legend(live=False)
+                self._counts(), tuple(counts), scales=scales, axes=axes, height=130, legend=uplot.Legend(live=False)
             )
 
     def _x(self) -> Floats:
@@ -429,10 +470,11 @@ class Page:
         return (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) / fps
 
     def _curves(self) -> tuple[Floats, ...]:
-        ghost = np.full(SHOWN_FRAMES, np.nan) if self._ghost is None else self._ghost
         potentials = [_padded(trace) for name, trace in self._traces.items() if not name.endswith(" spikes")]
+        blank = potentials[0] if potentials else np.zeros(SHOWN_FRAMES)
+        ghost = blank if self._ghost is None else self._ghost  # where there is none, it lies under the first trace
         limits = [np.full(SHOWN_FRAMES, limit) for limit in self._limits]
-        return (self._x(), *potentials, *limits, ghost)
+        return (self._x(), ghost, *potentials, *limits)
 
     def _counts(self) -> tuple[Floats, ...]:
         return (self._x(), *(_padded(trace) for name, trace in self._traces.items() if name.endswith(" spikes")))
@@ -505,9 +547,7 @@ class Page:
             if time.monotonic() - self._dragged > 1.5:
                 stimulus = view.poses["stimulus"]
                 self._handle.position = (CM * stimulus.x, CM * stimulus.y, 4.5)
-            self._image.image = np.repeat(
-                np.repeat(np.repeat(view.frame.luma[:, :, None], 3, 2), ENLARGED, 0), ENLARGED, 1
-            )
+            self._image.image = _enlarged(self._picture(view))
             for label, answer in view.answers.items():
                 for channel in ("hs", "vs", "looming", "spikes"):
                     trace = self._traces.get(f"{label} {channel}")
@@ -516,10 +556,25 @@ class Page:
             self._plot.data, self._spikes.data = self._curves(), self._counts()
             self._status.content = self._line(view, simulated)
 
+    def _picture(self, view: View) -> npt.NDArray[np.uint8]:
+        """Return the camera's frame, or the chosen map of the first model that has it, about a middle grey."""
+        answer = next(iter(view.answers.values()), None)
+        layer = getattr(answer and answer.maps, MAPS[self._map], None) if self._map != NONE else None
+        if layer is None:
+            return view.frame.luma
+        most = max(float(np.abs(layer).max()), 1e-9)
+        return (127.5 + 127.5 * layer / most).astype(np.uint8)
+
     def _line(self, view: View, simulated: float) -> str:
         cost = ", ".join(f"{label} {1000 * seconds:.2f} ms" for label, seconds in view.seconds.items())
-        broken = [f"**{runner.label} broke: {runner.trouble}**" for runner in self.session.trial.watching if runner.trouble]
-        trial = "by hand" if self.session.by_hand else f"{self.session.spec.experiment}: {self.session.spec.condition.label()}"
+        broken = [
+            f"**{runner.label} broke: {runner.trouble}**" for runner in self.session.trial.watching if runner.trouble
+        ]
+        trial = (
+            "by hand"
+            if self.session.by_hand
+            else f"{self.session.spec.experiment}: {self.session.spec.condition.label()}"
+        )
         counted = {runner.label: runner.chosen.counted for runner in self.session.trial.watching}
         answers = ", ".join(
             f"{label} {counted[label].upper()} {getattr(answer, counted[label]):+.3f}"
@@ -539,6 +594,10 @@ def partial_set(page: Page, key: str) -> Callable[[str], None]:
 def partial_change(page: Page, label: str, name: str) -> Callable[[str], None]:
     """Return what changes a parameter of a model."""
     return lambda text: page._change(label, name, text)
+
+
+def _enlarged(grey: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    return np.repeat(np.repeat(np.repeat(grey[:, :, None], 3, 2), ENLARGED, 0), ENLARGED, 1)
 
 
 def _padded(trace: Iterable[float]) -> Floats:

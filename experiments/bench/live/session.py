@@ -101,6 +101,7 @@ class Session:
         self._target: dict[Robot, tuple[float, float]] = {}
         self._behaviour: tuple[Behaviour, ModelRunner, Policy] | None = None
         self._wheels: dict[Robot, tuple[float, float]] = {}
+        self._maps = False
         self.begin(START)
 
     def begin(self, places: dict[str, Place] | None = None) -> None:
@@ -123,7 +124,7 @@ class Session:
         shown: tuple[Experiment, Condition] | None,
     ) -> None:  # fmt: skip
         texts = [f"{key}={text}" for key, text in settings.items()]
-        self._places = places = places or self._present()
+        places = places or self._present()
         experiment = shown[0] if shown else visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
         specs = plan(experiment, models, texts, 1, self.seed).specs()
         spec = specs[0] if shown is None else next(s for s in specs if s.condition == shown[1])
@@ -133,7 +134,8 @@ class Session:
         except ValueError as error:
             raise UsageError(str(error)) from None
         self.models, self.settings, self._shown = models, settings, shown
-        self.trial, self.spec, self._fresh = trial, spec, True
+        self.trial, self.spec, self._places, self._fresh = trial, spec, places, True
+        self.show_maps(self._maps)
         self._changes: list[Change] = []
         self._target.clear()
         self._wheels.clear()
@@ -198,6 +200,11 @@ class Session:
     def _change(self, model: str, values: dict[str, str]) -> None:
         self.trial.change(model, values)
         self._changes += [Change(self.trial.seen, model, name, text) for name, text in values.items()]
+
+    def show_maps(self, wanted: bool) -> None:
+        """Let the first model compute its layer maps, from the next frame on, or no longer."""
+        self._maps = wanted
+        self.trial.showing = self.spec.settings.models[0] if wanted else None
 
     def reset_parameters(self) -> None:
         """Give every model the parameters that it began with, from the next frame on."""
