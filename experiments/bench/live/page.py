@@ -91,6 +91,7 @@ class Page:
         self.server.initial_camera.position = (-30.0, 0.0, 42.0)
         self.server.initial_camera.look_at = (9.0, 0.0, 0.0)
         self._theme(dark)
+        self.server.gui.main_panel.dock_right()
         self._dark = dark
         self._world: list[Any] = []
         self._parameters: list[Any] = []
@@ -169,7 +170,7 @@ class Page:
 
     def _theme(self, dark: bool) -> None:
         self.server.gui.configure_theme(
-            control_layout="fixed", control_width="large", dark_mode=dark, show_logo=False, show_share_button=False
+            control_width="large", dark_mode=dark, show_logo=False, show_share_button=False
         )
 
     def _build(self) -> None:
@@ -224,9 +225,10 @@ class Page:
         self.follow(experiment, lambda value: self._show(str(value), int(number_of(condition.value)), names))
         self.follow(condition, lambda value: self._show(str(experiment.value), int(number_of(value)), names))
 
-        @self.server.scene.on_click()
-        def floor(event: viser.SceneClickEvent) -> None:
+        def floor(event: Any) -> None:
             self.ask(lambda: self._click(str(click.value), event.ray_origin, event.ray_direction))
+
+        self.server.scene.on_click()(floor)
 
         self._handle = self.server.scene.add_transform_controls(
             "/handle", scale=5.0, active_axes=(True, True, False), disable_rotations=True,
@@ -234,11 +236,12 @@ class Page:
         )  # fmt: skip
         self._dragged = 0.0
 
-        @self._handle.on_update
         def drag(event: Any) -> None:
             x, y = (float(value) for value in event.target.position[:2])
             self._dragged = time.monotonic()
             self.ask(lambda: session.send("stimulus", number_of(x), number_of(y)))
+
+        self._handle.on_update(drag)
 
     def _build_world(self) -> None:
         gui, settings = self.server.gui, self.session.spec.settings
@@ -255,12 +258,12 @@ class Page:
         for robot in robots:
             for move, key in KEYS.items():
                 command = gui.add_command(
-                    f"{robot}: {move}", hotkey=key, modifier=None if robot == "stimulus" else "shift"  # type: ignore[arg-type]
+                    f"{robot}: {move}", hotkey=key, modifier=None if robot == "stimulus" else "shift"
                 )  # fmt: skip
                 command.on_trigger(lambda _, robot=robot, move=move: self.ask(lambda: self._move(robot, move)))
         for label, hotkey, word in (("pause or go on", "space", "pause"), ("one frame", "N", "step"),
                                     ("begin again", "R", "again")):  # fmt: skip
-            key_command = gui.add_command(label, hotkey=hotkey)  # type: ignore[arg-type]
+            key_command = gui.add_command(label, hotkey=hotkey)
             key_command.on_trigger(lambda _, word=word: self.ask(lambda: self._time(word)))
         gui.add_command("record", hotkey="E").on_trigger(lambda _: self.ask(self._record))
         gui.add_command("reset the model's parameters", hotkey="Z").on_trigger(lambda _: self.ask(self._reset_model))
@@ -445,7 +448,7 @@ class Page:
             for channel in (c for c in ("hs", "vs", "looming") if c in model.channels):
                 self._traces[f"{label} {channel}"] = deque([0.0] * SHOWN_FRAMES, SHOWN_FRAMES)
                 dash = {} if channel == "hs" else {"dash": [6, 4] if channel == "vs" else [2, 3]}
-                series.append(uplot.Series(label=f"{label} {channel.upper()}", stroke=colour, width=2, **dash))  # type: ignore[typeddict-item]
+                series.append(uplot.Series(label=f"{label} {channel.upper()}", stroke=colour, width=2, **dash))
             self._traces[f"{label} spikes"] = deque([0.0] * SHOWN_FRAMES, SHOWN_FRAMES)
             counts.append(uplot.Series(label=f"{label} spikes", stroke=colour, width=2))
             if model.threshold is not None and model.threshold not in self._limits:
@@ -563,7 +566,7 @@ class Page:
         if layer is None:
             return view.frame.luma
         most = max(float(np.abs(layer).max()), 1e-9)
-        return (127.5 + 127.5 * layer / most).astype(np.uint8)
+        return np.asarray(127.5 + 127.5 * layer / most, np.uint8)
 
     def _line(self, view: View, simulated: float) -> str:
         cost = ", ".join(f"{label} {1000 * seconds:.2f} ms" for label, seconds in view.seconds.items())

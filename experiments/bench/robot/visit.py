@@ -80,9 +80,9 @@ def visit(hand: Hand) -> Experiment:
     return Experiment(NAME, "driven by hand, from the page of colias live", ByHand(hand), "speed_cm_s", 1)
 
 
-def described(experiment: Experiment) -> dict[str, Any] | None:
+def described(experiment: object) -> dict[str, Any] | None:
     """Return what `declared` takes of an experiment that was driven by hand; ``None`` of any other."""
-    design = experiment.design
+    design = getattr(experiment, "design", None)
     return {NAME: dataclasses.asdict(design.hand)} if isinstance(design, ByHand) else None
 
 
