@@ -169,9 +169,7 @@ class Page:
     # What is built once
 
     def _theme(self, dark: bool) -> None:
-        self.server.gui.configure_theme(
-            control_width="large", dark_mode=dark, show_logo=False, show_share_button=False
-        )
+        self.server.gui.configure_theme(control_width="large", dark_mode=dark, show_logo=False, show_share_button=False)
 
     def _build(self) -> None:
         gui = self.server.gui

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim import Pose, Simulation
+from colias_sim import Pose
+
+if TYPE_CHECKING:
+    from colias_sim import Simulation
 
 LONGEST_FRAMES = 36_000
 """Frames of the longest trial by hand: 20 minutes at 30 frames per second."""
