@@ -33,7 +33,7 @@ from experiments.bench.streams import stream
 from scenes import ARENA_RADIUS_CM
 
 Robot = Literal["stimulus", "observer"]
-START = {"stimulus": Place(12.0, 9.0, -90.0), "observer": Place(0.0, 0.0, 0.0)}
+START = {"stimulus": Place(12.0, 11.0, -90.0), "observer": Place(0.0, 0.0, 0.0)}
 """Places at the start: the stimulus beside the view, pointing across it."""
 ROOM_CM = 3.0
 """Distance that robots keep from the wall, and that their middles keep beyond touching."""
