@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release train policies test test-train test-fit attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release train policies test test-train test-fit test-live attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -64,6 +64,11 @@ playground: ## The playground's JavaScript: linted, its format and its types che
 test-fit: $(READY) ## The tests of fits, which need the extra [fit]
 	sh tools/setup.sh --fit
 	$(BIN)/python -m pytest tests/bench/studies/fitting
+
+test-live: $(READY) ## The tests of the page of colias live, which need the extra [live] and Chromium
+	sh tools/setup.sh --live
+	sh tools/setup.sh --browser
+	$(BIN)/python -m pytest tests/bench/live
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train

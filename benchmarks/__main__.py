@@ -4,7 +4,7 @@ import cv2
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from benchmarks import antialiasing, envs, eye, leaks, loop, network, runner, start
+from benchmarks import antialiasing, envs, eye, leaks, live, loop, network, runner, start
 
 if __name__ == "__main__":  # workers started by spawn read this file too
     console = Console()
@@ -22,4 +22,5 @@ if __name__ == "__main__":  # workers started by spawn read this file too
         for part in (envs.single, envs.vector, leaks.table):
             console.print(part())
     console.print(runner.table())
+    console.print(live.table())
     console.print(start.table())

@@ -68,6 +68,10 @@ SKIPPED = {
         "takes half an hour: tests/bench/studies/test_studies.py",
         "takes twenty minutes: tests/bench/studies/test_studies.py",
     ),
+    "live.md": (
+        "runs until Ctrl-C: tests/bench/live/test_page.py",
+        "needs a recording: tests/bench/live/test_session.py",
+    ),
     "fitting.md": (
         "needs Optuna: tests/bench/studies/fitting/test_fit.py",
         "needs Optuna: tests/bench/studies/fitting/test_fit.py",

@@ -24,7 +24,9 @@ OF_MODELS: Mapping[str, frozenset[str]] = {
 play; the laws and their notes are ``colias check``; doctor, timing, the firmware's check and its choice of
 frames have a loop each; the wiring serves envs."""
 OF_OTHERS: Mapping[str, frozenset[str]] = {
-    "bench/robot/trial.py": frozenset({"sim"}),
+    "bench/robot/trial.py": frozenset({"sim", "trial"}),
+    "bench/live/session.py": frozenset({"trial"}),
+    "bench/live/run.py": frozenset({"page.session"}),
     "bench/doctor/picture.py": frozenset({"simulation"}),
     "bench/conformance/arena_laws.py": frozenset({"simulation"}),
     "bench/closed_loop/episode.py": frozenset({"wrapped", "keep"}),

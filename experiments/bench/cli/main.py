@@ -22,6 +22,7 @@ from experiments.bench.cli import (
     fit,
     leaderboard,
     listing,
+    live,
     maps,
     measured,
     new,
@@ -39,7 +40,7 @@ from experiments.bench.cli import (
 from experiments.bench.store import commands
 
 GROUPS = {
-    "Run": (run, watch),
+    "Run": (run, watch, live),
     "Judge": (reproduce, maps, study, fit),
     "Of your own": (new,),
     "Models": (check, leaderboard, tune),

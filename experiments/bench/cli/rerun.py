@@ -53,8 +53,9 @@ def rerun(
     [b]--trust[/b] is needed: read the files first. The digests in the folder find accidents, such as an edited copy;
     whoever edits on purpose can edit them too. So [b]--digest[/b] compares with a digest from elsewhere.
 
-    For runs of run, study, map, tune and behave, and of experiments.run in Python. Data files that your own code opens
-    are not copied. Exit status: 0 every row is equal, 1 one differs or trials failed, 2 it cannot be repeated.
+    For runs of run, study, map, tune and behave, recordings of live, and experiments.run in Python. Data files that
+    your own code opens are not copied. Exit status: 0 every row is equal, 1 one differs or trials failed, 2 it cannot
+    be repeated.
     """
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import error_console, out_console
@@ -191,9 +192,15 @@ def _repeat(
     noted = {**command, "paths": dict(copied)}
     if "line" not in command:
         import experiments
+        from experiments.bench.robot import visit
 
-        values = {name: _with_copies(run, name, value, copied) for name, value in command["arguments"].items()}
-        _check_call(run, values)
+        arguments = dict(command["arguments"])
+        by_hand = visit.declared(arguments.pop("experiment", None), f"{run}: experiment.json")
+        if by_hand is None:
+            arguments = command["arguments"]
+        values = {name: _with_copies(run, name, value, copied) for name, value in arguments.items()}
+        _check_call(run, values if by_hand is None else {**values, "experiment": by_hand.name})
+        values |= {} if by_hand is None else {"experiment": by_hand}
         repeated = experiments.run(**values, out=out, workers=workers, quiet=quiet)
         return EXIT_FAILED if repeated.failures else 0
     group: Any = context.find_root().command

@@ -152,9 +152,14 @@ def agent(policy: Policy, senses: str, model: Any = None) -> Agent:
 
     def act(observation: Any) -> npt.NDArray[np.float32]:
         seen = response(observation, channels, name) if senses == "neural" else State.read(observation)
-        return np.clip(_wheels(policy(seen)), -1.0, 1.0)
+        return wheels(policy, seen)
 
     return act
+
+
+def wheels(policy: Policy, seen: Any) -> npt.NDArray[np.float32]:
+    """Return what a policy makes of what is sensed: the wheels' speeds, (2,), left and right, shares of the maximum."""
+    return np.clip(_wheels(policy(seen)), -1.0, 1.0)
 
 
 def _wheels(answer: Any) -> npt.NDArray[np.float32]:

@@ -56,6 +56,19 @@ class ModelRunner:
         self._model: Any = model
         self._has_maps = not self.trouble and _takes_maps(self._model.step)
 
+    def change(self, network: Any) -> None:
+        """Let the model begin anew, with other parameters of its class; its answers so far stay.
+
+        Parameters
+        ----------
+        network
+            The parameters.
+        """
+        if self.trouble:
+            return
+        declared = self.chosen.declared
+        self._model = self._guarded(lambda: declared.build(self._shape, network))
+
     def see(self, luma: npt.NDArray[np.uint8], *, maps: bool = False) -> Response | None:
         """Let the model answer the next frame (R, C); ``None`` once something went wrong.
 

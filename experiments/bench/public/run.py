@@ -20,6 +20,7 @@ from experiments.bench.engine.terminal import error_console, tell_troubles
 from experiments.bench.judging.claim import Claim
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
+from experiments.bench.robot import visit
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.pictures.eyes import both
 from experiments.bench.robot.plan import Plan
@@ -223,7 +224,10 @@ def run(
 
     def call() -> dict[str, Any]:
         arguments = {
-            "experiment": name if declared is not experiment else {"object": declared.name}, "seed": asked.seed,
+            "experiment": (
+                name if declared is not experiment else visit.described(declared) or {"object": declared.name}
+            ),
+            "seed": asked.seed,
             "repeats": count, "eyes": eyes, "models": list(asked.models), "only": asked.only,
             "settings": dict(text.split("=", 1) for text in asked.assignments),
             "pictures": None if pictures is None else str(os.fspath(pictures)), "recordings": record,

@@ -20,6 +20,7 @@ from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.user_code import place_of
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
+from experiments.bench.robot.hand import Hand
 from experiments.bench.robot.mechanism.parts import NEEDED
 from experiments.bench.robot.path import Path
 
@@ -33,8 +34,10 @@ LIMITS = {
     "observer_turn_deg_s": (-360.0, 360.0), "acceleration_cm_s2": (1.0, 1000.0),
 }  # fmt: skip
 OPTIONAL = {"far_cm", "angle_deg", "shell_grey", "wall_contrast"}
-SCRIPTED = ("path", "observer", "movers")
+SCRIPTED = ("path", "observer", "movers", "hand")
 """The fields of a condition that are no columns: its paths, which the name in ``motion`` stands for."""
+BY_HAND = "by-hand"
+"""The motion of trials that were driven by hand."""
 WHERE_SET = {"where_set": True}
 """Metadata of fields that descriptions have only where they are set: `experiments.bench.store.description.plain`."""
 MOST_MOVERS = 6
@@ -81,6 +84,8 @@ class Condition:
         The observer's path beside it; otherwise it stands.
     movers
         Paths of further robots, up to 6, that look like the stimulus.
+    hand
+        Commands and changes by frame of a trial that ``colias live`` recorded, instead of a path.
 
     Raises
     ------
@@ -108,6 +113,7 @@ class Condition:
     path: Path | None = dataclasses.field(default=None, metadata=WHERE_SET)
     observer: Path | None = dataclasses.field(default=None, metadata=WHERE_SET)
     movers: tuple[Path, ...] = dataclasses.field(default=(), metadata=WHERE_SET)
+    hand: Hand | None = dataclasses.field(default=None, metadata=WHERE_SET)
 
     @classmethod
     def along(
@@ -203,6 +209,10 @@ class Condition:
 
     def _check_paths(self) -> None:
         """Raise ``ValueError`` for paths of a motion of the paper, and for a motion with a name but no path."""
+        if self.hand is not None:
+            if self.path is not None or self.motion != BY_HAND or not isinstance(self.hand, Hand):
+                raise ValueError(f"condition: hand with motion={self.motion!r}: legal is {BY_HAND}, without a path")
+            return
         if self.path is None:
             given = next((name for name in SCRIPTED if getattr(self, name)), None)
             if given:
@@ -232,7 +242,7 @@ class Condition:
     def __post_init__(self) -> None:
         self._check_paths()
         for name, words in WORDS.items():
-            if name == "motion" and self.path is not None:
+            if name == "motion" and (self.path is not None or self.hand is not None):
                 continue
             if getattr(self, name) not in words:
                 more = ", or a name of its own for a path (Condition.along)" if name == "motion" else ""

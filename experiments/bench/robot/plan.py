@@ -92,7 +92,7 @@ class Plan:
 
 def check(plan: Plan) -> None:
     """Raise `UsageError` for a plan that the robot, the arena or the observer's own body make impossible."""
-    conditions = plan.experiment.conditions()
+    conditions = [condition for condition in plan.experiment.conditions() if condition.hand is None]
     for condition in conditions:
         _check_condition(condition, plan.settings)
     surroundings.check(conditions, plan.settings)
@@ -187,9 +187,9 @@ def sources(plan: Plan) -> list[str]:
 def _paths(plan: Plan) -> dict[str, Any]:
     """Return the paths of conditions of one's own, by the condition's label: rows have no column for them."""
     return {
-        condition.label(): {name: getattr(condition, name) for name in SCRIPTED}
+        condition.label(): {name: getattr(condition, name) for name in SCRIPTED if name != "hand" or condition.hand}
         for condition in plan.experiment.conditions()
-        if condition.path is not None
+        if condition.path is not None or condition.hand is not None
     }
 
 

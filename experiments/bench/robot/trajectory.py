@@ -10,6 +10,7 @@ import numpy as np
 
 from colias_sim import PathFollower, Pose, Route, Schedule, Stretch
 from experiments.bench.robot.experiment import DEPTH, Condition, Settings
+from experiments.bench.robot.hand import Hand
 from experiments.bench.robot.path import Path
 from experiments.bench.streams import stream
 
@@ -102,6 +103,8 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
     In a crossing it drives straight where it was set down pointing. An approach or recession has a point to drive
     to, from where it was set down: there the error of heading is one that it has to correct on its way.
     """
+    if condition.hand is not None:
+        return _by_hand(condition.hand, settings)
     if condition.path is not None:
         ideal = _scripted(condition, condition.path, settings)
     else:
@@ -123,6 +126,13 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
     return dataclasses.replace(
         ideal, stimulus=stimulus, start=Pose(x, y, heading), parts=shifted.measured(stimulus.acceleration, slot)
     )
+
+
+def _by_hand(hand: Hand, settings: Settings) -> Course:
+    """Return where the robots are put down, and for how long; what they do there is in the hand's commands."""
+    lasting = (Stretch(seconds=hand.frames / settings.camera.fps),)
+    start, observer = hand.stimulus.pose, Route(hand.observer.pose, STANDING.route.stretches)
+    return Course(Script(Route(start, lasting), math.inf), start, (), Script(observer, math.inf))
 
 
 def _scripted(condition: Condition, path: Path, settings: Settings) -> Course:

@@ -9,6 +9,7 @@ from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +17,16 @@ import numpy.typing as npt
 from colias_sim import Frame, Pose, Route, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
-from dsnn import ResponseSeries
+from dsnn import Response, ResponseSeries
+from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.model_runner import ModelRunner, spike_counts
-from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.models import ConfiguredModel, family
+from experiments.bench.engine.settings import changed
+from experiments.bench.engine.settings import collect as assigned
 from experiments.bench.engine.user_code import sha256
 from experiments.bench.robot.control import AstrayError, Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
+from experiments.bench.robot.hand import HandDrive, changes_at
 from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
 from experiments.bench.robot.pictures.eyes import camera, models_by_eye
 from experiments.bench.robot.pictures.media import Media, collect
@@ -137,17 +142,6 @@ def scene_of(condition: Condition, settings: Settings) -> SceneConfig:
     return dataclasses.replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
 
 
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    """A trial as it was seen through one eye, and what the models made of it."""
-
-    route: Course
-    frames: list[Frame]
-    poses: list[tuple[Pose, Pose]]
-    """Poses of stimulus and observer."""
-    watching: list[ModelRunner]
-
-
 def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     """Run one trial; the same specification gives the same result, wall time aside, in any process.
 
@@ -180,30 +174,108 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     return _result(spec, first.route, columns, [p for p, _ in first.poses], parts, answers, broken, media, wall_s)
 
 
-def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], keep_media: bool) -> _Seen:
-    """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
-    settings = spec.settings
-    sim = simulation(settings.robot, eye, scene_of(spec.condition, settings), len(spec.condition.movers))
-    placing, scenery, noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
-    route = course(spec.condition, settings, placing)
-    others = {name: script.route.body(script.route.start) for name, script in route.others.items()}
-    sim.reset({**others, "stimulus": route.start}, scenery)
-    seen = _Seen(route, [], [], [ModelRunner(chosen, (eye.height, eye.width)) for chosen in models])
-    showing = seen.watching[0] if keep_media and models[0] is settings.models[0] else None
-    drive = Drive(sim, route)
-    while not drive.over:
-        if sim.data.time > 3.0 + 2.0 * route.seconds:
-            raise TrialError("the stimulus got stuck on its way")
-        frame = sim.step(noise, drive)
-        for runner in seen.watching:
-            runner.see(frame.luma, maps=runner is showing)
-        seen.frames.append(frame)
-        seen.poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
+class RunningTrial:
+    """A trial before one eye, advanced one frame at a time: by `run_trial` to its end, by ``colias live`` at will.
+
+    Attributes
+    ----------
+    sim
+        The simulation.
+    route
+        What its robots are asked to do.
+    drive
+        What commands them, and says when the trial is over.
+    watching
+        The models, each with its answers.
+    frames, poses
+        What was seen, and the poses of stimulus and observer, where ``keep`` is set.
+
+    Parameters
+    ----------
+    spec
+        The trial.
+    eye
+        The camera.
+    models
+        Those that see through it.
+    showing
+        The model whose layer maps are computed; ``None``: none's.
+    keep
+        Whether frames, poses and answers are kept; a trial by hand may be endless.
+    """
+
+    def __init__(
+        self, spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], *,
+        showing: ConfiguredModel | None = None, keep: bool = True,
+    ) -> None:  # fmt: skip
+        settings, condition = spec.settings, spec.condition
+        self.sim = sim = simulation(settings.robot, eye, scene_of(condition, settings), len(condition.movers))
+        placing, scenery, self._noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
+        self.route = course(condition, settings, placing)
+        others = {name: script.route.body(script.route.start) for name, script in self.route.others.items()}
+        sim.reset({**others, "stimulus": self.route.start}, scenery)
+        self.watching = [ModelRunner(chosen, (eye.height, eye.width), keep=keep) for chosen in models]
+        self._networks = {runner.label: runner.chosen.network for runner in self.watching}
+        self.showing, self._keep = showing, keep
+        self.frames: list[Frame] = []
+        self.poses: list[tuple[Pose, Pose]] = []
+        hand = condition.hand
+        self._changes = () if hand is None else hand.changes
+        self.drive: Drive | HandDrive = Drive(sim, self.route) if hand is None else HandDrive(sim, hand)
+        self.seen = 0
+
+    def change(self, model: str, values: Mapping[str, str]) -> Any:
+        """Change parameters of a model from the next frame on, as ``--set`` would; return them all.
+
+        Raises
+        ------
+        UsageError
+            A value is not legal, or there is no such parameter; nothing has changed then.
+        """
+        if model not in self._networks:
+            raise UsageError(f"no model '{short(model)}' is shown")
+        present = self._networks[model]
+        section = family(model, type(present))
+        collected = assigned([f"{section}.{name}={text}" for name, text in values.items()], {section: present})
+        self._networks[model] = network = changed(section, present, collected.get(section, {}))
+        for runner in self.watching:
+            if runner.label == model:
+                runner.change(network)
+        return network
+
+    def step(self) -> tuple[Frame, list[Response | None]]:
+        """Advance by a frame; return it and each model's answer, ``None`` of one that has broken.
+
+        Raises
+        ------
+        TrialError
+            The stimulus got stuck, or a robot is astray.
+        """
+        for model, values in changes_at(self._changes, self.seen).items():
+            self.change(model, values)
+        sim = self.sim
+        frame = sim.step(self._noise, self.drive)
+        answers = [runner.see(frame.luma, maps=runner.chosen is self.showing) for runner in self.watching]
+        self.seen += 1
+        if self._keep:
+            self.frames.append(frame)
+            self.poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
         try:
-            drive.look()
+            self.drive.look()
         except AstrayError as error:
             raise TrialError(str(error)) from None
-    return seen
+        if not self.drive.over and isinstance(self.drive, Drive) and sim.data.time > 3.0 + 2.0 * self.route.seconds:
+            raise TrialError("the stimulus got stuck on its way")
+        return frame, answers
+
+
+def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], keep_media: bool) -> RunningTrial:
+    """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
+    first = models[0] if keep_media and models[0] is spec.settings.models[0] else None
+    trial = RunningTrial(spec, eye, models, showing=first)
+    while not trial.drive.over:
+        trial.step()
+    return trial
 
 
 def _result(
