@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, NoReturn, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, cast
 
 import gymnasium as gym
 import numpy as np
@@ -26,6 +26,9 @@ from colias_sim.envs.world import OBSERVER
 from colias_sim.gl import render_modes
 from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.streams import clearing, episode, film, world
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 MOST_STARTS = 500
 """Draws of an episode's start among obstacles."""
@@ -278,6 +281,11 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     def wheels(self) -> npt.NDArray[np.float32]:
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The obstacles that stand in the arena, beside the wall."""
+        return tuple(self._sim.obstacles)
 
     # Private.
 

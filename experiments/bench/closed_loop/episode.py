@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 import numpy as np
@@ -24,6 +24,9 @@ from experiments.bench.closed_loop.seen import response
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel, choose
 from experiments.bench.streams import stream
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 Floats = npt.NDArray[np.float64]
 Agent = Callable[[Any], Any]
@@ -88,6 +91,8 @@ class Episode:
     infos: Mapping[str, Floats]
     """Each numeric entry of ``info``."""
     frames: npt.NDArray[np.uint8]
+    obstacles: tuple[Obstacle, ...] = ()
+    """What stands in the arena."""
 
     @property
     def steps(self) -> int:
@@ -224,6 +229,7 @@ class _Keeper:
             rewards=np.array(self._rewards),
             infos={name: np.array(values) for name, values in self._infos.items()},
             frames=np.stack(self._frames) if self._frames else np.zeros((0, 72, 99), np.uint8),
+            obstacles=self._env.obstacles,
         )  # fmt: skip
 
 

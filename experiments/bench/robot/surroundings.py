@@ -176,9 +176,13 @@ def _check_fit(
         counting = ", counting 3 sd of the start pose's errors" if name == "stimulus" else ""
         raise UsageError(
             f"{condition.label()}: the {name} {where} the obstacle {obstacle.name} of the arena {around.source}: there"
-            f" its body, at ({x:.1f}, {y:.1f}) cm, has {room_cm[index]:.2f} cm of room{counting}; legal is above 0;"
+            f" its body, at ({x:.1f}, {y:.1f}) cm, {_overlap(-room_cm[index])}{counting};"
             " move the obstacle, or lead the robot elsewhere"
         )
+
+
+def _overlap(depth_cm: float) -> str:
+    return f"reaches {depth_cm:.2f} cm into it" if depth_cm > 0.0 else "touches it"
 
 
 def _check_sight(

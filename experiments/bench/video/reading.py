@@ -110,6 +110,8 @@ class Reel:
         Level -> the models whose threshold it is; without an entry where the recording does not tell.
     hidden
         How many models of the recording have no traces here.
+    obstacles
+        The outline of each obstacle of the arena on the floor, (N, 2), cm.
     """
 
     path: Path
@@ -123,6 +125,7 @@ class Reel:
     properties: Mapping[str, Any]
     owners: Mapping[float, tuple[str, ...]] = field(default_factory=dict)
     hidden: int = 0
+    obstacles: tuple[Floats, ...] = ()
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -177,6 +180,7 @@ class _Found:
         self._colours: dict[str, Colour] = {}
         self._eyes: dict[str, list[Floats]] = {}
         self._properties: dict[str, Any] = {}
+        self._obstacles: tuple[Floats, ...] = ()
         self._name = ""
         self._view_deg = CameraConfig().hfov_deg
 
@@ -220,6 +224,12 @@ class _Found:
                 if not name.startswith("rerun.")
             }
             self._properties |= {name: value[0] for name, value in columns.items() if value}
+        elif entity == "scene/obstacles":
+            strips = [np.asarray(strip) for strip in batch.column("LineStrips3D:strips")[0].as_py()]
+            self._obstacles = tuple(strip[:, :2] for strip in strips if not strip[:, 2].any())
+        elif entity == "arena/obstacles":
+            strips = [np.asarray(strip) for strip in batch.column("LineStrips2D:strips")[0].as_py()]
+            self._obstacles = tuple(strip * (1.0, -1.0) for strip in strips)  # a 2-D view's y axis points down
         elif "Pinhole:image_from_camera" in names:
             focal, (columns, _) = _flat(batch, "Pinhole:image_from_camera")[0], _flat(batch, "Pinhole:resolution")
             self._view_deg = math.degrees(2 * math.atan(columns / 2 / focal))
@@ -259,7 +269,7 @@ class _Found:
                    if trace.place == "spikes"]  # fmt: skip
         return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks),
                     tuple(sorted({*levels.values()})), tuple(self._eyes), self._view_deg, self._properties,
-                    owners)  # fmt: skip
+                    owners, obstacles=self._obstacles)  # fmt: skip
 
 
 def _model(entity: str) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -20,6 +21,7 @@ from scenes import ARENA_RADIUS_CM
 LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#7a7a7a", "#555555", 0.2
 BINS = {"potential": 5, "spikes": 3}
 """Most intervals between the numbers of a panel that all models share."""
+OBSTACLE_COLOUR = "#9a9a9a"
 SCALE_CM = 10.0
 """Length of the plan's scale."""
 TYPE_PX = 15.0
@@ -53,7 +55,7 @@ def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
     for panel, eye in zip(layout.eyes, reel.eyes, strict=True):
         still.empty(panel, eye_title(eye))
     if layout.plan is not None:
-        still.plan(layout.plan, "from above")
+        still.plan(layout.plan, "from above", reel.obstacles)
     for key in layout.traces:
         still.traces(reel, key, layout.traces, faint=True)
     return still
@@ -95,12 +97,14 @@ class Still:
                        color=FRAME_COLOUR)  # fmt: skip
         return axes
 
-    def plan(self, panel: Panel, title: str) -> None:
-        """Draw the arena from above: its wall and a scale."""
+    def plan(self, panel: Panel, title: str, obstacles: Sequence[npt.NDArray[np.float64]] = ()) -> None:
+        """Draw the arena from above: its wall, its obstacles and a scale."""
         axes, scale = self.empty(panel, title), self._scale
         axes.set(facecolor="#f4f4f2")
         turn = np.linspace(0.0, 2 * np.pi, 181)
         axes.plot(ARENA_RADIUS_CM * np.cos(turn), ARENA_RADIUS_CM * np.sin(turn), color=FRAME_COLOUR, lw=2 * scale)
+        for outline in obstacles:
+            axes.fill(*outline.T, facecolor=OBSTACLE_COLOUR, edgecolor=FRAME_COLOUR, lw=scale)
         start, level = (near + 0.06 * (far - near) for near, far in (panel.x, panel.y))
         axes.plot([start, start + SCALE_CM], [level, level], color="black", lw=2 * scale, solid_capstyle="butt")
         axes.annotate(f"{SCALE_CM:g} cm", (start, level), xytext=(0, 4 * scale), textcoords="offset points",

@@ -65,7 +65,7 @@ def make_strip(
         for panel, time_s in zip(row, times, strict=True):
             still.empty(panel, f"{time_s:.2f} s")
     for panel, time_s in zip(plans, times, strict=False):
-        still.plan(panel, "" if eyes else f"{time_s:.2f} s")
+        still.plan(panel, "" if eyes else f"{time_s:.2f} s", reel.obstacles)
     for key in traces:
         still.traces(reel, key, traces, faint=False)
     picture = still.picture()

@@ -3,6 +3,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
 from experiments import Condition, Experiment, Leg, Path, Translation, load, run
@@ -10,6 +11,7 @@ from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.trajectory import nominal
+from experiments.bench.video.reading import read
 
 OWN = """
 from experiments import Experiment, Translation
@@ -149,6 +151,21 @@ def test_a_recording_draws_the_obstacles(tmp_path):
     ]
     forget_simulations()
     assert [b"scene/obstacles" in recording for recording in recordings] == [True, False]
+    (tmp_path / "trial.rrd").write_bytes(recordings[0])
+    (outline,) = read(tmp_path / "trial.rrd").obstacles
+    np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1]), 1.0, atol=0.01)
+
+
+def test_the_video_of_an_episode_has_the_obstacles_of_its_arena(tmp_path):
+    from experiments.bench.closed_loop.episode import play_entry
+    from experiments.bench.closed_loop.find import load_behaviour
+    from experiments.bench.closed_loop.recording import record
+
+    options = {"arena": written(tmp_path, pillar(0.2, 0.1))}
+    episode = play_entry(load_behaviour("hybrid"), "colias_sim/Avoidance-v0", options, 0, steps=2, images=False)
+    (tmp_path / "episode.rrd").write_bytes(record(episode))
+    (outline,) = read(tmp_path / "episode.rrd").obstacles
+    np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1] - 10.0), 1.0, atol=0.01)
 
 
 def test_check_tries_the_laws_and_the_files_own_trials(tmp_path, capsys):
