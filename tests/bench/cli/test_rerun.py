@@ -96,7 +96,7 @@ def test_a_run_is_repeated_from_its_folder_alone(original, run, colias):
     assert {path.name for path in (run / "files").rglob("*.py")} == {"far.py", "helper.py", "mean.py", "mine.py"}
     refused = colias("rerun", "run", "--out", "again")
     assert (refused.returncode, refused.stderr.count("\n"), executed(original)) == (2, 1, False)
-    assert "--trust" in refused.stderr and "4 files" in refused.stderr
+    assert "--trust" in refused.stderr and "4 copies" in refused.stderr
     assert all(f"/{name}.py  sha256 " in refused.stdout for name in ("far", "helper", "mean", "mine"))
     again = colias("rerun", "run", "--trust", "--out", "again", "--workers", "1")
     assert (again.returncode, executed(original)) == (0, True), again.stderr
