@@ -125,7 +125,8 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
 
 def test_columns_that_there_are_not():
     trials = rows({6: [9] * 5}, "speed_cm_s")
-    assert judge(claim(reads=("spike",)), trials, 0.2).outcome.measured == "trials have no column spike; nearest: spikes"
+    measured = judge(claim(reads=("spike",)), trials, 0.2).outcome.measured
+    assert measured == "trials have no column spike; nearest: spikes"
     shown = [{"model": "dsnn", "clip": "a", "object": "present"}]
     found = clips_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), shown, {"dsnn": 0.1})
     assert found.measured == "clips have no column speed_px"
