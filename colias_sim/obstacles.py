@@ -46,6 +46,11 @@ class Obstacle:
     outline: Vectors
     height: float
 
+    @property
+    def closed_cm(self) -> Vectors:
+        """Its outline as a line that ends where it begins, (N + 1, 2) in cm."""
+        return 100 * np.vstack([self.outline, self.outline[:1]])
+
     def nearest(self, x: float, y: float) -> tuple[float, float, float]:
         """Find the point of the outline that is nearest to a place.
 

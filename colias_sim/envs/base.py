@@ -285,7 +285,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The obstacles that stand in the arena, beside the wall."""
-        return tuple(self._sim.obstacles)
+        return self._sim.obstacles
 
     # Private.
 

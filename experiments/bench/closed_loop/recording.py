@@ -95,8 +95,8 @@ def _arena(recording: rr.RecordingStream, episode: Episode, times: list[rr.TimeC
     turn = np.linspace(0, 2 * np.pi, 65)
     wall = ARENA_RADIUS_CM * np.column_stack([np.cos(turn), np.sin(turn)])
     recording.log("arena/wall", rr.LineStrips2D([_shown(wall)], colors=[LIMIT_COLOUR], radii=[0.3]), static=True)
-    if outlines := [100 * np.vstack([o.outline, o.outline[:1]]) for o in episode.obstacles]:
-        strips = rr.LineStrips2D([_shown(outline) for outline in outlines], colors=[LIMIT_COLOUR], radii=[0.15])
+    if outlines := [_shown(obstacle.closed_cm) for obstacle in episode.obstacles]:
+        strips = rr.LineStrips2D(outlines, colors=[LIMIT_COLOUR], radii=[0.15])
         recording.log("arena/obstacles", strips, static=True)
     for place, (name, path) in enumerate(episode.paths.items()):
         colour = OBSERVER_COLOUR if place == 0 else OTHER_COLOUR

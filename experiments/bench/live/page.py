@@ -14,6 +14,7 @@ import queue
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -29,7 +30,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET, ConfiguredModel, family
 from experiments.bench.engine.settings import described, preset_of, schema_of
 from experiments.bench.figures.palette import marks
-from experiments.bench.live.session import Robot, Session, View, number_of
+from experiments.bench.live.session import START, Robot, Session, View, number_of
 from experiments.bench.registry import load
 
 CM = 100.0
@@ -246,7 +247,7 @@ class Page:
         for section, names in WORLD.items():
             value: SceneConfig | CameraConfig = settings.scene if section == "scene" else settings.camera
             for name in names:
-                self._control(section, value, name, partial_set(self, f"{section}.{name}"))
+                self._control(section, value, name, partial(self._set_world, f"{section}.{name}"))
         reset = gui.add_button("reset the world")
         reset.on_click(lambda _: self.ask(self._reset_world))
 
@@ -274,8 +275,6 @@ class Page:
         elif word == "step":
             self.paused, self._steps = True, self._steps + 1
         elif word == "again":
-            from experiments.bench.live.session import START
-
             self.session.begin(START)
         else:
             raise UsageError(f"time {word}: legal is pause, step, again")
@@ -427,7 +426,7 @@ class Page:
     def _draw_model(self, model: ConfiguredModel) -> None:
         section = family(model.label, type(model.network))
         for field in dataclasses.fields(model.network):
-            self._control(section, model.network, field.name, partial_change(self, model.label, field.name))
+            self._control(section, model.network, field.name, partial(self._change, model.label, field.name))
 
     # Plots
 
@@ -585,16 +584,6 @@ class Page:
             f"frame {view.number}, {view.frame.time:.2f} s{', paused' if self.paused else ''}; {trial}",
             f"{answers}; a frame costs {cost}; simulated / wall time {simulated:.2f}", *broken,
         ])  # fmt: skip
-
-
-def partial_set(page: Page, key: str) -> Callable[[str], None]:
-    """Return what sets a parameter of the apparatus."""
-    return lambda text: page._set_world(key, text)
-
-
-def partial_change(page: Page, label: str, name: str) -> Callable[[str], None]:
-    """Return what changes a parameter of a model."""
-    return lambda text: page._change(label, name, text)
 
 
 def _enlarged(grey: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

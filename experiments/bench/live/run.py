@@ -7,11 +7,14 @@ import ipaddress
 import socket
 import time
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from experiments.bench.engine.errors import UsageError
 
+if TYPE_CHECKING:
+    from experiments.bench.live.page import Page
+
 LOOPBACK = "127.0.0.1"
-DEFAULT_PORT = 8099
 IDLE_S = 0.02
 """Time between two looks at what is asked for, while nothing moves."""
 
@@ -97,7 +100,7 @@ def run(
     return 0
 
 
-def serve(page: object, frames: int | None = None) -> None:
+def serve(page: Page, frames: int | None = None) -> None:
     """Compute and show frame after frame at the page's pace. A slow machine slows it down; no frame is skipped.
 
     Parameters
@@ -107,10 +110,8 @@ def serve(page: object, frames: int | None = None) -> None:
     frames
         How many; ``None``: without an end.
     """
-    from experiments.bench.live.page import Page
     from experiments.bench.robot.trial import TrialError
 
-    assert isinstance(page, Page)
     due, rate, shown = time.perf_counter(), 0.0, 0
     while frames is None or shown < frames:
         page.heed()

@@ -142,8 +142,8 @@ class HandDrive:
 
 def changes_at(changes: Iterable[Change], frame: int) -> dict[str, dict[str, str]]:
     """Return the changes of a frame: model -> parameter -> text."""
-    found: dict[str, dict[str, str]] = {}
+    changed: dict[str, dict[str, str]] = {}
     for change in changes:
         if change.frame == frame:
-            found.setdefault(change.model, {})[change.name] = change.text
-    return found
+            changed.setdefault(change.model, {})[change.name] = change.text
+    return changed

@@ -167,7 +167,7 @@ def _obstacles(obstacles: Sequence[Obstacle]) -> rr.LineStrips3D:
     """Draw the outline of each obstacle on the floor and at its top, in cm."""
     strips = []
     for obstacle in obstacles:
-        around = 100 * np.vstack([obstacle.outline, obstacle.outline[:1]])
+        around = obstacle.closed_cm
         strips += [np.column_stack([around, np.full(len(around), z)]) for z in (0.0, 100 * obstacle.height)]
     return rr.LineStrips3D(strips, colors=[LIMIT_COLOUR], radii=[0.1])
 
