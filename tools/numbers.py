@@ -20,8 +20,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
-
 from experiments.bench import registry
 from experiments.bench.judging import stored
 from experiments.bench.judging.claims import used_to_choose, words
@@ -53,8 +51,6 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
 }
 """What claims are about -> their ids: the rows of the README's table."""
-WITHOUT_ROWS = ("budget.png", "eye.png")
-"""Pictures in docs/ that are drawn from no trials."""
 STALE = "The design has changed since: `make numbers` measures anew."
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
@@ -166,8 +162,8 @@ def stale(results: Mapping[str, Any]) -> bool:
     return bool(measured["digest"] != _digest(scale, measured["seed"]))
 
 
-def unfit(results: Mapping[str, Any], root: Path = ROOT) -> str:
-    """Return why a release cannot have these numbers, or the pictures in docs/; empty where it can."""
+def unfit(results: Mapping[str, Any]) -> str:
+    """Return why a release cannot have these numbers; empty where it can."""
     commit = results["measured_with"]["commit"]
     if stale(results):
         return f"the figures, measured by commit {commit}, are of another design than the code's: run make numbers"
@@ -175,17 +171,7 @@ def unfit(results: Mapping[str, Any], root: Path = ROOT) -> str:
         return f"the figures were measured by commit {commit}, which nobody can check out: run make numbers"
     if not results.get("rows"):
         return f"the figures, measured by commit {commit}, record no hash of their rows: run make numbers"
-    without = [path.name for path in sorted((root / "docs").glob("*.png")) if not _sourced(path)]
-    if without:
-        return f"{', '.join(without)} in docs/ record no rows that they are drawn from: draw them by their commands"
     return ""
-
-
-def _sourced(path: Path) -> bool:
-    """Tell whether a picture records its rows and a commit that can be checked out; or has no rows."""
-    with Image.open(path) as picture:
-        source = picture.info.get("Source", "")
-    return path.name in WITHOUT_ROWS or (source.startswith("rows ") and not source.endswith((" changes", " unknown")))
 
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
@@ -335,7 +321,7 @@ def main() -> None:
     if given.check == (given.run is not None):
         parser.error("give the folder of a run, or --check")
     if given.check:
-        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")), root)
+        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")))
         sys.exit(_refuse(why) if why else 0)
     try:
         results = taken(given.run)

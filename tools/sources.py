@@ -1,10 +1,10 @@
 """Hold the published pictures and tables against the runs that they are of: ``python -m tools.sources``.
 
-``python -m tools.sources take RUN_FOLDER PLACE...`` notes in ``docs/sources.json`` the command, the commit and the rows of
-a finished run, its first trial, and what each place shows now: a picture in docs/ (``map-c6.png``) or a table of a
-page (``maps.md#c6``) between ``<!-- table: c6 -->`` and its end. ``python -m tools.sources check`` refuses a picture or
-table that is of no run, or was changed since; then it does each command anew up to its first trial, and refuses one
-whose trial has other numbers. `tools.numbers` does the like for what the whole reproduction measures.
+``python -m tools.sources take RUN_FOLDER PLACE...`` notes in ``docs/sources.json`` the command, the commit and the rows
+of a finished run, its first trial, and what each place shows now: a picture in docs/ (``map-c6.png``), or a table of a
+page (``maps.md#c13-c19``) between ``<!-- table: c13-c19 -->`` and its end. ``python -m tools.sources check`` refuses a
+picture or table that is of no run, or was changed since. Then it does each command anew up to its first trial, and
+refuses one whose trial has other numbers. `tools.numbers` holds what the whole reproduction measures.
 """
 
 from __future__ import annotations
