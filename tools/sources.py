@@ -37,8 +37,31 @@ WITHOUT_ROWS = ("budget.png", "eye.png")
 PICTURES = (".png", ".gif", ".webp", ".mp4", ".jpg")
 TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->", re.DOTALL)
 DRAWN = re.compile(r"rows (\w+) of trials.parquet, commit (.+)")
+NUMBERS = re.compile(r"[-+]?\d")
+WITHOUT = "<!-- no rows: "
+"""Begins the line above a table of numbers that no run has, and tells why."""
 UNREPLAYED = ("train",)
 """Commands whose first trial comes after a training."""
+
+
+def unrecorded(text: str) -> list[str]:
+    """Return the heads of a page's tables of numbers that are of no run, and do not say why there is none.
+
+    A table of numbers is one of whose cells a third begin with a number.
+
+    Parameters
+    ----------
+    text
+        Markdown.
+    """
+    plain = re.sub(r"<!-- (table|measured): .*?<!-- end of \w+ -->", "", text, flags=re.DOTALL)
+    heads = []
+    for before, table in re.findall(r"([^\n]*)\n((?:\|[^\n]*\n)+)", plain):
+        head, _, *rows = [*table.splitlines(), ""][:-1]
+        cells = [cell.strip() for row in rows for cell in row.strip("|").split("|")]
+        if not before.startswith(WITHOUT) and sum(bool(NUMBERS.match(cell)) for cell in cells) > len(cells) / 3:
+            heads.append(head)
+    return heads
 
 
 class Stale(Exception):
@@ -86,7 +109,9 @@ def noted(run: Path, places: Sequence[str], root: Path) -> dict[str, Any]:
     line = (description.get("command") or {}).get("line")
     if not line or "--out" not in line:
         raise Stale(f"{run}: experiment.json has no command with --out")
-    commit, rows = provenance.commit(description.get("source", {})) or "unknown", rows_hash(run / "trials.parquet")
+    tables = tables_of(run)
+    rows, part = _rows(tables), read_description(tables[0].parent)  # a leaderboard's parts alone know their code
+    commit = provenance.commit(description.get("source") or part.get("source", {})) or "unknown"
     there = contents(root)
     for place in places:
         if place not in there:
@@ -104,7 +129,7 @@ def noted(run: Path, places: Sequence[str], root: Path) -> dict[str, Any]:
         "commit": commit,
         "rows": rows,
         "shows": {place: there[place] for place in places},
-        "first": {} if line[0] in UNREPLAYED else first_trial(run),
+        "first": {} if line[0] in UNREPLAYED else first_trial(tables[0]),
     }
 
 
@@ -113,9 +138,28 @@ def _source(picture: Path) -> str:
         return str(opened.info.get("Source", ""))
 
 
-def first_trial(run: Path) -> dict[str, list[Any]]:
-    """Return the rows of a run's trial 0, by column, as JSON has them."""
-    table = read_parquet(run / "trials.parquet")
+def tables_of(run: Path) -> list[Path]:
+    """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
+    whole = run / "trials.parquet"
+    if whole.is_file():
+        return [whole]
+    parts = sorted(run.glob("*/trials.parquet"), key=lambda path: path.stat().st_mtime)
+    if not parts:
+        raise Stale(f"{run}: has no trials.parquet")
+    return parts
+
+
+def _rows(tables: Sequence[Path]) -> str:
+    """Return the hash of a run's rows; of several tables that of their hashes, by the names of their folders."""
+    if len(tables) == 1:
+        return rows_hash(tables[0])
+    hashes = {table.parent.name: rows_hash(table) for table in tables}
+    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
+
+
+def first_trial(path: Path) -> dict[str, list[Any]]:
+    """Return the rows of trial 0 in a table, by column, as JSON has them."""
+    table = read_parquet(path)
     rows = table.filter(pc.equal(table["trial"], pa.scalar(0)))
     columns = {name: rows[name].to_pylist() for name in rows.schema.names if name not in UNREPEATABLE}
     return dict(json.loads(json.dumps(columns, default=str)))
@@ -133,6 +177,9 @@ def unfit(sources: Mapping[str, Mapping[str, Any]], root: Path) -> str:
         picture = root / "docs" / place
         if picture.suffix == ".png" and sources[name]["rows"] not in _source(picture):
             return f"docs/{place} is not drawn from the rows of {name}"
+    for page in sorted((root / "docs").glob("*.md")):
+        for head in unrecorded(page.read_text(encoding="utf-8")):
+            return f"docs/{page.name}: the table {head} is of no run; put it between markers, or say why ({WITHOUT}...)"
     without = sorted(set(there) - {place for _, place, _ in shown})
     return f"docs/sources.json notes no run of {', '.join(without)}" if without else ""
 
@@ -147,7 +194,7 @@ def difference(source: Mapping[str, Any], folder: Path) -> str:
         pass
     except UsageError as error:
         return f"its command is refused now: {error}"
-    now = first_trial(folder)
+    now = first_trial(tables_of(folder)[0])
     for column, values in source["first"].items():
         if column not in now:
             return f"the column {column} is gone"

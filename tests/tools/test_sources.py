@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import experiments
 from experiments.bench.engine.batch import Enough, first
 from experiments.bench.store.files import drawn_from, read_parquet
-from tools.sources import ROOT, SOURCES, Stale, contents, difference, main, noted, unfit
+from tools.sources import ROOT, SOURCES, Stale, contents, difference, main, noted, unfit, unrecorded
 
 TABLE = "<!-- table: fast -->\n| a |\n|---|\n| 1 |\n<!-- end of table -->\n"
 COMMAND = ["run", "speed", "--repeats", "1", "--seed", "3", "--set", "experiment.speeds_cm_s=20"]
@@ -66,6 +66,20 @@ def test_what_was_just_taken_is_fit_and_repeats(docs, capsys):
 def test_what_is_shown_and_is_not_of_its_run_is_refused(docs, change, told):
     change(docs / "docs")
     assert told in unfit(sources(docs), docs)
+
+
+@pytest.mark.parametrize(
+    "text, heads",
+    [
+        ("text\n| a | b |\n|---|---|\n| x | 0.5 |\n| y | -1 |\n", ["| a | b |"]),
+        ("<!-- no rows: a plan -->\n| a | b |\n|---|---|\n| x | 0.5 |\n", []),
+        ("<!-- table: t -->\n| a | b |\n|---|---|\n| x | 0.5 |\n<!-- end of table -->\n", []),
+        ("\n| a | b |\n|---|---|\n| x | a word |\n", []),
+    ],
+    ids=["of no run", "says why", "of a run", "of words"],
+)
+def test_a_table_of_numbers_is_of_a_run_or_says_why_not(text, heads):
+    assert unrecorded(text) == heads
 
 
 def test_a_run_that_comes_out_otherwise_now_is_refused(docs, tmp_path, capsys):
