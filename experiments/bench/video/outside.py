@@ -1,11 +1,12 @@
-"""The robots of a trial seen from outside: its arena, posed by its recording and drawn with shadows."""
+"""The robots of a trial seen from outside: its arena, posed by its recording, drawn with shading."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import cv2
 import mujoco
 import numpy as np
 
@@ -20,12 +21,18 @@ ASPECT = 11 / 8
 """Width over height of the view, that of the robot's camera."""
 LOOKS = ("shell_grey", "wall_contrast")
 """The settings of a scene that a condition of a trial sets."""
-LIGHT, AMBIENT, SIDE = 0.62, 0.42, (0.35, 0.45, -0.82)
-"""Lamps of the view: those of the arena cast no shadow and light all sides equally, which shows no shape."""
-SIGHT_M, SIGHT = 0.30, (1.0, 0.86, 0.35, 0.28)
+LIGHT, AMBIENT, SIDE = 0.62, 0.45, (0.35, 0.45, -0.82)
+"""The view's one lamp: those of the arena light all sides equally, which shows no shape."""
+DARKEST = 0.13
+"""Least reflectance of a surface: a black hull would show no shape either."""
+SIGHT_M, SIGHT = 0.24, (1.0, 0.83, 0.25, 0.45)
 """How far the field of view is drawn on the floor, and its colour."""
-TURN_DEG, DOWN_DEG, OPENING_DEG, ROOM_M = 24.0, -27.0, 45.0, 0.055
+SHADOW = (0.0, 0.0, 0.0, 0.09)
+"""Colour of each of the discs on the floor that are a robot's shadow."""
+TURN_DEG, DOWN_DEG, OPENING_DEG, ROOM_M = 24.0, -30.0, 45.0, 0.03
 """The view: its angle to the side of the observer's heading, and downward; its opening; the room about the robots."""
+FINER = 2
+"""Pixels drawn along each side of a pixel shown, for smooth edges."""
 
 
 class Outside:
@@ -56,10 +63,12 @@ class Outside:
         for light in range(model.nlight):
             first = light == 0
             model.light_ambient[light], model.light_diffuse[light] = AMBIENT * first, LIGHT * first
-            model.light_castshadow[light], model.light_dir[light] = first, SIDE
-        model.vis.quality.shadowsize, model.vis.quality.offsamples = 4096, 8
+            model.light_dir[light] = SIDE
+        model.geom_rgba[:, :3] = np.maximum(model.geom_rgba[:, :3], DARKEST)
+        model.mat_rgba[:, :3] = np.maximum(model.mat_rgba[:, :3], DARKEST)
         model.vis.global_.fovy = OPENING_DEG
-        self._screen = Offscreen(model, height, round(ASPECT * height))
+        self._size = round(ASPECT * height), height
+        self._screen = Offscreen(model, FINER * height, FINER * self._size[0])
         self._camera = _camera(reel.tracks)
 
     def at(self, time_s: float) -> Picture:
@@ -68,13 +77,14 @@ class Outside:
         for track in self._tracks:
             simulation.everyone[track.name].place(_pose(track, time_s))
         mujoco.mj_forward(simulation.model, simulation.data)
-        observer = _pose(self._tracks[0], time_s)
-        height, width, _ = self._screen.read_all().shape
+        width, height = (FINER * length for length in self._size)
+        robots = [_pose(track, time_s) for track in self._tracks]
         self._screen.draw_into(
             (0, 0, width, height), simulation.data, self._camera, mujoco.MjvOption(),
-            lambda scene: _draw_sight(scene, observer, self._view_deg),
+            lambda scene: _dress(scene, robots, self._view_deg),
         )  # fmt: skip
-        return self._screen.read_all()[::-1].copy()
+        picture = cv2.resize(self._screen.read_all()[::-1], self._size, interpolation=cv2.INTER_AREA)
+        return np.asarray(picture, np.uint8)
 
 
 def outside(reel: Reel, height: int) -> Outside | None:
@@ -113,22 +123,30 @@ def _camera(tracks: tuple[Track, ...]) -> mujoco.MjvCamera:
     camera.azimuth = math.degrees(tracks[0].poses[0, 2]) + TURN_DEG
     camera.elevation = DOWN_DEG
     half = float(np.linalg.norm(high - low)) / 2 + ROOM_M
-    camera.distance = half / math.tan(math.radians(OPENING_DEG) * ASPECT / 2) + 0.3 * half
+    camera.distance = half / math.tan(math.radians(OPENING_DEG) / 2) / ASPECT
     return camera
 
 
-def _draw_sight(scene: mujoco.MjvScene, observer: Pose, view_deg: float) -> None:
-    """Add the observer's field of view to a scene, as a fan of triangles on the floor."""
-    lens = CameraConfig().forward_cm / 100
+def _dress(scene: mujoco.MjvScene, robots: Sequence[Pose], view_deg: float) -> None:
+    """Add the field of view of the first robot to a scene, and the shadow of each, flat on the floor."""
+    observer, lens = robots[0], CameraConfig().forward_cm / 100
     start = np.array([observer.x + lens * math.cos(observer.heading), observer.y + lens * math.sin(observer.heading)])
-    angles = observer.heading + np.radians(np.linspace(-view_deg / 2, view_deg / 2, 13))
+    angles = observer.heading + np.radians(np.linspace(view_deg / 2, -view_deg / 2, 13))
     ends = start + SIGHT_M * np.column_stack([np.cos(angles), np.sin(angles)])
     for one, other in zip(ends[:-1], ends[1:], strict=True):
-        if scene.ngeom >= scene.maxgeom:
-            return
-        edges = np.column_stack([np.append(one - start, 0.0), np.append(other - start, 0.0), [0.0, 0.0, 1.0]])
-        mujoco.mjv_initGeom(
-            scene.geoms[scene.ngeom], mujoco.mjtGeom.mjGEOM_TRIANGLE, np.ones(3), np.array([*start, 0.0012]),
-            edges.flatten(), np.array(SIGHT, np.float32),
-        )  # fmt: skip
-        scene.ngeom += 1
+        edges = np.column_stack([np.append(other - start, 0.0), np.append(one - start, 0.0), [0.0, 0.0, 1.0]])
+        _add(scene, mujoco.mjtGeom.mjGEOM_TRIANGLE, (1.0, 1.0, 1.0), (*start, 0.0008), edges, SIGHT)
+    for robot in robots:
+        for ring in range(4):  # each a little larger, for a soft edge
+            place = robot.x + 0.006, robot.y + 0.008, 0.001 + 0.0002 * ring
+            size = 0.0185 + 0.002 * ring, 0.0185 + 0.002 * ring, 0.0001
+            _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, np.eye(3), SHADOW)
+
+
+def _add(
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, size: Sequence[float], place: Sequence[float], axes: Floats,
+    colour: Sequence[float],
+) -> None:  # fmt: skip
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, kind, np.array(size), np.array(place), axes.flatten(), np.array(colour, np.float32))
+    scene.ngeom += 1
