@@ -33,7 +33,7 @@ class Film:
     Parameters
     ----------
     out
-        The file: ``.mp4`` or ``.gif``.
+        The file: ``.mp4``, ``.gif`` or ``.webp``.
     width, height
         In pixels; even for ``.mp4``.
     caption
@@ -99,7 +99,7 @@ def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> 
     int
         The number of frames.
     """
-    drawer, times = _drawer(reel, film), film.times(reel)
+    drawer, times = drawer_of(reel, film), film.times(reel)
 
     def samples() -> Iterator[Picture]:
         return frames(reel, drawer, times[np.unique(np.linspace(0, len(times) - 1, PALETTE_FRAMES).astype(int))])
@@ -145,7 +145,8 @@ def not_shown(reel: Reel) -> str:
     return f"{reel.hidden} of {reel.hidden + len(reel.models)} models are not shown"
 
 
-def _drawer(reel: Reel, film: Film) -> Drawer:
+def drawer_of(reel: Reel, film: Film) -> Drawer:
+    """Return what draws the frames of a film: with the view from outside where that can be drawn, else with a plan."""
     shapes = aspects(reel)
     layout = lay_out(reel, shapes, film.width, film.height, outside=ASPECT)
     view = None if layout.outside is None else outside(reel, int(layout.outside.height))

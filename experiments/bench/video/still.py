@@ -211,7 +211,9 @@ def spike_ends(panel: Panel, values: npt.NDArray[np.float64]) -> npt.NDArray[np.
     room = SPIKE_SHARE * (high - low)
     longest = max(float(np.abs(values).max()), 1.0)
     edge = np.where(values < 0, low, high)
-    return np.column_stack([edge, edge - np.sign(values) * room * (0.5 + 0.5 * np.abs(values) / longest) * (values != 0)])
+    return np.column_stack(
+        [edge, edge - np.sign(values) * room * (0.5 + 0.5 * np.abs(values) / longest) * (values != 0)]
+    )
 
 
 def eye_title(entity: str) -> str:

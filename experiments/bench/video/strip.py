@@ -91,7 +91,9 @@ def make_strip(
         for panel, frame, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times.tolist(), strict=True):
             if frame is not None:
                 drawer.picture(picture, panel, frame, time_s)
-    for panel, change, time_s in zip(seen[-1], changes_at(reel, times.tolist()), times.tolist(), strict=True) if seen else ():
+    for panel, change, time_s in (
+        zip(seen[-1], changes_at(reel, times.tolist()), times.tolist(), strict=True) if seen else ()
+    ):
         if change is not None:
             drawer.change(picture, panel, change, time_s)
     for panel in panels.values():
