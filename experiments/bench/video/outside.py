@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import cv2
@@ -133,7 +134,7 @@ def _dress(scene: mujoco.MjvScene, robots: Sequence[Pose], view_deg: float) -> N
     start = np.array([observer.x + lens * math.cos(observer.heading), observer.y + lens * math.sin(observer.heading)])
     angles = observer.heading + np.radians(np.linspace(view_deg / 2, -view_deg / 2, 13))
     ends = start + SIGHT_M * np.column_stack([np.cos(angles), np.sin(angles)])
-    for one, other in zip(ends[:-1], ends[1:], strict=True):
+    for one, other in pairwise(ends):
         edges = np.column_stack([np.append(other - start, 0.0), np.append(one - start, 0.0), [0.0, 0.0, 1.0]])
         _add(scene, mujoco.mjtGeom.mjGEOM_TRIANGLE, (1.0, 1.0, 1.0), (*start, 0.0008), edges, SIGHT)
     for robot in robots:

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from experiments.bench.figures.plotting import STYLE, drawing, plain
 from experiments.bench.video.layout import SMALLER, Layout, Panel, levels_of, moves_on, traces_of
 from experiments.bench.video.pictures import OFF, ON, Picture
-from experiments.bench.video.reading import Colour, Reel, Trace
+from experiments.bench.video.reading import Colour, Reel
 from scenes import ARENA_RADIUS_CM
 
 LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#6b6b6b", "#555555", 0.22
@@ -155,7 +155,11 @@ class Still:
                 axes.plot([time_s, time_s], ends, color=_hex(trace.colour), lw=2.0 * scale)
         lowest = all(other.left != panel.left or other.top <= panel.top for other in lanes.values())
         axes.tick_params(width=0.8 * scale, length=4 * scale, labelbottom=lowest, labelsize=0.85 * size)
-        axes.set_yticks(sorted({0.0, *levels}) if levels else [0.0])
+        room = 0.95 * size * (panel.y[1] - panel.y[0]) / panel.height
+        ticks = [level for level in levels if level > 0] or [0.0]
+        ticks += [tick for tick in (0.0, *levels) if all(abs(tick - other) >= room for other in (*ticks, *levels)
+                                                        if other != tick)]  # fmt: skip
+        axes.set_yticks(sorted({*ticks}))
         axes.yaxis.set_major_formatter("{x:g}")
         names = [(plain(trace.name.removeprefix(f"{model} ")), _hex(trace.colour)) for trace in traces]
         words = [(f"{plain(model)}  ", FRAME_COLOUR)]

@@ -195,7 +195,7 @@ def _dark(picture: np.ndarray) -> np.ndarray:
 def test_a_plan_shows_the_obstacles_that_the_camera_sees(trial):
     reel = read(trial[1])
     square = 2.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    ahead, behind = square + (40.0, 3.0), square - (40.0, 0.0)
+    ahead, behind = square + np.array([40.0, 3.0]), square - np.array([40.0, 0.0])
     near = ground(reel)
     (low, high), _ = ground(dataclasses.replace(reel, obstacles=(ahead,)))
     assert low < ahead[:, 0].min() and high > ahead[:, 0].max()
