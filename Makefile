@@ -38,8 +38,9 @@ test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-ea
 	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-release: $(READY) ## The package, into dist/; refused while measured figures of the documentation are stale
+release: $(READY) ## The package, into dist/; refused while measured figures, pictures or tables of the documentation are stale
 	$(BIN)/python -m tools.numbers --check
+	$(BIN)/python -m tools.sources check
 	$(BIN)/python -m pip wheel -q --no-deps --no-build-isolation -w dist .
 
 SITE := build/site

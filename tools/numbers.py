@@ -20,8 +20,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
-
 from experiments.bench import registry
 from experiments.bench.judging import stored
 from experiments.bench.judging.claims import used_to_choose, words
@@ -36,7 +34,7 @@ ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
 PAGES: Mapping[str, tuple[str, ...]] = {
     "README.md": ("groups",),
-    "docs/what-the-numbers-mean.md": ("verdicts", "claims"),
+    "docs/what-the-numbers-mean.md": ("onboard", "verdicts", "claims"),
     "docs/behaviours-and-training.md": ("behaviours",),
 }
 """Page -> its measured parts, by the names in their markers."""
@@ -53,9 +51,11 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
 }
 """What claims are about -> their ids: the rows of the README's table."""
-WITHOUT_ROWS = ("budget.png", "eye.png")
-"""Pictures in docs/ that are drawn from no trials."""
 STALE = "The design has changed since: `make numbers` measures anew."
+LOST_AND_GAINED, DISTANCE = (
+    "Claims lost and gained against the float network", "Distance from the float network, frame by frame",
+)  # fmt: skip
+"""Tables of the study ``onboard`` that the documentation shows."""
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
@@ -85,7 +85,17 @@ def taken(run: Path) -> dict[str, Any]:
             for (eye, drive), count in cells.items()
         ],
         "scores": scores,
+        "onboard": _onboard_kept(run / "onboard.json"),
     }
+
+
+def _onboard_kept(path: Path) -> dict[str, Any]:
+    """Return what is kept of the study of the robot's arithmetic; nothing of a reproduction without it."""
+    if not path.is_file():
+        return {}
+    study = _json(path)
+    held = [{name: row[name] for name in ("model", "claim", "holds", "replicates")} for row in study["counts"]]
+    return {"held": held, **{name: study["tables"][name] for name in (LOST_AND_GAINED, DISTANCE)}}
 
 
 def _tables(run: Path) -> list[Path]:
@@ -142,13 +152,12 @@ def _number(text: str) -> float | str | None:
 
 
 def _commit(run: Path) -> str:
-    """Return the commit that computed a reproduction's parts; of several, or of a changed tree, with "-dirty" at it."""
+    """Return the commits that computed a reproduction's parts; of a changed tree with "-dirty" at the end."""
     sources = [json.loads(path.read_text(encoding="utf-8")).get("source", {}) for path in run.glob("*/experiment.json")]
     commits = {str(source["commit"])[:7] for source in sources if source.get("commit")}
     if not commits:
         return "unknown"
-    one = len(commits) == 1 and not any(source.get("dirty") for source in sources)
-    return f"{'+'.join(sorted(commits))}{'' if one else '-dirty'}"
+    return f"{' and '.join(sorted(commits))}{'-dirty' if any(source.get('dirty') for source in sources) else ''}"
 
 
 @functools.cache
@@ -166,8 +175,8 @@ def stale(results: Mapping[str, Any]) -> bool:
     return bool(measured["digest"] != _digest(scale, measured["seed"]))
 
 
-def unfit(results: Mapping[str, Any], root: Path = ROOT) -> str:
-    """Return why a release cannot have these numbers, or the pictures in docs/; empty where it can."""
+def unfit(results: Mapping[str, Any]) -> str:
+    """Return why a release cannot have these numbers; empty where it can."""
     commit = results["measured_with"]["commit"]
     if stale(results):
         return f"the figures, measured by commit {commit}, are of another design than the code's: run make numbers"
@@ -175,17 +184,7 @@ def unfit(results: Mapping[str, Any], root: Path = ROOT) -> str:
         return f"the figures were measured by commit {commit}, which nobody can check out: run make numbers"
     if not results.get("rows"):
         return f"the figures, measured by commit {commit}, record no hash of their rows: run make numbers"
-    without = [path.name for path in sorted((root / "docs").glob("*.png")) if not _sourced(path)]
-    if without:
-        return f"{', '.join(without)} in docs/ record no rows that they are drawn from: draw them by their commands"
     return ""
-
-
-def _sourced(path: Path) -> bool:
-    """Tell whether a picture records its rows and a commit that can be checked out; or has no rows."""
-    with Image.open(path) as picture:
-        source = picture.info.get("Source", "")
-    return path.name in WITHOUT_ROWS or (source.startswith("rows ") and not source.endswith((" changes", " unknown")))
 
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
@@ -194,6 +193,7 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
         "groups": _groups(results),
         "verdicts": _verdicts(results),
         "claims": _claims(results),
+        "onboard": _onboard(results.get("onboard", {})),
         "behaviours": _behaviours(results),
     }
 
@@ -275,6 +275,31 @@ def _claims(results: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _onboard(study: Mapping[str, Any]) -> str:
+    """Tell in how many replicates claims held in the robot's arithmetic, and how far HS is from the float network's."""
+    if not study:
+        return ""
+    held = {(row["model"], row["claim"]): row for row in study["held"]}
+    models, claims = (list(dict.fromkeys(names)) for names in zip(*held, strict=True))
+    changes = {(row["format"], row["claim"]): row for row in study[LOST_AND_GAINED]}
+    lines = [f"| claim | {' | '.join(f'`{model}`' for model in models)} |", "|---" * (len(models) + 1) + "|"]
+    for claim in claims:
+        cells = []
+        for model in models:
+            row, change = held[model, claim], changes.get((model, claim), {"lost": 0, "gained": 0})
+            differs = f" (-{change['lost']} +{change['gained']})" if change["lost"] or change["gained"] else ""
+            cells.append(f"{row['holds']} of {row['replicates']}{differs}")
+        lines.append(f"| {claim} | {' | '.join(cells)} |")
+    for row in study[DISTANCE]:
+        lines += [
+            "",
+            f"The error of HS of `{row['format']}` over {row['frames']:,} frames has the median "
+            f"{row['median of |HS error|']:.2g}, {row['99 %']:.2g} at 99 %, and {row['worst']:.2g} at the worst; of "
+            f"{row['spikes in float']:,} spikes {row['lost']:,} were lost and {row['gained']:,} gained.",
+        ]
+    return "\n".join(lines) + "\n"
+
+
 def _behaviours(results: Mapping[str, Any]) -> str:
     scale, seed = results["design"]["scale"], results["design"]["seed"]
     seconds = "" if scale["steps"] is None else f" of at most {scale['steps'] / 30:g} s"
@@ -335,7 +360,7 @@ def main() -> None:
     if given.check == (given.run is not None):
         parser.error("give the folder of a run, or --check")
     if given.check:
-        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")), root)
+        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")))
         sys.exit(_refuse(why) if why else 0)
     try:
         results = taken(given.run)

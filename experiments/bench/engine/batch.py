@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -70,6 +71,26 @@ class Resources:
             require_backend()
         with open_pool(self.workers, self.cluster) as pool:
             yield pool
+
+
+class Enough(Exception):
+    """As many jobs of a batch are done as `first` allows."""
+
+
+_first: ContextVar[int | None] = ContextVar("first", default=None)
+
+
+@contextmanager
+def first(number: int) -> Iterator[None]:
+    """Let each batch that is filled inside the block do its first ``number`` jobs alone, and end it by `Enough`.
+
+    So a command is tried in seconds: it plans all it would do, and does a part, whose rows are in its folder.
+    """
+    token = _first.set(number)
+    try:
+        yield
+    finally:
+        _first.reset(token)
 
 
 def worker_count(given: int | None) -> int:
@@ -207,7 +228,7 @@ class Batch(Generic[AnySpec]):
                 self._say(f"note: {note}")
         for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
             self._say(f"note: {note}")
-        left = [spec for spec in self.specs if spec.index not in done]
+        left = [spec for spec in self.specs[: _first.get()] if spec.index not in done]
         sizes = {spec.index: self.size(spec) for spec in left}
         load = Workload(sizes, {spec.index: self.kind(spec) for spec in left})
 
@@ -225,6 +246,8 @@ class Batch(Generic[AnySpec]):
                 have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
+        if _first.get() is not None:
+            raise Enough(f"{self.name}: {len(folder.written())} of {len(self.specs)} {self.things} are done")
         if left:
             folder.end()
         tell(folder)

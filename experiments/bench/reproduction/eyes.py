@@ -55,8 +55,9 @@ def side_by_side(claim: str, count: Count, under: Mapping[str, Mapping[Apparatus
     claim
         Its id.
     count
-        What it came to in the reproduction itself. It stands first where the study did not show the claim.
+        What it came to in the reproduction itself. It stands first: a claim has one word there.
     under
-        From `by_eye`. All counts of a claim are the study's then, of equal seeds.
+        From `by_eye`. The study has the seeds of the reproduction's first replicates in all cells.
     """
-    return tuple(under.get(claim, {FIRST: count}).get(cell) for cell in CELLS)
+    cells = {**under.get(claim, {}), FIRST: count}
+    return tuple(cells.get(cell) for cell in CELLS)
