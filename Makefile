@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release train policies test test-train test-fit test-live attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release hero train policies test test-train test-fit test-live attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -18,6 +18,11 @@ numbers: $(READY) ## The documentation's measured figures anew: the whole reprod
 	$(BIN)/colias reproduce --full --out $(NUMBERS)
 	$(BIN)/colias study fidelity --out $(NUMBERS)/fidelity
 	$(BIN)/python -m tools.numbers $(NUMBERS)
+
+HERO := runs/hero
+hero: $(READY) ## The first picture of README and site, docs/hero.webp, from four trials: it notes their rows and commit
+	$(BIN)/colias run speed --repeats 1 --quiet --out $(HERO)
+	$(BIN)/python -m tools.picture $(HERO)
 
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
 	sh tools/setup.sh --train

@@ -1,55 +1,56 @@
-"""Draw docs/speed.png, the README's picture, from a finished run: ``python -m tools.picture RUN_FOLDER``.
+"""Make docs/hero.webp, the first picture of README and site: ``python -m tools.picture RUN_FOLDER``.
 
-Above, the scene from outside and what the observer's camera sees; below, the run's own figure.
+``make hero`` makes the run, and then this.
 """
 
 from __future__ import annotations
 
-import math
+import struct
 import sys
+import tempfile
 from pathlib import Path
 
-import cv2
-import mujoco
-import numpy as np
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
-
-from colias_sim import Pose, Simulation
-from colias_sim.offscreen import Offscreen
 from experiments.bench.store.files import drawn_from
+from experiments.bench.video.make import Film, make
+from experiments.bench.video.reading import read
+from experiments.bench.video.source import recording
 
-DOCS = Path(__file__).parents[1] / "docs"
-HEIGHT = 360
+HERO = Path(__file__).parents[1] / "docs" / "hero.webp"
+TRIAL, CAPTION = 2, "A robot watches another pass"
+WIDTH, HEIGHT, RATE, SPEED = 960, 540, 10.0, 0.4
+XMP = 0x04
+"""The flag of a file of WebP that says that it has XMP."""
 
 
-def scene() -> np.ndarray:
-    """Outside view and camera view side by side, BGR."""
-    with Simulation() as sim:
-        sim.model.vis.global_.offwidth, sim.model.vis.global_.offheight = 1280, 720
-        rng = np.random.default_rng(4)
-        sim.reset({"stimulus": Pose(0.0995, 0.022, -math.pi / 2)}, rng)
-        eye = sim.step(rng).luma
-        outside = mujoco.MjvCamera()
-        outside.lookat[:], outside.distance = [0.09, 0.0, 0.02], 0.33
-        outside.azimuth, outside.elevation = 35, -24
-        view = Offscreen(sim.model, HEIGHT, 2 * HEIGHT).render(sim.data, outside, mujoco.MjvOption())[::-1, :, ::-1]
-    seen = cv2.resize(eye, (HEIGHT * 99 // 72, HEIGHT), interpolation=cv2.INTER_NEAREST)
-    gap = np.full((HEIGHT, 12, 3), 255, np.uint8)
-    return np.hstack([view, gap, cv2.cvtColor(seen, cv2.COLOR_GRAY2BGR)])
+def noted(webp: bytes, source: str) -> bytes:
+    """Return a file of WebP with a note of its source, which its other chunks leave as they are.
+
+    Parameters
+    ----------
+    webp
+        The file, of the extended form that moving pictures have.
+    source
+        The note.
+
+    Raises
+    ------
+    ValueError
+        The file has another form.
+    """
+    if webp[:4] != b"RIFF" or webp[12:16] != b"VP8X":
+        raise ValueError("no moving picture of WebP")
+    note = f'<x:xmpmeta xmlns:x="adobe:ns:meta/"><Source>{source}</Source></x:xmpmeta>'.encode()
+    chunk = b"XMP " + struct.pack("<I", len(note)) + note + b"\0" * (len(note) % 2)
+    body = webp[8:20] + bytes([webp[20] | XMP]) + webp[21:] + chunk
+    return webp[:4] + struct.pack("<I", len(body)) + body
 
 
 def main(run: Path) -> None:
-    """Put the scene above the figure of ``run``. The picture notes the rows that the figure is drawn from."""
-    above, figure = scene(), cv2.imread(str(run / "figure.png"))
-    above = cv2.resize(
-        above, (figure.shape[1], above.shape[0] * figure.shape[1] // above.shape[1]), interpolation=cv2.INTER_AREA
-    )
-    DOCS.mkdir(exist_ok=True)
-    picture = Image.fromarray(np.vstack([above, np.full_like(above[:16], 255), figure])[:, :, ::-1])
-    noted = PngInfo()
-    noted.add_text("Source", drawn_from(run))
-    picture.save(DOCS / "speed.png", pnginfo=noted, optimize=True)
+    """Make the picture of a trial of a run of the speed tests. It notes the rows of that run, and its commit."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / HERO.name
+        make(read(recording(run, TRIAL)), Film(out, WIDTH, HEIGHT, CAPTION, RATE, SPEED))
+        HERO.write_bytes(noted(out.read_bytes(), drawn_from(run)))
 
 
 if __name__ == "__main__":

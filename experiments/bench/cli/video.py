@@ -10,7 +10,7 @@ import typer
 
 from experiments.bench.cli.options import Quiet
 
-ENDINGS = (".mp4", ".gif", ".png")
+ENDINGS = (".mp4", ".gif", ".webp", ".png")
 
 
 def register(app: typer.Typer) -> None:
@@ -20,7 +20,9 @@ def register(app: typer.Typer) -> None:
 
 def video(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run's folder, or one .rrd file.")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to make: .mp4, .gif, or .png for a strip.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The file to make: .mp4, .gif, .webp, or .png for a strip.")
+    ],
     trial: Annotated[
         int | None, typer.Option(help="Number of the trial or episode; otherwise the first that was recorded.")
     ] = None,
@@ -40,11 +42,11 @@ def video(
     caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
     quiet: Quiet = False,
 ) -> int:
-    r"""Show a recording in one picture: camera, arena from above, potentials with thresholds, spikes.
+    r"""Show a recording in one picture: the world, the camera, what changed, potentials with thresholds, spikes.
 
     It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
-    H.264, which browsers and slides play. A strip has some moments side by side above the traces, for papers. Videos
-    and GIFs need the extra colias-sim\[video]. Of more than 3 models each has a panel of its own.
+    H.264, which browsers and slides play; WebP is a picture that moves, for pages. A strip has some moments side by
+    side above the traces, for papers. All but strips need the extra colias-sim\[video]. Each model has a lane.
     """
     _check_out(out)
     width_height = _size(size)

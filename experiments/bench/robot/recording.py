@@ -90,6 +90,7 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
     spec, condition = result.spec, result.spec.condition
     values: dict[str, Any] = {
         "experiment": spec.experiment,
+        "arena": spec.settings.scene.arena,
         "trial": spec.index,
         "repeat": spec.repeat,
         "seed": spec.seed,

@@ -1,1 +1,1 @@
-"""Videos, GIFs and strips of pictures, made from recordings."""
+"""Videos, GIFs, moving pictures and strips of pictures, made from recordings."""

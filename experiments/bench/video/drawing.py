@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -13,8 +13,10 @@ from PIL import Image, ImageDraw, ImageFont
 
 from colias_sim.config import CameraConfig
 from experiments.bench.video.layout import WINDOW_S, Layout, Panel, traces_of
+from experiments.bench.video.outside import Outside
 from experiments.bench.video.pictures import Floats, Picture
-from experiments.bench.video.reading import Colour, Reel, Track
+from experiments.bench.video.reading import Colour, Reel, Trace, Track
+from experiments.bench.video.still import TYPE_PX, spike_ends
 from scenes import ARENA_RADIUS_CM
 
 ROBOT_RADIUS_CM = 2.0
@@ -24,6 +26,9 @@ SIGHT_CM = ARENA_RADIUS_CM - 0.3
 TRAIL_FRAMES = 900
 """Number of frames a robot's trail goes back."""
 NOW: Colour = (60, 60, 60)
+ARROW: Colour = (255, 255, 255)
+SMALLEST = 0.1
+"""Share of its largest potential from which on a model's answer is drawn as an arrow of motion."""
 _BITS = 4  # below the pixel, in OpenCV's drawing calls
 
 
@@ -38,15 +43,17 @@ class Drawer:
         Where its panels are.
     base
         The still part of each frame, (H, W, 3) uint8, RGB.
+    outside
+        What draws the view from outside, if the layout has one.
     """
 
-    def __init__(self, reel: Reel, layout: Layout, base: Picture) -> None:
-        self._reel, self._layout, self._base = reel, layout, base
+    def __init__(self, reel: Reel, layout: Layout, base: Picture, outside: Outside | None = None) -> None:
+        self._reel, self._layout, self._base, self._outside = reel, layout, base, outside
         fonts = Path(mpl.get_data_path()) / "fonts" / "ttf"
-        self._font = ImageFont.truetype(str(fonts / "DejaVuSansMono.ttf"), max(round(17 * layout.scale), 7))
+        self._font = ImageFont.truetype(str(fonts / "DejaVuSansMono.ttf"), max(round(0.9 * TYPE_PX * layout.scale), 7))
         self._counts = {id(trace): np.abs(trace.values).cumsum() for trace in reel.traces if trace.place == "spikes"}
 
-    def frame(self, time_s: float, pictures: Sequence[Picture | None]) -> Picture:
+    def frame(self, time_s: float, pictures: Sequence[Picture | None], change: Picture | None = None) -> Picture:
         """Draw the frame of a time.
 
         Parameters
@@ -55,6 +62,8 @@ class Drawer:
             The time, in seconds.
         pictures
             What each eye saw last; ``None`` before its first picture.
+        change
+            What changed in the first eye's last picture.
 
         Returns
         -------
@@ -65,20 +74,46 @@ class Drawer:
         for panel, picture in zip(layout.eyes, pictures, strict=True):
             if picture is not None:
                 self.picture(frame, panel, picture, time_s)
+        if layout.change is not None and change is not None:
+            self.change(frame, layout.change, change, time_s)
+        if layout.outside is not None:
+            self.outside(frame, layout.outside, time_s)
         if layout.plan is not None:
             self.plan(frame, layout.plan, time_s)
-        for key, panel in layout.traces.items():
-            self._traces(frame, panel, key, time_s)
+        for model, panel in layout.lanes.items():
+            self._lane(frame, panel, model, time_s)
         self._time(frame, time_s)
         return frame
 
+    def outside(self, frame: Picture, panel: Panel, time_s: float) -> None:
+        """Put the view from outside into a panel."""
+        if self._outside is not None:
+            _put(frame, panel, self._outside.at(time_s))
+
+    def change(self, frame: Picture, panel: Panel, change: Picture, time_s: float) -> None:
+        """Put what changed into a panel, and the arrow of the motion that the first model with HS and VS answers."""
+        _put(frame, panel, change)
+        hs, vs = (self._first(channel) for channel in ("hs", "vs"))
+        if hs is None or not (until := _until(hs.time_s, time_s)):
+            return
+        largest = max(float(np.abs(hs.values).max()), max(map(abs, self._reel.levels), default=0.0), 1e-9)
+        motion = np.array([hs.values[until - 1], 0.0 if vs is None else vs.values[until - 1]]) / largest
+        length = float(np.hypot(*motion))
+        if length < SMALLEST:
+            return
+        middle = np.array([panel.left + panel.width / 2, panel.top + 0.86 * panel.height])
+        reach = 0.36 * panel.width * motion / max(length, 1.0)  # rightward and downward are positive, as in the picture
+        _arrow(frame, middle - reach / 2, middle + reach / 2, 5.0 * self._layout.scale)
+
+    def _first(self, channel: str) -> Trace | None:
+        """Return the potential of a channel of the first model that answers with HS."""
+        model = next((trace.model for trace in self._reel.traces if trace.channel == "hs"), None)
+        potentials = [trace for trace in self._reel.traces if trace.place == "potential" and trace.model == model]
+        return next((trace for trace in potentials if trace.channel == channel), None)
+
     def picture(self, frame: Picture, panel: Panel, picture: Picture, time_s: float) -> None:
         """Put a picture into its panel, with a mark where models see something at that time."""
-        left, top, width, height = (int(v) for v in (panel.left, panel.top, panel.width, panel.height))
-        larger = width >= picture.shape[1]
-        frame[top : top + height, left : left + width] = cv2.resize(
-            picture, (width, height), interpolation=cv2.INTER_NEAREST if larger else cv2.INTER_AREA
-        )
+        left, top, width, height = _put(frame, panel, picture)
         for trace in (trace for trace in self._reel.traces if trace.place == "azimuth"):
             until = _until(trace.time_s, time_s)
             if until:
@@ -111,37 +146,37 @@ class Drawer:
             nose = panel.pixels(x + np.array([0.0, 2.2]) * np.cos(heading), y + np.array([0.0, 2.2]) * np.sin(heading))
             _line(part, nose, (255, 255, 255), 2.0 * scale)
 
-    def _traces(self, frame: Picture, panel: Panel, key: str, time_s: float) -> None:
+    def _lane(self, frame: Picture, panel: Panel, model: str, time_s: float) -> None:
         now = 0.0 if self._layout.moving else time_s
-        for trace in traces_of(self._reel, key):
+        for trace in (*traces_of(self._reel, model), *traces_of(self._reel, model, "spikes")):
             until = _until(trace.time_s, time_s)
             first = _until(trace.time_s, time_s - WINDOW_S) if self._layout.moving else 0
             times = trace.time_s[first:until] - (time_s if self._layout.moving else 0.0)
             values = trace.values[first:until]
             if trace.place == "spikes":
-                times, values = times[values != 0], values[values != 0]
-            if trace.dotted:  # dots on the strokes of another channel leave both to be seen
+                fired = values != 0
+                ends = spike_ends(panel, trace.values)[first:until][fired]
+                for at, (edge, end) in zip(times[fired], ends, strict=True):
+                    stroke = panel.pixels(np.array([at, at]), np.array([edge, end]))
+                    _line(frame, stroke, trace.colour, 2.4 * self._layout.scale)
+            elif trace.dotted:  # dots beside the line of another channel leave both to be seen
                 self._dots(frame, panel.pixels(times, values), trace.colour)
-            elif trace.place == "spikes":
-                for at, value in zip(times, values, strict=True):
-                    _line(frame, panel.pixels(np.array([at, at]), np.array([0.0, value])), trace.colour,
-                          1.7 * self._layout.scale)  # fmt: skip
             elif len(times) > 1:
-                _line(frame, panel.pixels(times, values), trace.colour, 1.8 * self._layout.scale)
+                _line(frame, panel.pixels(times, values), trace.colour, 3.0 * self._layout.scale)
         if not self._layout.moving:
-            _line(frame, panel.pixels(np.array([now, now]), np.array(panel.y)), NOW, 1.0 * self._layout.scale)
+            _line(frame, panel.pixels(np.array([now, now]), np.array(panel.y)), NOW, 1.4 * self._layout.scale)
 
     def _dots(self, frame: Picture, points: npt.NDArray[np.float64], colour: Colour) -> None:
-        radius = round(1.8 * self._layout.scale * 2**_BITS)
+        radius = round(2.2 * self._layout.scale * 2**_BITS)
         for centre in _fixed(points):
             cv2.circle(frame, tuple(centre.tolist()), radius, colour, -1, cv2.LINE_AA, _BITS)
 
     def _time(self, frame: Picture, time_s: float) -> None:
         """Draw the time and the spikes so far, at the top right."""
-        text = f"{self._spikes(time_s)}{time_s:7.2f} s"
+        text = f"{self._spikes(time_s)}{time_s:6.2f} s"
         width, scale = round(self._font.getlength(text)) + 4, self._layout.scale
-        left, high = max(frame.shape[1] - round(14 * scale) - width, 0), round(26 * scale)
-        top = max(round(26 * scale) - high // 2, 0)
+        left, high = max(frame.shape[1] - round(20 * scale) - width, 0), round(36 * scale)
+        top = max(round(27 * scale) - high // 2, 0)
         part = Image.fromarray(frame[top : top + high, left : left + width])
         ImageDraw.Draw(part).text((2, high // 2), text, font=self._font, fill=(20, 20, 20), anchor="lm")
         frame[top : top + high, left : left + width] = np.asarray(part)
@@ -149,7 +184,7 @@ class Drawer:
     def _spikes(self, time_s: float) -> str:
         counts = {trace.name: int(self._counts[id(trace)][until - 1]) if (until := _until(trace.time_s, time_s)) else 0
                   for trace in self._reel.traces if trace.place == "spikes"}  # fmt: skip
-        return f"{_listed(counts)} spikes  " if 0 < len(counts) <= 3 else ""
+        return f"{sum(counts.values())} spikes  " if len(self._layout.lanes) == 1 and counts else ""
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:
@@ -168,8 +203,24 @@ def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: fl
     np.minimum(part, tint, out=part)
 
 
-def _listed(counts: Mapping[str, int]) -> str:
-    return " ".join(f"{name} {count}" for name, count in counts.items())
+def _put(frame: Picture, panel: Panel, picture: Picture) -> tuple[int, int, int, int]:
+    """Put a picture into a panel, and return the panel's left, top, width and height."""
+    left, top, width, height = (int(v) for v in (panel.left, panel.top, panel.width, panel.height))
+    larger = width >= picture.shape[1]
+    frame[top : top + height, left : left + width] = cv2.resize(
+        picture, (width, height), interpolation=cv2.INTER_NEAREST if larger else cv2.INTER_AREA
+    )
+    return left, top, width, height
+
+
+def _arrow(frame: Picture, tail: Floats, tip: Floats, width: float) -> None:
+    """Draw an arrow of a shaft and a head."""
+    along = (tip - tail) / np.linalg.norm(tip - tail)
+    across = np.array([-along[1], along[0]])
+    neck = tip - 3.4 * width * along
+    _line(frame, np.vstack([tail, neck]), ARROW, width)
+    head = np.vstack([tip, neck + 2.2 * width * across, neck - 2.2 * width * across])
+    cv2.fillPoly(frame, [_fixed(head)], ARROW, cv2.LINE_AA, _BITS)
 
 
 def _until(times: Floats, time_s: float) -> int:

@@ -1,4 +1,4 @@
-"""Files of moving pictures, written frame by frame: H.264 in MP4, and GIF."""
+"""Files of moving pictures, written frame by frame: H.264 in MP4, GIF, and WebP."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def writer(
     Parameters
     ----------
     out
-        ``.mp4`` (H.264, yuv420p, which every browser plays) or ``.gif``.
+        ``.mp4`` (H.264, yuv420p, which every browser plays), ``.gif``, or ``.webp``, which plays for ever as a picture.
     size
         Width and height, in pixels; even for ``.mp4``.
     rate
@@ -75,6 +75,9 @@ def writer(
             palette = _palette(samples(), colours)
             graph = "[0:v][1:v]paletteuse=dither=none:diff_mode=rectangle"
             coding = ["-lavfi", graph, "-c:v", "gif", "-pix_fmt", "pal8", "-f", "gif"]
+        elif out.suffix == ".webp":
+            palette = b""
+            coding = ["-c:v", "libwebp_anim", "-pix_fmt", "yuv420p", "-quality", "75", "-loop", "0", "-f", "webp"]
         else:
             palette = b""
             coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", QUALITY, "-preset", "medium"]

@@ -14,19 +14,23 @@ from experiments.bench.video.reading import Reel, Trace
 from scenes import ARENA_RADIUS_CM
 
 LONGEST_WHOLE_S, WINDOW_S = 30.0, 20.0
-"""Up to this length the traces' axis has all of a recording. Of a longer one it has the last seconds, and moves on."""
+"""Up to this length the lanes' axis has all of a recording. Of a longer one it has the last seconds, and moves on."""
 PLAIN_HEIGHT = 720
 """Height of a frame, in pixels, at which type and lines have their plain size."""
-LEFT, RIGHT, BELOW = 78.0, 30.0, 50.0
-"""Room about the traces for the numbers of their axes, at plain size."""
-TOGETHER, ONE_ROW = 3, 4
-"""Models that share a panel of potentials at most; of more each has one of its own, so many in one row."""
-KEYS_A_ROW, KEY_ROW_PX = 7, 23.0
-"""Sizes of the key above the panel of all potentials: entries in a row, and its height at plain size."""
-BETWEEN, TITLE_PX = 54.0, 26.0
-"""Room between the panels of two models, and above those in the second row."""
+LEFT, RIGHT, BELOW = 84.0, 30.0, 64.0
+"""Room about the lanes for the numbers of their axes, at plain size."""
+PAD, CAPTION, TITLE = 20.0, 50.0, 38.0
+"""Margin of a frame, and room for its caption and for the title above a panel, at plain size."""
+ONE_COLUMN, SMALLER = 3, 0.72
+"""Lanes in one column at most; the size of type where there are more lanes than one."""
+SHARE = 0.66, 0.56, 0.46
+"""How far down the pictures reach: above one lane, above up to `ONE_COLUMN`, above more."""
 ROOM_CM = 7.0
 """Room about the robots of a plan that does not show the whole arena."""
+NEAR_ZERO = 0.05
+"""A potential that goes below zero by this share of its peak has a lane with both signs."""
+SPIKES = 0.14
+"""Share of a lane's height, at its upper and its lower edge, that is left to spikes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +70,16 @@ class Layout:
     eyes
         A panel for each eye.
     plan
-        The arena from above in cm, if robots were recorded.
-    traces
-        ``potential`` and ``spikes`` -> their panels, if there are such traces; of a panel for one model alone
-        ``potential/MODEL``. Their x is the time in s, or that before now where they move on.
+        The arena from above in cm, if robots were recorded and are not seen from outside.
+    outside
+        The view from outside, if there is one.
+    change
+        What became brighter and darker before the first eye, if there is one.
+    lanes
+        Model -> the panel of its potentials, with its spikes at the edges. Its x is the time in s, or that before now
+        where it moves on.
     moving
-        Whether the traces' axes move on.
+        Whether the lanes' axes move on.
     scale
         Size of type and lines, 1 at `PLAIN_HEIGHT`.
     """
@@ -80,13 +88,15 @@ class Layout:
     height: int
     eyes: tuple[Panel, ...]
     plan: Panel | None
-    traces: Mapping[str, Panel]
+    outside: Panel | None
+    change: Panel | None
+    lanes: Mapping[str, Panel]
     moving: bool
     scale: float
 
 
-def lay_out(reel: Reel, aspects: Sequence[float], width: int, height: int) -> Layout:
-    """Place the panels of a recording in a frame: eyes and plan above, traces below.
+def lay_out(reel: Reel, aspects: Sequence[float], width: int, height: int, *, outside: float | None = None) -> Layout:
+    """Place the panels of a recording in a frame: the way from the world to the network above, its answers below.
 
     Parameters
     ----------
@@ -96,25 +106,39 @@ def lay_out(reel: Reel, aspects: Sequence[float], width: int, height: int) -> La
         Width over height of each eye's pictures.
     width, height
         Of the frame, in pixels.
+    outside
+        Width over height of the view from outside; ``None``: a plan shows the robots.
 
     Returns
     -------
     Layout
         The panels.
     """
-    scale = min(height / PLAIN_HEIGHT, width / 800)
-    pad, head = 14.0 * scale, 38.0 * scale
-    kinds = trace_kinds(reel)
-    seen = bool(aspects) or bool(reel.tracks)
-    top = (0.56 * height if kinds else height - pad) if seen else head
-    eyes, plan = _upper(reel, aspects, (pad, head + 22 * scale, width - pad, top), scale)
-    lower = trace_panels(reel, (LEFT * scale, top + 34 * scale, width - RIGHT * scale, height - BELOW * scale), scale)
-    return Layout(width, height, eyes, plan, lower, moves_on(reel), scale)
+    scale = min(height / PLAIN_HEIGHT, width / 960)
+    models = lanes_of(reel)
+    crowd = 0 if len(models) <= 1 else 1 if len(models) <= ONE_COLUMN else 2
+    shapes = [*([] if outside is None else [outside]), *aspects, *aspects[:1]]
+    if outside is None and reel.tracks:
+        shapes.insert(0, 1.0)
+    head = (CAPTION + TITLE) * scale
+    bottom = SHARE[crowd] * height - TITLE * scale if models else height - PAD * scale
+    panels = _row(shapes, (PAD * scale, head, width - PAD * scale, bottom), scale)
+    first = panels.pop(0) if outside is not None or reel.tracks else None
+    change = panels.pop() if aspects else None
+    plan = None
+    if outside is None and first is not None:
+        x, y = ground(reel)
+        plan = Panel(first.left, first.top, first.width, first.height, x, y)
+    top = (max((p.top + p.height for p in panels), default=bottom) if shapes else CAPTION * scale) + TITLE * scale
+    lanes = lane_panels(reel, (LEFT * scale, top, width - RIGHT * scale, height - BELOW * scale), scale)
+    return Layout(width, height, tuple(panels), plan, None if outside is None else first, change, lanes, moves_on(reel),
+                  scale)  # fmt: skip
 
 
-def trace_kinds(reel: Reel) -> list[str]:
-    """Return which of ``potential`` and ``spikes`` a recording has."""
-    return [kind for kind in ("potential", "spikes") if any(trace.place == kind for trace in reel.traces)]
+def lanes_of(reel: Reel) -> list[str]:
+    """Return the models with potentials or spikes, which have a lane each."""
+    answering = [trace.model for trace in reel.traces if trace.place in ("potential", "spikes")]
+    return list(dict.fromkeys(answering))
 
 
 def moves_on(reel: Reel) -> bool:
@@ -122,123 +146,90 @@ def moves_on(reel: Reel) -> bool:
     return float(np.ptp(reel.time_s)) > LONGEST_WHOLE_S
 
 
-def _upper(
-    reel: Reel, aspects: Sequence[float], box: tuple[float, float, float, float], scale: float
-) -> tuple[tuple[Panel, ...], Panel | None]:
-    """Return the eyes side by side and the plan, which is square, as large as the box allows."""
+def _row(shapes: Sequence[float], box: tuple[float, float, float, float], scale: float) -> list[Panel]:
+    """Return panels of these shapes side by side, equally high, as large as the box allows."""
+    if not shapes:
+        return []
     left, top, right, bottom = box
-    every = [*aspects, *([1.0] if reel.tracks else [])]
-    if not every:
-        return (), None
-    gap = 20.0 * scale
-    high = min(bottom - top, (right - left - gap * (len(every) - 1)) / sum(every))
-    across = left + (right - left - sum(every) * high - gap * (len(every) - 1)) / 2
-    down = top + (bottom - top - high) / 2
+    gap = 18.0 * scale
+    high = min(bottom - top, (right - left - gap * (len(shapes) - 1)) / sum(shapes))
+    across = left + (right - left - sum(shapes) * high - gap * (len(shapes) - 1)) / 2
     panels = []
-    for aspect in every:
-        panels.append(Panel(round(across), round(down), round(aspect * high), round(high)))
-        across += aspect * high + gap
-    plan = None
-    if reel.tracks:
-        place = panels.pop()
-        x, y = ground(reel)
-        plan = Panel(place.left, place.top, place.width, place.height, x, y)
-    return tuple(panels), plan
+    for shape in shapes:
+        panels.append(Panel(round(across), round(top), round(shape * high), round(high)))
+        across += shape * high + gap
+    return panels
 
 
 def ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Find the square of ground in cm that a plan shows: an episode's whole arena, or what is near a trial's robots."""
+    """Find the square of ground in cm that a plan shows.
+
+    Of an episode that is the whole arena. Of a trial it is what is near the robots, with each obstacle that stands in
+    the camera's field of view.
+    """
     if "env" in reel.properties:
         half = ARENA_RADIUS_CM + 2.0
         return (-half, half), (-half, half)
-    places = np.concatenate([track.poses[:, :2] for track in reel.tracks])
+    seen = [outline for outline in reel.obstacles if _in_view(reel, outline)]
+    places = np.concatenate([*(track.poses[:, :2] for track in reel.tracks), *seen])
     middle, half = (places.max(0) + places.min(0)) / 2, float(np.ptp(places, axis=0).max()) / 2 + ROOM_CM
     return (middle[0] - half, middle[0] + half), (middle[1] - half, middle[1] + half)
 
 
-def traces_of(reel: Reel, key: str) -> list[Trace]:
-    """Return the traces of a panel: a key of `Layout.traces`."""
-    kind, _, model = key.partition("/")
-    return [trace for trace in reel.traces if trace.place == kind and model in ("", trace.model)]
+def _in_view(reel: Reel, outline: Floats) -> bool:
+    """Tell whether any corner of an obstacle was ever in the observer's field of view."""
+    poses = reel.tracks[0].poses[:, None]
+    away = outline[None] - poses[..., :2]
+    off = np.arctan2(away[..., 1], away[..., 0]) - poses[..., 2]
+    return bool((np.abs(np.angle(np.exp(1j * off))) <= math.radians(reel.view_deg / 2)).any())
 
 
-def levels_of(reel: Reel, key: str) -> list[float]:
-    """Return the thresholds of a panel: of potentials, those of its model where the recording tells whose they are."""
-    kind, _, model = key.partition("/")
-    if kind != "potential":
-        return []
-    return [level for level in reel.levels if not model or model in reel.owners.get(level, (model,))]
+def traces_of(reel: Reel, model: str, place: str = "potential") -> list[Trace]:
+    """Return the potentials of a model, or its spikes."""
+    return [trace for trace in reel.traces if trace.place == place and trace.model == model]
 
 
-def apart(reel: Reel) -> bool:
-    """Tell whether each model has panels of its own."""
-    return len(reel.models) > TOGETHER
+def levels_of(reel: Reel, model: str) -> list[float]:
+    """Return the thresholds of a model; of a recording that does not tell whose they are, all."""
+    return [level for level in reel.levels if model in reel.owners.get(level, (model,))]
 
 
-def key_rows(reel: Reel) -> int:
-    """Tell how many rows the key above the panel of all potentials takes."""
-    return 1 if apart(reel) else math.ceil((len(traces_of(reel, "potential")) + 1) / KEYS_A_ROW)
-
-
-def trace_panels(reel: Reel, box: tuple[float, float, float, float], scale: float) -> dict[str, Panel]:
-    """Place the traces' panels in a box (left, top, right, bottom), in pixels.
-
-    Up to `TOGETHER` models share a panel of potentials, and each has a row for its spikes. Of more, each has both, in a
-    grid of one row or two.
-    """
+def lane_panels(reel: Reel, box: tuple[float, float, float, float], scale: float) -> dict[str, Panel]:
+    """Place the lanes in a box (left, top, right, bottom), in pixels: below each other, in two columns where many."""
     left, top, right, bottom = box
-    if not apart(reel):
-        top += (key_rows(reel) - 1) * KEY_ROW_PX * scale
-        rows = list(reel.models) if len(reel.models) > 1 else [""]
-        return _stacked(reel, "", rows, (left, top, right, bottom), scale)
-    panels: dict[str, Panel] = {}
-    down = 1 if len(reel.models) <= ONE_ROW else 2
-    across = math.ceil(len(reel.models) / down)
-    wide = (right - left - BETWEEN * scale * (across - 1)) / across
-    high = (bottom - top - TITLE_PX * scale * (down - 1)) / down
-    for place, model in enumerate(reel.models):
-        row, column = divmod(place, across)
-        start, head = left + column * (wide + BETWEEN * scale), top + row * (high + TITLE_PX * scale)
-        panels |= _stacked(reel, f"/{model}", [model], (start, head, start + wide, head + high), scale)
-    return panels
-
-
-def _stacked(
-    reel: Reel, whose: str, spiking: Sequence[str], box: tuple[float, float, float, float], scale: float
-) -> dict[str, Panel]:
-    """Return a panel of potentials, ``whose`` being the end of its key, above a panel for the spikes of each model."""
-    left, top, right, bottom = box
-    kinds = trace_kinds(reel)
-    spikes = [f"spikes/{model}" if model else "spikes" for model in spiking]
-    keys = [key for key in (f"potential{whose}", *spikes) if key.partition("/")[0] in kinds and traces_of(reel, key)]
-    shares = {key: 0.68 if key.startswith("potential") else 0.32 / len(spikes) for key in keys}
-    gap = (12.0 if len(spikes) == 1 and not whose else 5.0) * scale
-    room = bottom - top - gap * (len(keys) - 1)
+    models = lanes_of(reel)
+    if not models:
+        return {}
+    columns = 1 if len(models) <= ONE_COLUMN else 2
+    rows = math.ceil(len(models) / columns)
+    gap, between = TITLE * SMALLER * scale, LEFT * scale
+    wide, high = (right - left - between * (columns - 1)) / columns, (bottom - top - gap * (rows - 1)) / rows
     x = (-WINDOW_S, 0.0) if moves_on(reel) else (float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6)
-    panels = {}
-    for key in keys:
-        high = room * shares[key] / sum(shares.values())
-        panels[key] = Panel(left, top, right - left, high, x, _range(reel, key))
-        top += high + gap
-    return panels
+    return {
+        model: Panel(left + (place // rows) * (wide + between), top + (place % rows) * (high + gap), wide, high,
+                     x, _range(reel, model))
+        for place, model in enumerate(models)
+    }  # fmt: skip
 
 
-def _range(reel: Reel, key: str) -> tuple[float, float]:
-    """Return the values that a panel shows: equal in all panels of a kind, but for potentials beyond -1 .. 1."""
-    kind, _, model = key.partition("/")
-    traces, every = traces_of(reel, key), traces_of(reel, kind)
-    levels = levels_of(reel, key)
-    if kind == "spikes":
-        traces = every
-    elif model and all(map(_bounded, traces)):
-        traces, levels = [trace for trace in every if _bounded(trace)], list(reel.levels)
-    values = [trace.values for trace in traces]
-    low = min([float(np.nanmin(value)) for value in values] + [*levels, 0.0])
-    high = max([float(np.nanmax(value)) for value in values] + [*levels, 0.0])
-    if kind == "spikes":
-        low, high = min(low, -1.0 if low < 0 else 0.0), max(high, 1.0)
-    room = 0.08 * max(high - low, 0.1)
-    return low - room, high + room
+def _range(reel: Reel, model: str) -> tuple[float, float]:
+    """Return the potentials that a lane shows: equal in all lanes, but where one leaves -1 to 1.
+
+    Spikes have the lane's edges to themselves; below only where a spike or a potential is negative.
+    """
+    traces = traces_of(reel, model)
+    if all(map(_bounded, traces)):
+        traces = [trace for trace in reel.traces if trace.place == "potential" and _bounded(trace)]
+        levels = list(reel.levels)
+    else:
+        levels = levels_of(reel, model)
+    spikes = [trace.values for trace in reel.traces if trace.place == "spikes"]
+    ends = [float(end(trace.values)) for trace in traces for end in (np.nanmin, np.nanmax)] + [0.0]
+    negative = min(ends) < -NEAR_ZERO * max(ends) or any((values < 0).any() for values in spikes)
+    low = min([*ends, *(level for level in levels if negative or level > 0)])
+    high = max([*ends, *levels, 0.1])
+    room = (high - low) * SPIKES / (1 - (2 if negative else 1.4) * SPIKES)
+    return low - room * (1.0 if negative else 0.4), high + room
 
 
 def _bounded(trace: Trace) -> bool:

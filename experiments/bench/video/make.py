@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,8 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.encoding import writer
 from experiments.bench.video.layout import lay_out
-from experiments.bench.video.pictures import Floats, Picture, pictures
+from experiments.bench.video.outside import ASPECT, outside
+from experiments.bench.video.pictures import Floats, Picture, changes, pictures
 from experiments.bench.video.reading import Reel
 from experiments.bench.video.still import draw_still
 
@@ -31,7 +33,7 @@ class Film:
     Parameters
     ----------
     out
-        The file: ``.mp4`` or ``.gif``.
+        The file: ``.mp4``, ``.gif`` or ``.webp``.
     width, height
         In pixels; even for ``.mp4``.
     caption
@@ -97,7 +99,7 @@ def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> 
     int
         The number of frames.
     """
-    drawer, times = _drawer(reel, film), film.times(reel)
+    drawer, times = drawer_of(reel, film), film.times(reel)
 
     def samples() -> Iterator[Picture]:
         return frames(reel, drawer, times[np.unique(np.linspace(0, len(times) - 1, PALETTE_FRAMES).astype(int))])
@@ -113,9 +115,14 @@ def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> 
 
 def frames(reel: Reel, drawer: Drawer, times: Floats) -> Iterator[Picture]:
     """Draw the frames of increasing times, (H, W, 3) uint8 each, reading pictures as they are needed."""
-    eyes = [_Latest(pictures(reel.path, eye)) for eye in reel.eyes]
+    shown = [pictures(reel.path, eye) for eye in reel.eyes]
+    changed: Iterator[tuple[float, Picture]] = iter(())
+    if shown:
+        shown[0], again = itertools.tee(shown[0])
+        changed = changes(again)
+    eyes, change = [_Latest(source) for source in shown], _Latest(changed)
     for time_s in times.tolist():
-        yield drawer.frame(time_s, [eye.at(time_s) for eye in eyes])
+        yield drawer.frame(time_s, [eye.at(time_s) for eye in eyes], change.at(time_s))
 
 
 def aspects(reel: Reel) -> list[float]:
@@ -129,7 +136,7 @@ def caption_of(reel: Reel, given: str | None) -> str:
     if given is not None:
         return given
     experiment = reel.properties.get("experiment")
-    name = f"{experiment}, trial {reel.name}" if experiment else reel.name
+    name = f"{experiment}: {reel.name.partition(' ')[2] or reel.name}" if experiment else reel.name
     return f"{name}; {not_shown(reel)}" if reel.hidden else name
 
 
@@ -138,9 +145,14 @@ def not_shown(reel: Reel) -> str:
     return f"{reel.hidden} of {reel.hidden + len(reel.models)} models are not shown"
 
 
-def _drawer(reel: Reel, film: Film) -> Drawer:
-    layout = lay_out(reel, aspects(reel), film.width, film.height)
-    return Drawer(reel, layout, draw_still(reel, layout, caption_of(reel, film.caption)))
+def drawer_of(reel: Reel, film: Film) -> Drawer:
+    """Return what draws the frames of a film: with the view from outside where that can be drawn, else with a plan."""
+    shapes = aspects(reel)
+    layout = lay_out(reel, shapes, film.width, film.height, outside=ASPECT)
+    view = None if layout.outside is None else outside(reel, int(layout.outside.height))
+    if view is None:
+        layout = lay_out(reel, shapes, film.width, film.height)
+    return Drawer(reel, layout, draw_still(reel, layout, caption_of(reel, film.caption)), view)
 
 
 class _Latest:
@@ -160,5 +172,14 @@ class _Latest:
 
 def pictures_at(reel: Reel, eye: str, times: Sequence[float]) -> list[Picture | None]:
     """Return the picture of an eye at each of some increasing times."""
-    latest = _Latest(pictures(reel.path, eye))
+    return _at(pictures(reel.path, eye), times)
+
+
+def changes_at(reel: Reel, times: Sequence[float]) -> list[Picture | None]:
+    """Return what changed before the first eye at each of some increasing times."""
+    return _at(changes(pictures(reel.path, reel.eyes[0])), times)
+
+
+def _at(source: Iterator[tuple[float, Picture]], times: Sequence[float]) -> list[Picture | None]:
+    latest = _Latest(source)
     return [latest.at(time_s) for time_s in times]

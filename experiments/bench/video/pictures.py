@@ -17,6 +17,10 @@ from experiments.bench.store.places import regular
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
+ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
+"""Colours of brighter, darker and unchanged pixels: warm, cool and dark."""
+NOISE, FULL_CHANGE = 4.0, 40.0
+"""Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
 
 
 def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
@@ -54,6 +58,32 @@ def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
         yield from _decoded(batch, shape)
     for batch in late:
         yield from _decoded(batch, shape)
+
+
+def changes(shown: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
+    """Turn pictures into what changed since the one before.
+
+    Parameters
+    ----------
+    shown
+        Time and picture, (R, C, 3) uint8, RGB.
+
+    Yields
+    ------
+    float
+        Time in seconds.
+    ndarray
+        (R, C, 3) uint8, RGB: `ON` where the picture became brighter, `OFF` where it became darker, as strong as it
+        did; `STILL` where it stayed, but for the camera's noise.
+    """
+    before: npt.NDArray[np.int16] | None = None
+    for time_s, picture in shown:
+        grey = picture.mean(axis=-1).astype(np.int16)
+        change = np.zeros_like(grey) if before is None else grey - before
+        before = grey
+        strength = np.clip((np.abs(change) - NOISE) / (FULL_CHANGE - NOISE), 0.0, 1.0)[..., None] ** 0.7
+        colour = np.where(change[..., None] > 0, np.array(ON), np.array(OFF))
+        yield time_s, np.rint(np.array(STILL) + strength * (colour - np.array(STILL))).astype(np.uint8)
 
 
 def _decoded(batch: pa.RecordBatch, shape: tuple[int, int] | None) -> Iterator[tuple[float, Picture]]:

@@ -51,6 +51,8 @@ class Trace:
         Whether the recording draws it as dots: so it does with the second channel of a model, such as VS.
     model
         The label of the model that answered.
+    channel
+        The channel of its answer, such as ``hs``.
     """
 
     place: str
@@ -60,6 +62,7 @@ class Trace:
     values: Floats
     dotted: bool = False
     model: str = ""
+    channel: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +254,7 @@ class _Found:
         owners = {level: self._owners[entity] for entity, level in levels.items() if entity in self._owners}
         traces = [
             Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *joined, entity in self._dotted,
-                  _model(entity))
+                  _model(entity), entity.rpartition("/")[2])
             for entity, joined in series.items() if not entity.startswith(THRESHOLD)
         ]  # fmt: skip
         tracks = [

@@ -10,22 +10,24 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from matplotlib.text import Text
 
 from experiments.bench.figures.plotting import STYLE, drawing, plain
-from experiments.bench.video.layout import KEYS_A_ROW, Layout, Panel, apart, levels_of, moves_on, traces_of
-from experiments.bench.video.pictures import Picture
-from experiments.bench.video.reading import Reel, Trace
+from experiments.bench.video.layout import SMALLER, Layout, Panel, levels_of, moves_on, traces_of
+from experiments.bench.video.pictures import OFF, ON, Picture
+from experiments.bench.video.reading import Colour, Reel
 from scenes import ARENA_RADIUS_CM
 
-LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#7a7a7a", "#555555", 0.2
-BINS = {"potential": 5, "spikes": 3}
-"""Most intervals between the numbers of a panel that all models share."""
+LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#6b6b6b", "#555555", 0.22
 OBSTACLE_COLOUR = "#9a9a9a"
 SCALE_CM = 10.0
 """Length of the plan's scale."""
-TYPE_PX = 15.0
-"""Size of type, in pixels at plain size."""
+CLOCK_PX = 360.0
+"""Room that the spikes so far and the time take at the right of the caption, at plain size."""
+SPIKE_SHARE = 0.11
+"""Length of the longest stroke of a spike, as a share of its lane's height."""
+TYPE_PX = 27.0
+"""Size of type, in pixels at plain size: some 8 pixels where a frame 1280 wide is shown 390 wide."""
 
 
 def draw_still(reel: Reel, layout: Layout, caption: str) -> Picture:
@@ -54,10 +56,14 @@ def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
     still.caption(caption)
     for panel, eye in zip(layout.eyes, reel.eyes, strict=True):
         still.empty(panel, eye_title(eye))
+    if layout.outside is not None:
+        still.empty(layout.outside, "the world")
     if layout.plan is not None:
         still.plan(layout.plan, "from above", reel.obstacles)
-    for key in layout.traces:
-        still.traces(reel, key, layout.traces, faint=True)
+    if layout.change is not None:
+        still.change(layout.change)
+    for model in layout.lanes:
+        still.lane(reel, model, layout.lanes, faint=True)
     return still
 
 
@@ -86,15 +92,32 @@ class Still:
     def caption(self, text: str) -> None:
         """Write the text at the top."""
         scale = self._scale
-        self.figure.text(14 * scale / self._width, 1 - 24 * scale / self._height, plain(text), va="center",
-                          fontsize=1.2 * TYPE_PX * scale)  # fmt: skip
+        size, room = 0.95 * TYPE_PX * scale, self._width - CLOCK_PX * scale
+        line = self.figure.text(20 * scale / self._width, 1 - 27 * scale / self._height, plain(text), va="center",
+                                fontsize=size)  # fmt: skip
+        renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
+        with drawing(self._style):
+            for length in range(len(text) - 1, 0, -1):
+                if line.get_window_extent(renderer).x1 <= room:
+                    break
+                line.set_text(plain(f"{text[:length].rstrip()}..."))
 
     def empty(self, panel: Panel, title: str) -> Axes:
         """Draw the frame of a picture, with its title."""
         axes = self._axes(panel)
         axes.set(xticks=[], yticks=[])
-        axes.set_title(plain(title), loc="left", fontsize=TYPE_PX * self._scale, pad=4 * self._scale,
+        axes.set_title(plain(title), loc="left", fontsize=TYPE_PX * self._scale, pad=6 * self._scale,
                        color=FRAME_COLOUR)  # fmt: skip
+        return axes
+
+    def change(self, panel: Panel, title: str = "brighter / darker") -> Axes:
+        """Draw the frame of a picture of changes; its title has the colours that these have, but darker."""
+        axes = self.empty(panel, "")
+        brighter, _, darker = title.partition(" / ")
+        if not darker:
+            return self.empty(panel, title)
+        words = [(brighter, _shade(ON)), (" / ", FRAME_COLOUR), (darker, _shade(OFF))]
+        self._words(axes, words, TYPE_PX * self._scale)
         return axes
 
     def plan(self, panel: Panel, title: str, obstacles: Sequence[npt.NDArray[np.float64]] = ()) -> None:
@@ -110,66 +133,61 @@ class Still:
         axes.annotate(f"{SCALE_CM:g} cm", (start, level), xytext=(0, 4 * scale), textcoords="offset points",
                       fontsize=0.85 * TYPE_PX * scale)  # fmt: skip
 
-    def traces(self, reel: Reel, key: str, panels: Mapping[str, Panel], *, faint: bool) -> None:
-        """Draw the axes of potentials or spikes, and the thresholds; the traces themselves only where they are whole.
+    def lane(self, reel: Reel, model: str, lanes: Mapping[str, Panel], *, faint: bool) -> None:
+        """Draw the lane of a model: its axes, title and thresholds; potentials faint, or whole and with spikes.
 
-        ``key`` is that of one of the ``panels``. ``faint`` traces are a background for what moves.
+        ``faint`` traces are a background for what moves.
         """
-        panel, (kind, _, model) = panels[key], key.partition("/")
-        axes, scale = self._axes(panel), self._scale
-        axes.axhline(0.0, color="#c9c9c9", lw=0.8 * scale)
-        traces = traces_of(reel, key)
-        if kind == "potential":
-            for trace in traces if not (faint and moves_on(reel)) else ():
-                axes.plot(trace.time_s, trace.values, color=_hex(trace), ls=":" if trace.dotted else "-",
-                          lw=1.4 * scale, alpha=FAINT if faint else 1.0)  # fmt: skip
-            for level in levels_of(reel, key):
-                axes.axhline(level, color=LEVEL_COLOUR, lw=1.0 * scale, ls="--")
-            self._key(axes, reel, traces, model)
-        elif not faint:
-            for trace in traces:
-                fired = trace.values != 0
-                if trace.dotted:
-                    axes.plot(trace.time_s[fired], trace.values[fired], ".", color=_hex(trace), ms=5 * scale)
-                else:
-                    axes.vlines(trace.time_s[fired], 0.0, trace.values[fired], color=_hex(trace), lw=1.4 * scale)
-        beside = [other for name, other in panels.items() if name.partition("/")[0] == kind]
-        lowest = all(other.left != panel.left or other.top <= panel.top for other in panels.values())
-        axes.tick_params(width=0.8 * scale, length=3 * scale, labelbottom=lowest)
-        if kind == "spikes" and model and not apart(reel):  # a row among others, one below the other
-            axes.set_yticks([int(panel.y[1])])
-            labelled = panel == beside[len(beside) // 2]
-        else:
-            axes.locator_params(axis="y", nbins=2 if model and kind == "spikes" else 3 if model else BINS[kind],
-                                integer=kind == "spikes")  # fmt: skip
-            labelled = not model or (kind == "potential" and panel.left == min(other.left for other in beside))
-        if labelled:
-            axes.set_ylabel(kind)
+        panel, scale = lanes[model], self._scale
+        size = TYPE_PX * scale * (SMALLER if len(lanes) > 1 else 1.0)
+        axes = self._axes(panel)
+        axes.axhline(0.0, color="#c9c9c9", lw=1.0 * scale)
+        traces = traces_of(reel, model)
+        for trace in traces if not (faint and moves_on(reel)) else ():
+            axes.plot(trace.time_s, trace.values, color=_hex(trace.colour), ls=":" if trace.dotted else "-",
+                      lw=2.2 * scale, alpha=FAINT if faint else 1.0)  # fmt: skip
+        colour = _hex(traces[0].colour) if traces else LEVEL_COLOUR
+        levels = [level for level in levels_of(reel, model) if panel.y[0] < level < panel.y[1]]
+        for level in levels:
+            axes.axhline(level, color=colour, lw=1.5 * scale, ls=(0, (5, 3)))
+        for trace in () if faint else traces_of(reel, model, "spikes"):
+            for time_s, ends in zip(trace.time_s, spike_ends(panel, trace.values), strict=True):
+                axes.plot([time_s, time_s], ends, color=_hex(trace.colour), lw=2.0 * scale)
+        lowest = all(other.left != panel.left or other.top <= panel.top for other in lanes.values())
+        axes.tick_params(width=0.8 * scale, length=4 * scale, labelbottom=lowest, labelsize=0.85 * size)
+        room = 0.95 * size * (panel.y[1] - panel.y[0]) / panel.height
+        ticks = [level for level in levels if level > 0] or [0.0]
+        ticks += [tick for tick in (0.0, *levels) if all(abs(tick - other) >= room for other in (*ticks, *levels)
+                                                        if other != tick)]  # fmt: skip
+        axes.set_yticks(sorted({*ticks}))
+        axes.yaxis.set_major_formatter("{x:g}")
+        names = [(plain(trace.name.removeprefix(f"{model} ")), _hex(trace.colour)) for trace in traces]
+        words = [(f"{plain(model)}  ", FRAME_COLOUR)]
+        words += [(f"{name}{' (dots)' if trace.dotted else ''}  ", tint)
+                  for (name, tint), trace in zip(names, traces, strict=True)]  # fmt: skip
+        if levels and len(lanes) == 1:
+            words.append(("- -  threshold: beyond it spikes", colour))
+        self._words(axes, words, size)
         if lowest:
-            axes.locator_params(axis="x", nbins=4 if apart(reel) else 9)
-            axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)")
+            axes.locator_params(axis="x", nbins=5)
+            axes.set_xlabel("seconds before now" if faint and moves_on(reel) else "seconds", fontsize=0.85 * size,
+                            labelpad=1.0)  # fmt: skip
 
-    def _key(self, axes: Axes, reel: Reel, traces: Sequence[Trace], model: str) -> None:
-        """Draw the key above a panel of potentials: of all models, or of one, whose name is its title."""
-        scale = self._scale
-        size = TYPE_PX * scale * (0.85 if model else 1.0)
-        prefix = f"{model} " if model else ""
-        keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, ls=":" if trace.dotted else "-",
-                       label=plain(trace.name.removeprefix(prefix))) for trace in traces]  # fmt: skip
-        if reel.levels and not model:
-            keys.append(Line2D([], [], color=LEVEL_COLOUR, ls="--", lw=1.0 * scale, label=_levels(reel)))
-        key = axes.legend(handles=keys, ncols=min(len(keys), KEYS_A_ROW), loc="lower right", bbox_to_anchor=(1.0, 1.0),
-                    frameon=False, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2 if not model else 0.8,
-                    fontsize=size)  # fmt: skip
-        if model:
-            title = axes.set_title(plain(model), loc="left", fontsize=size, pad=4 * scale)
-            renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
-            with drawing({}):
-                room = key.get_window_extent(renderer).x0
-                for length in range(len(model) - 1, 0, -1):  # cut to where the key begins
-                    if title.get_window_extent(renderer).x1 <= room:
+    def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float) -> None:
+        """Write words of several colours above axes, one after the other; the last is cut to the room there is."""
+        renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
+        with drawing(self._style):
+            across, width = 0.0, axes.get_window_extent(renderer).width
+            for text, colour in words:
+                word: Text = axes.text(across / width, 1.0, text, color=colour, fontsize=size, transform=axes.transAxes,
+                                       va="bottom", ha="left")  # fmt: skip
+                advance = _advance(word, renderer)
+                for length in range(len(text) - 1, 0, -1):
+                    if across + advance <= width:
                         break
-                    title.set_text(plain(f"{model[:length]}..."))
+                    word.set_text(f"{text[:length].rstrip()}...")
+                    advance = _advance(word, renderer)
+                across += advance
 
     def picture(self) -> Picture:
         """Return the figure, (H, W, 3) uint8, RGB."""
@@ -187,18 +205,39 @@ class Still:
             return self.figure.add_axes(place, xlim=panel.x, ylim=panel.y)
 
 
-def eye_title(entity: str) -> str:
-    """Return what is written above the pictures of an eye."""
-    name = entity.partition("_")[2]
-    return {"picture": "what the network sees", "clip": "clip"}.get(
-        entity, f"the robot's camera{f', {name}' if name else ''}"
+def spike_ends(panel: Panel, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return from where to where the stroke of each spike goes, (N, 2), in the unit of a lane.
+
+    Strokes stand at the upper edge, those of negative spikes at the lower one, and are longer where several spikes
+    are in one frame.
+    """
+    low, high = panel.y
+    room = SPIKE_SHARE * (high - low)
+    longest = max(float(np.abs(values).max()), 1.0)
+    edge = np.where(values < 0, low, high)
+    return np.column_stack(
+        [edge, edge - np.sign(values) * room * (0.5 + 0.5 * np.abs(values) / longest) * (values != 0)]
     )
 
 
-def _levels(reel: Reel) -> str:
-    sizes = sorted({abs(level) for level in reel.levels})
-    return f"threshold {'±' if min(reel.levels) < 0 else ''}{', '.join(f'{size:g}' for size in sizes)}"
+def eye_title(entity: str) -> str:
+    """Return what is written above the pictures of an eye."""
+    name = entity.partition("_")[2]
+    return {"picture": "what it sees", "clip": "clip"}.get(entity, f"its camera{f', {name}' if name else ''}")
 
 
-def _hex(trace: Trace) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*trace.colour)
+def _advance(word: Text, renderer: object) -> float:
+    """Return the width of a text in pixels, with the spaces at its end, which its extent leaves out."""
+    text = word.get_text()
+    spaces = len(text) - len(text.rstrip())
+    return float(word.get_window_extent(renderer).width) + 0.32 * float(word.get_fontsize()) * spaces  # type: ignore[arg-type]
+
+
+def _shade(colour: Colour) -> str:
+    """Return a colour dark enough for type on white."""
+    red, green, blue = (round(0.72 * part) for part in colour)
+    return _hex((red, green, blue))
+
+
+def _hex(colour: Colour) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -11,14 +11,17 @@ from PIL import Image
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store.places import replacing
 from experiments.bench.video.drawing import Drawer
-from experiments.bench.video.layout import LEFT, Layout, Panel, ground, moves_on, trace_panels
-from experiments.bench.video.make import SIZES_PX, aspects, caption_of, pictures_at
+from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_panels, lanes_of, moves_on
+from experiments.bench.video.make import SIZES_PX, aspects, caption_of, changes_at, pictures_at
+from experiments.bench.video.outside import ASPECT, outside
 from experiments.bench.video.reading import Reel
 from experiments.bench.video.still import Still
 
 MOMENTS = range(1, 13)
 WIDTH_PX = 1800
 MARK = (120, 120, 120)
+PAD, GAP = 20.0, 10.0
+"""Margin, and room between pictures, at full width."""
 
 
 def make_strip(
@@ -47,36 +50,53 @@ def make_strip(
     if count not in MOMENTS:
         raise UsageError(f"--frames {count}: legal is {MOMENTS[0]} .. {MOMENTS[-1]}")
     width = size[0] if size else WIDTH_PX
-    scale = width / WIDTH_PX * 1.4
+    scale = width / WIDTH_PX
     times = np.linspace(reel.time_s[0], reel.time_s[-1], count)
-    eyes, plans, bottom = _panels(reel, aspects(reel), count, width, scale)
-    height = size[1] if size else round(bottom + 330 * scale if reel.traces else bottom + 10 * scale)
-    if not all(length in SIZES_PX for length in (width, height)) or height < bottom + (
-        160 * scale if reel.traces else 0
-    ):
-        least = round(bottom + 170 * scale)
+    across = (width - 2 * PAD * scale - GAP * scale * (count - 1)) / count
+    view = outside(reel, round(across / ASPECT))
+    robots = [ASPECT if view is not None else 1.0] if reel.tracks else []
+    shapes = aspects(reel)
+    rows, bottom = _rows([*robots, *shapes, *shapes[:1]], count, across, scale)
+    lanes = len(lanes_of(reel))
+    height = size[1] if size else round(bottom + (110 + 200 * min(lanes, 3)) * scale if lanes else bottom + PAD * scale)
+    if not all(length in SIZES_PX for length in (width, height)) or height < bottom + (210 * scale if lanes else 0):
+        least = round(bottom + 220 * scale)
         raise UsageError(f"--size {width}x{height}: the panels of {count} moments need {width}x{least} px, up to 3840")
-    box = LEFT * scale, bottom + 36 * scale, width - 30 * scale, height - 50 * scale
-    traces = trace_panels(reel, box, scale)
-    traces = {kind: _whole(panel, reel) for kind, panel in traces.items()}
+    box = LEFT * scale, bottom + 44 * scale, width - 30 * scale, height - 66 * scale
+    panels = {model: _whole(panel, reel) for model, panel in lane_panels(reel, box, scale).items()}
     still = Still(width, height, scale)
     still.caption(caption_of(reel, caption))
-    for row in eyes:
-        for panel, time_s in zip(row, times, strict=True):
-            still.empty(panel, f"{time_s:.2f} s")
-    for panel, time_s in zip(plans, times, strict=False):
-        still.plan(panel, "" if eyes else f"{time_s:.2f} s", reel.obstacles)
-    for key in traces:
-        still.traces(reel, key, traces, faint=False)
+    for panel, time_s in zip(rows[0] if rows else [], times, strict=False):
+        still.empty(panel, f"{time_s:.2f} s")
+    for row in rows[1:]:
+        for panel in row:
+            still.empty(panel, "")
+    plans = rows[0] if reel.tracks and view is None else []
+    if plans:
+        x, y = ground(reel)
+        plans = [Panel(p.left, p.top, p.width, p.height, x, y) for p in plans]
+        for panel in plans:
+            still.plan(panel, "", reel.obstacles)
+    for model in panels:
+        still.lane(reel, model, panels, faint=False)
     picture = still.picture()
-    drawer = Drawer(reel, Layout(width, height, (), None, {}, moves_on(reel), scale), picture)
-    for eye, row in zip(reel.eyes, eyes, strict=True):
-        for panel, frame, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times, strict=True):
+    drawer = Drawer(reel, Layout(width, height, (), None, None, None, {}, moves_on(reel), scale), picture, view)
+    if view is not None:
+        for panel, time_s in zip(rows[0], times.tolist(), strict=True):
+            drawer.outside(picture, panel, time_s)
+    for panel, time_s in zip(plans, times.tolist(), strict=False):
+        drawer.plan(picture, panel, time_s)
+    seen = rows[len(robots) :]
+    for eye, row in zip(reel.eyes, seen[: len(reel.eyes)], strict=True):
+        for panel, frame, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times.tolist(), strict=True):
             if frame is not None:
-                drawer.picture(picture, panel, frame, float(time_s))
-    for panel, time_s in zip(plans, times, strict=False):
-        drawer.plan(picture, panel, float(time_s))
-    for panel in traces.values():
+                drawer.picture(picture, panel, frame, time_s)
+    for panel, change, time_s in (
+        zip(seen[-1], changes_at(reel, times.tolist()), times.tolist(), strict=True) if seen else ()
+    ):
+        if change is not None:
+            drawer.change(picture, panel, change, time_s)
+    for panel in panels.values():
         for time_s in times:
             (start, end) = np.rint(panel.pixels(np.array([time_s, time_s]), np.array(panel.y))).astype(int).tolist()
             cv2.line(picture, start, end, MARK, max(round(scale), 1))
@@ -84,24 +104,15 @@ def make_strip(
         Image.fromarray(picture).save(partial, format="PNG")
 
 
-def _panels(
-    reel: Reel, shapes: list[float], count: int, width: int, scale: float
-) -> tuple[list[list[Panel]], list[Panel], float]:
-    """Return a row of panels for each eye, one of plans, and where they end."""
-    pad, gap, top = 14.0 * scale, 8.0 * scale, 62.0 * scale
-    across = (width - 2 * pad - gap * (count - 1)) / count
-    rows = []
+def _rows(shapes: list[float], count: int, across: float, scale: float) -> tuple[list[list[Panel]], float]:
+    """Return a row of panels for each kind of picture, whose shapes are width over height, and where they end."""
+    top, rows = 96.0 * scale, []
     for shape in shapes:
         high = round(across / shape)
-        rows.append([Panel(round(pad + k * (across + gap)), round(top), round(across), high) for k in range(count)])
-        top += high + 28 * scale
-    if not reel.tracks:
-        return rows, [], top - 28 * scale
-    x, y = ground(reel)
-    top -= 16 * scale if rows else 0
-    plans = [Panel(round(pad + k * (across + gap)), round(top), round(across), round(across), x, y)
-             for k in range(count)]  # fmt: skip
-    return rows, plans, top + across
+        lefts = [round(PAD * scale + k * (across + GAP * scale)) for k in range(count)]
+        rows.append([Panel(left, round(top), round(across), high) for left in lefts])
+        top += high + GAP * scale
+    return rows, top - (GAP * scale if shapes else 40 * scale)
 
 
 def _whole(panel: Panel, reel: Reel) -> Panel:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import re
 from pathlib import Path
@@ -28,14 +29,16 @@ from experiments.bench.robot.trial import TrialResult, TrialSpec, forget_simulat
 from experiments.bench.video import encoding, make
 from experiments.bench.video import pictures as reading
 from experiments.bench.video.drawing import Drawer
-from experiments.bench.video.layout import LONGEST_WHOLE_S, WINDOW_S, Layout, Panel, lay_out
+from experiments.bench.video.layout import LONGEST_WHOLE_S, WINDOW_S, Layout, Panel, ground, lay_out
 from experiments.bench.video.make import Film, frames
+from experiments.bench.video.outside import outside
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import Reel, read
 from experiments.bench.video.still import draw_still
 from tests.helpers.h264 import decoded, report
 
 SIZE = 480, 270
+LANE = "dsnn"
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +135,7 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
     result, path = trial
     reel = read(path)
     drawer, layout, base = film(reel)
-    (eye,), plan, panel = layout.eyes, layout.plan, layout.traces["potential"]
+    (eye,), plan, panel = layout.eyes, layout.plan, layout.lanes[LANE]
     for k in (2, result.frames // 2, result.frames - 1):
         time_s = float(reel.time_s[k])
         (frame,) = frames(reel, drawer, np.array([time_s]))
@@ -147,13 +150,65 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
         assert len(columns) >= 0.9 * (now - panel.left), "a trace goes up to now"
 
 
+def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
+    """A bar that moves to the right by a column: brighter where it left, darker where it came to."""
+    dark = np.full((2, 4, 6, 3), 200, np.uint8)
+    dark[0, :, 2:4], dark[1, :, 3:5] = 20, 20
+    (_, first), (_, second) = reading.changes(iter([(0.0, dark[0]), (0.1, dark[1])]))
+    assert (first == reading.STILL).all(), "before the second picture nothing has changed"
+    np.testing.assert_array_equal(second[0], [reading.STILL] * 2 + [reading.ON, reading.STILL, reading.OFF,
+                                                                   reading.STILL])  # fmt: skip
+
+
+def test_the_arrow_points_where_the_potentials_do(trial):
+    """A stimulus that moves to the right: more of the arrow's head is at its right end."""
+    reel = read(trial[1])
+    drawer, layout, base = film(reel)
+    (hs,) = (trace for trace in reel.traces if (trace.place, trace.channel) == ("potential", "hs"))
+    peak = int(hs.values.argmax())
+    panel, canvas = layout.change, base.copy()
+    drawer.change(canvas, panel, np.zeros((72, 99, 3), np.uint8), float(reel.time_s[peak]))
+    part = canvas[int(panel.top) : int(panel.top + panel.height), int(panel.left) : int(panel.left + panel.width), 0]
+    tall = (part > 128).sum(0)
+    columns = np.flatnonzero(tall)
+    head = columns[0] + int(tall[columns[0] : columns[-1] + 1].argmax())
+    assert hs.values[peak] > 0 and head > (columns[0] + columns[-1]) / 2
+
+
+def test_seen_from_outside_a_robot_that_passes_to_the_right_goes_right(trial):
+    """Left and right are those of the camera; the dark hull is what differs from its absence."""
+    reel = read(trial[1])
+    view = outside(reel, 120)
+    assert view is not None
+    pictures_of = [view.at(float(reel.time_s[k])).astype(int) for k in (0, len(reel.time_s) // 2, -1)]
+    middles = [np.flatnonzero(_dark(picture).any(0)).mean() for picture in pictures_of]
+    assert middles[0] < middles[1] < middles[2]
+    elsewhere = dataclasses.replace(reel, properties={**reel.properties, "arena": "/tmp/own.xml"})
+    assert outside(elsewhere, 120) is None, "a recording opens no file that it names"
+
+
+def _dark(picture: np.ndarray) -> np.ndarray:
+    """Where the black hull is: dark and without colour."""
+    return (picture.max(-1) < 45) & (np.ptp(picture, axis=-1) < 6)
+
+
+def test_a_plan_shows_the_obstacles_that_the_camera_sees(trial):
+    reel = read(trial[1])
+    square = 2.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    ahead, behind = square + np.array([40.0, 3.0]), square - np.array([40.0, 0.0])
+    near = ground(reel)
+    (low, high), _ = ground(dataclasses.replace(reel, obstacles=(ahead,)))
+    assert low < ahead[:, 0].min() and high > ahead[:, 0].max()
+    assert ground(dataclasses.replace(reel, obstacles=(behind,))) == near, "what stands behind the camera moves nothing"
+
+
 def test_a_long_recording_s_axis_moves_on(footage):
     reel = read(footage)
     drawer, layout, base = film(reel)
     assert np.ptp(reel.time_s) > LONGEST_WHOLE_S and layout.moving
-    assert layout.traces["potential"].x == (-WINDOW_S, 0.0)
+    assert layout.lanes[LANE].x == (-WINDOW_S, 0.0)
     early, late = frames(reel, drawer, np.array([5.0, 55.0]))
-    panel = layout.traces["potential"]
+    panel = layout.lanes[LANE]
     first = [int(drawn(frame, base, panel)[0]) for frame in (early, late)]
     assert first[0] == pytest.approx(panel.left + panel.width * (1 - 5.0 / WINDOW_S), abs=3)
     assert first[1] == pytest.approx(panel.left, abs=0.5 / WINDOW_S * panel.width + 3)
@@ -194,7 +249,7 @@ def test_an_mp4_is_h264_with_every_frame(trial, folder):
     assert re.search(r"Video: h264 .*yuv420p.* 480x270.* 30 fps", report(out))
     shown = decoded(out)
     assert len(shown) == result.frames
-    drawer, *_ = film(reel)
+    drawer = make.drawer_of(reel, Film(out, *SIZE))
     for k in (0, result.frames // 2, result.frames - 1):
         (expected,) = frames(reel, drawer, reel.time_s[[k]])
         apart = np.abs(shown[k][30:].astype(int) - expected[30:]).mean()  # the caption above differs
@@ -230,16 +285,30 @@ def test_a_gif_has_its_frames_and_colours(trial, folder):
         assert np.abs(colours - track.colour).max(1).min() < 2, f"no pixel has the colour of {track.name}"
 
 
+def test_a_webp_has_its_frames_for_ever(trial, folder):
+    pytest.importorskip("imageio_ffmpeg")
+    reel, out = read(trial[1]), folder / "own.webp"
+    count = make.make(reel, Film(out, 320, 180, rate=10.0))
+    with Image.open(out) as webp:
+        assert webp.size == (320, 180) and webp.n_frames <= count and webp.info["loop"] == 0
+        seconds = 0.0
+        for k in range(webp.n_frames):
+            webp.seek(k)
+            webp.load()
+            seconds += webp.info["duration"] / 1000
+    assert seconds == pytest.approx(count / 10, abs=0.15)
+
+
 def test_a_strip_shows_its_moments(trial, folder):
     result, path = trial
     out = folder / "strip.png"
     assert main.command(["video", str(path), "--out", str(out), "--frames", "4", "--quiet"]) == 0
     picture = np.asarray(Image.open(out).convert("L")).astype(int)
     assert picture.shape[1] == 1800
-    width = (1800 - 2 * 19.6 - 3 * 11.2) / 4
+    width = (1800 - 2 * 20 - 3 * 10) / 4
     for k, index in enumerate(np.rint(np.linspace(0, result.frames - 1, 4)).astype(int)):
-        left, top = round(19.6 + k * (width + 11.2)), round(62 * 1.4)
         high = round(width / 99 * 72)
+        left, top = round(20 + k * (width + 10)), round(96 + high + 10)  # below the view from outside
         shown = cv2.resize(picture[top : top + high, left : left + round(width)].astype(np.uint8), (99, 72))
         apart = [np.abs(shown.astype(int) - frame).mean() for frame in result.media.pictures[""]]
         assert abs(int(np.argmin(apart)) - index) <= 1
@@ -284,7 +353,7 @@ def test_refusals_name_the_value_and_what_is_legal(trial, folder):
         ([run, "--out", out, "--trial", "3"], r"--trial 3: .* no recording of it \(recorded: 7 \.\. 7, 1 of them\)"),
         ([str(trial[1]), "--out", out, "--trial", "7"], "--trial 7: .* is one recording"),
         ([str(folder / "nothing"), "--out", out], "no such file or folder"),
-        ([run, "--out", str(folder / "new.webm")], r"should end in \.mp4, \.gif or \.png"),
+        ([run, "--out", str(folder / "new.webm")], r"should end in \.mp4, \.gif, \.webp or \.png"),
         ([run, "--out", str(trial[1].with_suffix(".mp4") / "x.mp4")], "no such folder"),
         ([run, "--trial", "7", "--out", out, "--size", "641x360"], "--size 641x360: H.264 has even sizes.*642x360"),
         ([run, "--trial", "7", "--out", out, "--size", "64x36"], "legal is WIDTHxHEIGHT, each from 160 to 3840"),

@@ -18,7 +18,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import potentials, recorded, timelines, video
 from experiments.bench.video import make
 from experiments.bench.video.choice import MOST_MODELS, shown
-from experiments.bench.video.layout import TOGETHER, lay_out, levels_of, traces_of
+from experiments.bench.video.layout import lay_out, levels_of, traces_of
 from experiments.bench.video.reading import Reel, read
 from experiments.bench.video.still import still_of
 
@@ -81,7 +81,7 @@ def test_a_recording_tells_whose_traces_and_thresholds_are_whose(recordings):
         (line,) = [t for t in reel.traces if (t.place, t.model, t.dotted) == ("potential", label, False)]
         np.testing.assert_allclose(line.values, getattr(own.series, own.channels[0]))
         wanted = {sign * level for level in own.thresholds.values() for sign in ((1,) if label in LOOMING else (1, -1))}
-        assert set(levels_of(reel, f"potential/{label}")) == wanted
+        assert set(levels_of(reel, label)) == wanted
 
 
 def test_the_first_eight_of_twenty_are_shown_and_the_caption_says_so(recordings):
@@ -114,60 +114,60 @@ def test_models_are_chosen_by_name(recordings):
 @pytest.mark.parametrize("size", SIZES, ids=str)
 @pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
 def test_nothing_covers_anything(recordings, count, size):
-    """Panels, the keys above them, titles, pictures: each has its own place inside the frame."""
+    """Panels, the words above them, pictures: each has its own place inside the frame."""
     reel = shown(read(recordings[count]))
     layout, still = film(reel, size)
     still.picture()
     renderer = still.figure.canvas.get_renderer()
     boxes = [axes.get_window_extent(renderer) for axes in still.figure.axes]
-    assert len(boxes) == len(layout.traces) + 1, "and the eye"
-    keys = [legend.get_window_extent(renderer) for axes in still.figure.axes if (legend := axes.get_legend())]
-    for box in (*boxes, *keys):
+    assert len(boxes) == len(layout.lanes) + 2, "and the eye, and what changed before it"
+    words = [text.get_window_extent(renderer) for axes in still.figure.axes
+             for text in (*axes.texts, axes._left_title) if text.get_text().strip()]  # fmt: skip
+    words += [text.get_window_extent(renderer) for text in still.figure.texts]
+    assert len(words) >= 2 * len(layout.lanes) + 3
+    for box in (*boxes, *words):
         assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= size[0] and box.y1 <= size[1]
     for one, other in itertools.combinations(boxes, 2):
         assert not one.shrunk(0.99, 0.99).overlaps(other)
-    for key, box in itertools.product(keys, boxes):
-        inner = mpl.transforms.Bbox.from_extents(key.x0, key.y0 + 4, key.x1, key.y1 - 4)  # its own padding
+    for word, box in itertools.product(words, boxes):
+        inner = mpl.transforms.Bbox.from_extents(word.x0, word.y0 + 3, word.x1, word.y1 - 3)  # its own padding
         assert not inner.overlaps(box)
-    for axes in still.figure.axes:
-        title, key = axes._left_title, axes.get_legend()
-        if key is not None and title.get_text():
-            assert (
-                title.get_text() != LONG and title.get_window_extent(renderer).x1 <= key.get_window_extent(renderer).x0
-            )
+    for one, other in itertools.combinations(words, 2):
+        assert not one.shrunk(0.9, 0.6).overlaps(other)
 
 
 @pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
-def test_each_trace_is_in_one_panel_and_each_panel_has_one_model_beyond_three(recordings, count):
+def test_each_model_has_a_lane_of_its_own(recordings, count):
     reel = shown(read(recordings[count]))
     layout, _ = film(reel, SIZES[0])
-    drawn = [id(trace) for key in layout.traces for trace in traces_of(reel, key)]
+    assert tuple(layout.lanes) == reel.models
+    drawn = [id(trace) for model in layout.lanes for place in ("potential", "spikes")
+             for trace in traces_of(reel, model, place)]  # fmt: skip
     assert sorted(drawn) == sorted(id(trace) for trace in reel.traces if trace.place in ("potential", "spikes"))
-    for key in layout.traces:
-        alone = len({trace.model for trace in traces_of(reel, key)}) == 1
-        assert alone or (key == "potential" and count <= TOGETHER)
 
 
 def test_potentials_are_drawn_to_one_scale_but_those_that_are_no_shares(recordings):
     reel = shown(read(recordings[20]), [*LABELS[:4], PIXELS])
     layout, _ = film(reel, SIZES[0])
-    scales = {label: layout.traces[f"potential/{label}"].y for label in reel.models}
+    scales = {label: layout.lanes[label].y for label in reel.models}
     assert len({scales[label] for label in LABELS[:4]}) == 1
     assert scales[PIXELS][1] > 3.0 > 1.5 > scales["dsnn"][1]
-    assert len({panel.y for key, panel in layout.traces.items() if key.startswith("spikes")}) == 1
 
 
 @pytest.mark.parametrize("count", [3, 8])
-def test_a_frame_has_each_model_s_spikes_in_its_own_panel(recordings, count):
+def test_a_frame_has_each_model_s_spikes_at_the_edge_of_its_lane(recordings, count):
+    """Above every potential, so that no trace is taken for a spike."""
     reel = shown(read(recordings[count]))
     layout, still = film(reel, SIZES[0])
     drawer = make.Drawer(reel, layout, still.picture())
     (frame,) = make.frames(reel, drawer, reel.time_s[[-1]])
     for label in reel.models:
-        panel = layout.traces[f"spikes/{label}"]
-        rows = slice(round(panel.top) + 1, round(panel.top + panel.height) - 1)
+        panel = layout.lanes[label]
+        highest = max(float(trace.values.max()) for trace in traces_of(reel, label))
+        edge = panel.pixels(np.array([0.0]), np.array([highest]))[0, 1] - 3
+        rows = slice(round(panel.top) + 1, round(edge))
         inside = frame[rows, round(panel.left) + 4 : round(panel.left + panel.width) - 6].reshape(-1, 3).astype(int)
-        (trace,) = [trace for trace in traces_of(reel, f"spikes/{label}") if np.any(trace.values)]
+        (trace,) = [trace for trace in traces_of(reel, label, "spikes") if np.any(trace.values)]
         assert (np.abs(inside - trace.colour).max(1) < 8).any(), f"{label}'s own spikes"
 
 
