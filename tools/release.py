@@ -166,7 +166,7 @@ def checked(paths: Sequence[Path]) -> None:
             do(
                 TOOLS / "check-wheel-contents",
                 "--ignore",
-                "W002",  # two files alike: packages that know nothing of each other have a few (tests/package/test_siblings.py)
+                "W002",  # two files alike: packages that know nothing of each other have a few
                 "--toplevel",
                 f"colias_sim,dsnn,experiments,scenes,{NATIVE}.abi3.so",
                 path,

@@ -98,7 +98,6 @@ SKIPPED = {
     "questions/ppo.md": ("needs PyTorch and minutes: tests/bench/training/test_train.py",),
     "questions/tables.md": ("needs polars and duckdb, which no extra installs",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/bench/engine/test_pool.py"),
-    "video.md": ("takes a minute: makes the picture of this page",),
     "what-the-numbers-mean.md": (
         "takes minutes: tests/bench/report/test_reproduce.py",
         "takes minutes: tests/bench/judging/test_readings.py has their judging",
