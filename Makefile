@@ -41,10 +41,12 @@ test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-ea
 	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-release: $(READY) ## The package, into dist/; refused while measured figures, pictures or tables of the documentation are stale
+PYTHONS :=
+release: $(READY) ## The source distribution and the wheel, into dist/, checked and tried in empty environments; refused while the documentation shows what is stale
 	$(BIN)/python -m tools.numbers --check
 	$(BIN)/python -m tools.sources check
-	$(BIN)/python -m pip wheel -q --no-deps --no-build-isolation -w dist .
+	sh tools/setup.sh --release
+	$(BIN)/python -m tools.release $(PYTHONS)
 
 SITE := build/site
 SPHINX := $(BIN)/sphinx-build -b html --keep-going -q -j auto
@@ -119,6 +121,8 @@ lock: $(READY) ## Renew requirements.lock from pyproject.toml (needs uv)
 		--python-version 3.11 --upgrade -q -o requirements.lock
 	uv pip compile --group docs -c requirements.lock --universal --generate-hashes --no-header \
 		--no-annotate --python-version 3.11 --upgrade -q -o docs/requirements.lock
+	uv pip compile --group release --universal --generate-hashes --no-header --no-annotate --python-version 3.11 \
+		--upgrade -q -o tools/release.lock
 
 clean:
 	rm -rf .venv build docs/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -63,6 +63,15 @@ if [ "${1:-}" = --docs ]; then # the documentation's own packages
     exit 0
 fi
 
+if [ "${1:-}" = --release ]; then # what a release is built and checked with, in an environment of its own
+    [ build/release/.ready -nt tools/release.lock ] && exit 0
+    say "installing what a release is built and checked with (some 120 MB)"
+    "$venv/bin/python" -m venv --clear build/release
+    build/release/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tools/release.lock
+    touch build/release/.ready
+    exit 0
+fi
+
 if [ "${1:-}" = --fit ]; then # the extra [fit], which the lock leaves out: into the .venv that is there
     "$venv/bin/python" -c 'import optuna' 2>/dev/null && exit 0
     say "installing Optuna (some 20 MB)"
