@@ -20,9 +20,12 @@ numbers: $(READY) ## The documentation's measured figures anew: the whole reprod
 	$(BIN)/python -m tools.numbers $(NUMBERS)
 
 HERO := runs/hero
-hero: $(READY) ## The first picture of README and site, docs/hero.webp, from four trials: it notes their rows and commit
+hero: $(READY) ## The first picture of README and site, docs/hero.webp, from a run that docs/sources.json notes
+	rm -f docs/hero.webp
 	$(BIN)/colias run speed --repeats 1 --quiet --out $(HERO)
-	$(BIN)/python -m tools.picture $(HERO)
+	$(BIN)/colias video $(HERO) --trial 2 --out docs/hero.webp --size 960x540 --fps 10 --speed 0.4 --quiet \
+		--caption "A robot watches another pass"
+	$(BIN)/python -m tools.sources take $(HERO) hero.webp
 
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
 	sh tools/setup.sh --train

@@ -33,7 +33,7 @@ from experiments.bench.recording import (
 from experiments.bench.robot import surroundings
 from experiments.bench.robot.pictures.media import Media
 from experiments.bench.robot.trial import TrialResult
-from scenes import ARENA_RADIUS_CM
+from scenes import ARENA_RADIUS_CM, ARENAS
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
@@ -90,7 +90,7 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
     spec, condition = result.spec, result.spec.condition
     values: dict[str, Any] = {
         "experiment": spec.experiment,
-        "arena": spec.settings.scene.arena,
+        "arena": arena if (arena := spec.settings.scene.arena) in ARENAS else None,  # no path of a user's own file
         "trial": spec.index,
         "repeat": spec.repeat,
         "seed": spec.seed,
