@@ -17,7 +17,7 @@ LONGEST_WHOLE_S, WINDOW_S = 30.0, 20.0
 """Up to this length the lanes' axis has all of a recording. Of a longer one it has the last seconds, and moves on."""
 PLAIN_HEIGHT = 720
 """Height of a frame, in pixels, at which type and lines have their plain size."""
-LEFT, RIGHT, BELOW = 84.0, 30.0, 64.0
+LEFT, RIGHT, BELOW = 112.0, 30.0, 64.0
 """Room about the lanes for the numbers of their axes, at plain size."""
 PAD, CAPTION, TITLE = 20.0, 50.0, 38.0
 """Margin of a frame, and room for its caption and for the title above a panel, at plain size."""

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from experiments.bench.figures.plotting import STYLE, drawing, plain
-from experiments.bench.video.layout import SMALLER, Layout, Panel, levels_of, moves_on, traces_of
+from experiments.bench.video.layout import LEFT, SMALLER, Layout, Panel, levels_of, moves_on, traces_of
 from experiments.bench.video.pictures import OFF, ON, Picture
 from experiments.bench.video.reading import Colour, Reel
 from scenes import ARENA_RADIUS_CM
@@ -168,9 +168,13 @@ class Still:
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
         self._words(axes, words, size)
+        column = [other for other in lanes.values() if other.left == panel.left]
+        if panel == column[len(column) // 2]:
+            axes.set_ylabel("potential", fontsize=0.85 * size)
+            axes.yaxis.set_label_coords((36.0 - LEFT) * scale / panel.width, 0.5)
         if lowest:
             axes.locator_params(axis="x", nbins=5)
-            axes.set_xlabel("seconds before now" if faint and moves_on(reel) else "seconds", fontsize=0.85 * size,
+            axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)", fontsize=0.85 * size,
                             labelpad=1.0)  # fmt: skip
 
     def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float) -> None:
