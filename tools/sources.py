@@ -57,7 +57,7 @@ def unrecorded(text: str) -> list[str]:
     plain = re.sub(r"<!-- (table|measured): .*?<!-- end of \w+ -->", "", text, flags=re.DOTALL)
     heads = []
     for before, table in re.findall(r"([^\n]*)\n((?:\|[^\n]*\n)+)", plain):
-        head, _, *rows = [*table.splitlines(), ""][:-1]
+        head, _, *rows = table.splitlines()
         cells = [cell.strip() for row in rows for cell in row.strip("|").split("|")]
         if not before.startswith(WITHOUT) and sum(bool(NUMBERS.match(cell)) for cell in cells) > len(cells) / 3:
             heads.append(head)
@@ -173,7 +173,7 @@ def unfit(sources: Mapping[str, Mapping[str, Any]], root: Path) -> str:
         if place not in there:
             return f"docs/ does not show {place}, which sources.json notes of {name}"
         if there[place] != digest:
-            return f"docs/ {place} was changed since it was taken from {name}"
+            return f"docs/{place} was changed since it was taken from {name}"
         picture = root / "docs" / place
         if picture.suffix == ".png" and sources[name]["rows"] not in _source(picture):
             return f"docs/{place} is not drawn from the rows of {name}"
@@ -234,7 +234,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if differs:
                 raise Stale(f"{name}: {differs}: run {' '.join(sources[name]['command'])} anew")
             print(f"sources: {name}: trial 0 is equal", file=sys.stderr)
-    except Stale as error:
+    except (Stale, UsageError) as error:
         print(f"sources: {error}", file=sys.stderr)
         return 2
     return 0

@@ -84,7 +84,12 @@ _first: ContextVar[int | None] = ContextVar("first", default=None)
 def first(number: int) -> Iterator[None]:
     """Let each batch that is filled inside the block do its first ``number`` jobs alone, and end it by `Enough`.
 
-    So a command is tried in seconds: it plans all it would do, and does a part, whose rows are in its folder.
+    A command that is cut so plans all that it would do, and leaves the rows of these jobs in its folder.
+
+    Parameters
+    ----------
+    number
+        Jobs of a batch, 1 or more.
     """
     token = _first.set(number)
     try:

@@ -196,14 +196,14 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     if other_code:
         there = _with_claims_of(here, there)
     try:
-        differing = differences(parameters(there), parameters(here))
+        differing = differences(_parameters(there), _parameters(here))
     except RecursionError:
         raise UsageError(f"{folder}: {NAME} cannot be read (nested too deeply)") from None
     if differing:
         more = f"; {len(differing) - MOST_TOLD} more differ" if len(differing) > MOST_TOLD else ""
         text = "; ".join(differing[:MOST_TOLD])
         advice = "repeat the first command's options, or " if "--" in text else ""
-        if not differences(parameters(_with_claims_of(here, there)), parameters(here)):
+        if not differences(_parameters(_with_claims_of(here, there)), _parameters(here)):
             advice = "--other-code judges the trials that are done by the claims of now; otherwise "
         raise UsageError(f"{folder}: {text}{more}: {advice}choose another --out")
     try:
@@ -239,8 +239,7 @@ def _with_claims_of(here: Mapping[str, Any], there: dict[str, Any]) -> dict[str,
     return there
 
 
-def parameters(description: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what decides the rows of a run, of what its ``experiment.json`` holds; code and versions aside."""
+def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in description.items() if name not in (*provenance.KEYS, *NOTED, THRESHOLDS)}
 
 
