@@ -33,7 +33,7 @@ def fit(
         str,
         typer.Argument(
             help="Names that [b]colias list[/b] shows, or paths of .py files; several joined by commas. Or a fit that"
-            " ships, whose box and claims are written down."
+            " ships, whose box and claims are written down. [b]leaderboard[/b] or [b]tuning[/b]: their numbers."
         ),
     ],
     over: Annotated[
@@ -66,6 +66,17 @@ def fit(
         int | None,
         typer.Option(help="Replicates in which the winner and the ten next best are judged anew; otherwise 20."),
     ] = None,
+    maximise: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="What to make large: slack (otherwise) or kept, the number of claims kept; or a measure, as colias map"
+            " has them, or a column of the table of leaderboard or tuning. Repeatable: several give a front.",
+        ),
+    ] = None,
+    minimise: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="A measure to make small, as false_alarms. Repeatable.")
+    ] = None,
     sampler: Annotated[
         str | None, typer.Option(help="What chooses the settings: tpe or random; otherwise tpe.")
     ] = None,
@@ -92,13 +103,14 @@ def fit(
     cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> int:
-    """Search a box of parameters for settings under which all claims are kept together.
+    """Search a box of parameters for settings under which all claims are kept together, or measures are largest.
 
-    What is searched for is the least slack over claims and replicates, in smallest differences. The winner and the ten
-    next best are then judged anew at seeds that the search never saw, and only that is a result: a claim is fitted, or
-    it is not. The share of the box in which all is kept comes from settings that fill it evenly, with its interval.
-    Needs Optuna: the extra [b]\\[fit][/b]. Writes fit.csv, anew.csv, fit.json, fit.svg, fit.png, and a folder of trials
-    for each batch. With the same --out it goes on, also to more --trials.
+    What is searched for is the least slack over claims and replicates, in smallest differences, or what --maximise and
+    --minimise name. The winner and the ten next best are then judged anew at seeds that the search never saw, and only
+    that is a result: a claim is fitted, or it is not; a measure is better than the model's as it is, or it is not. The
+    share of the box in which all is kept comes from settings that fill it evenly, with its interval. Needs Optuna: the
+    extra [b]\\[fit][/b]. Writes fit.html, fit.csv, anew.csv, fit.json, fit.svg, fit.png, and a folder of trials for
+    each batch. With the same --out it goes on, also to more --trials.
     """
     import dataclasses
 
@@ -107,12 +119,12 @@ def fit(
     from experiments.bench.studies.fitting import run, table
 
     if experiment in registry.fits():
-        if over or claims or assignments or model:
+        if over or claims or assignments or model or maximise or minimise:
             raise UsageError(f"{experiment}: its box, claims, model and settings are written down; leave out --over,"
-                             " --claims, --set and --model")  # fmt: skip
+                             " --claims, --maximise, --minimise, --set and --model")  # fmt: skip
         asked = registry.find_fit(experiment)
     else:
-        asked = _typed(experiment, over or [], claims, model or "dsnn", assignments or [])
+        asked = _typed(experiment, over or [], claims, model or "dsnn", assignments or [], maximise, minimise)
     numbers: dict[str, Any] = {
         "trials": trials,
         "share": share,
@@ -136,11 +148,19 @@ def fit(
     return EXIT_FAILED if fitted.failures else 0
 
 
-def _typed(experiment: str, over: list[str], claims: str | None, model: str, assignments: list[str]) -> Fit:
+def _typed(
+    experiment: str,
+    over: list[str],
+    claims: str | None,
+    model: str,
+    assignments: list[str],
+    maximise: list[str] | None,
+    minimise: list[str] | None,
+) -> Fit:
     """Return the fit that was typed."""
     from experiments.bench import registry
     from experiments.bench.engine.errors import UsageError
-    from experiments.bench.studies.fitting.fit import Fit
+    from experiments.bench.studies.fitting.fit import BOARDS, SLACK, Fit
     from experiments.bench.studies.study import Study
 
     names = [name for name in experiment.split(",") if name]
@@ -149,11 +169,15 @@ def _typed(experiment: str, over: list[str], claims: str | None, model: str, ass
     ids = [name for name in (claims or "").split(",") if name]
     if claims is not None and not ids:
         raise UsageError("--claims: expected ids joined by commas, for example C13,C19")
-    declared = "-".join(registry.find(name).name for name in names)
+    large, small = tuple(maximise or ()), tuple(minimise or ())
+    declared = "-".join(name if name in BOARDS else registry.find(name).name for name in names)
+    summary = f"parameters for {', '.join((*large, *small))}" if large or small else "parameters that keep claims"
     return Fit(
         Study(
-            f"fit-{declared}", "parameters that keep claims", claims=tuple(ids), experiments=tuple(names),
+            f"fit-{declared}", summary, claims=tuple(ids), experiments=tuple(names),
             models=(model,), assignments=tuple(assignments), repeats=None, replicates=1, every_trial=False,
         ),
         tuple(over),
+        maximise=large or (() if small else (SLACK,)),
+        minimise=small,
     )  # fmt: skip

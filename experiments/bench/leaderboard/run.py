@@ -77,6 +77,74 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     UsageError
         Something cannot be run, or the folder holds other trials.
     """
+    with resources.pool() as pool:
+        played = play(folder, models, repeats, seed, pool, resources)
+    offline, _ = watchers(shown_models((), models, only=True), ())
+    # After the workers have gone: nothing of this run's own competes for the processor.
+    rankings = played.rankings(_times(played.robot.settings.models, offline, resources))
+    for ranking in rankings:
+        Files(folder).write_rows(ranking.kind.table, ranking.rows())
+        plotting.save(leaderboard_figure.draw(ranking, played.robot.repeats), folder, ranking.kind.figure)
+    return Board(folder, rankings, played.failures)
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """The trials and clips of a leaderboard, as every model answered them.
+
+    Parameters
+    ----------
+    robot
+        The plan of the trials.
+    crossed
+        Their rows.
+    direction, looming
+        The models that stand in either ranking.
+    clip_rows
+        The rows of the clips of direction.
+    clips
+        The clips of looming.
+    failures
+        Everything that failed.
+    """
+
+    robot: robot_plan.Plan
+    crossed: list[dict[str, Any]]
+    direction: tuple[ConfiguredModel, ...]
+    looming: tuple[ConfiguredModel, ...]
+    clip_rows: list[dict[str, Any]]
+    clips: list[ShownClip]
+    failures: list[Failure]
+
+    def rankings(self, times: Times) -> tuple[Ranking, ...]:
+        """Return a ranking for each kind of which there is a model, with ``times`` of a frame by measure and label."""
+        rankings = []
+        if self.direction:
+            standings = [_standing(model, self.crossed, self.clip_rows, times) for model in self.direction]
+            rankings.append(_ranking(DIRECTION, standings))
+        if self.looming:
+            standings = [_looming_standing(model, self.crossed, self.clips, times) for model in self.looming]
+            rankings.append(_ranking(LOOMING, standings))
+        return tuple(rankings)
+
+
+def play(
+    folder: Path, models: Sequence[str], repeats: int | None, seed: int, pool: Pool, resources: Resources
+) -> Played:
+    """Run what ``folder`` lacks of the trials and clips.
+
+    Parameters
+    ----------
+    folder, models, repeats, seed, resources
+        As of `run`.
+    pool
+        What runs them.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be run, or the folder holds other trials.
+    """
     robot = robot_plan.plan(ROBOT, models, (), repeats if repeats is not None else REPEATS, seed)
     directional, looming = of_kinds(models)
     of_direction = [
@@ -85,35 +153,23 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     of_looming = [
         _clip_plan(experiment, repeats, seed) for experiment in (looming_experiments(looming) if looming else ())
     ]
-    with resources.pool() as pool:
-        begin_whole(folder, LEADERBOARD)
-        batches: list[Batch[Any]] = [
-            robot_run.batch(robot, robot_run.ROWS_ONLY),
-            *(clips_run.batch(plan, frames=False) for plan in of_direction),
-            *(clips_run.batch(plan) for plan in of_looming),
-        ]
-        done = [_run(batch, inside(folder, batch.name), pool, resources) for batch in batches]
-    crossed, watched, loomed = done[0], done[1 : 1 + len(of_direction)], done[1 + len(of_direction) :]
-    offline, _ = watchers(shown_models((), models, only=True), ())
-    # After the workers have gone: nothing of this run's own competes for the processor.
-    times = _times(robot.settings.models, offline, resources)
-    rankings = []
-    if of_direction:
-        clip_rows = [row for experiment in watched for row in experiment.rows]
-        direction_models = of_direction[0].showings[0].models
-        rankings.append(
-            _ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in direction_models])
-        )
-    if of_looming:
-        clips = [clip for plan, experiment in zip(of_looming, loomed, strict=True) for clip in _shown(plan, experiment)]
-        looming_models = of_looming[0].showings[0].models
-        rankings.append(
-            _ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in looming_models])
-        )
-    for ranking in rankings:
-        Files(folder).write_rows(ranking.kind.table, ranking.rows())
-        plotting.save(leaderboard_figure.draw(ranking, robot.repeats), folder, ranking.kind.figure)
-    return Board(folder, tuple(rankings), [failure for experiment in done for failure in experiment.failures])
+    batches: list[Batch[Any]] = [
+        robot_run.batch(robot, robot_run.ROWS_ONLY),
+        *(clips_run.batch(plan, frames=False) for plan in of_direction),
+        *(clips_run.batch(plan) for plan in of_looming),
+    ]
+    begin_whole(folder, LEADERBOARD)
+    done = [_run(batch, inside(folder, batch.name), pool, resources) for batch in batches]
+    watched, loomed = done[1 : 1 + len(of_direction)], done[1 + len(of_direction) :]
+    return Played(
+        robot,
+        done[0].rows,
+        of_direction[0].showings[0].models if of_direction else (),
+        of_looming[0].showings[0].models if of_looming else (),
+        [row for experiment in watched for row in experiment.rows],
+        [clip for plan, experiment in zip(of_looming, loomed, strict=True) for clip in _shown(plan, experiment)],
+        [failure for experiment in done for failure in experiment.failures],
+    )
 
 
 def of_kinds(models: Sequence[str]) -> tuple[list[str], list[str]]:

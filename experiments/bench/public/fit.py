@@ -13,6 +13,7 @@ from experiments.bench.studies import registry
 from experiments.bench.studies.fitting import run, table
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.fitted import Fitted
+from experiments.bench.studies.fitting.optimum import Optimum
 
 
 def fit(
@@ -24,8 +25,9 @@ def fit(
     cluster: str | None = None,
     other_code: bool = False,
     quiet: bool = False,
-) -> Fitted:
-    """Search a box of parameters for settings under which all claims are kept, as ``colias fit`` does.
+) -> Fitted | Optimum:
+    """Search a box of parameters for settings under which all claims are kept or measures are largest, as
+    ``colias fit`` does.
 
     The winner and the ten next best are judged anew at seeds that the search never saw, and only that is a result.
     Equal arguments give equal numbers, on any number of workers.
@@ -50,8 +52,8 @@ def fit(
 
     Returns
     -------
-    Fitted
-        The scores of all settings, the winner judged anew, and the answer in sentences.
+    Fitted or Optimum
+        The scores of all settings, the winner judged anew, and the answer in sentences: of claims, or of measures.
 
     Raises
     ------

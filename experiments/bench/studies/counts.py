@@ -227,30 +227,40 @@ class Counts:
             for measure, experiment in self.plan.measures
         ]
 
-    def _number(self, measure: Measure, experiment: str, point: Point, model: str) -> Number:
-        """Compute one measure at one point, on the replicates of which no trial is lost."""
-        every = self.replicates(point, model)
-        threshold = every[0].thresholds[model]
-        whole: list[Mapping[str, Any]] = []
-        values, why = [], ""
-        for number, replicate in enumerate(every):
+    def values(self, measure: Measure, experiment: str, point: Point, model: str) -> list[float | None]:
+        """Return the value of a measure in each replicate; ``None`` where trials are lost, or it has none there."""
+        rows, _ = self._measurable(measure, experiment, point, model)
+        threshold = self.replicates(point, model)[0].thresholds[model]
+        return [None if part is None else measure.of(part, threshold).value for part in rows]
+
+    def _measurable(
+        self, measure: Measure, experiment: str, point: Point, model: str
+    ) -> tuple[list[list[Mapping[str, Any]] | None], str]:
+        """Return the rows of each replicate that a measure is taken of; and what is lost, in words, the last."""
+        whole: list[list[Mapping[str, Any]] | None] = []
+        why = ""
+        for number, replicate in enumerate(self.replicates(point, model)):
             lost = replicate.lost.get((experiment, model), 0)
             if lost:
                 of = len(self.plan.shares[point, model, experiment, number].trials)
                 why = f"{lost} of {of} {self.plan.things} have no rows"
-                if not measure.conditions:
-                    continue
-            rows = [row for row in replicate.of(model) if row["experiment"] == experiment]
-            value = measure.of(rows, threshold).value
-            whole += rows
-            if value is not None:
-                values.append(value)
+            known = not lost or bool(measure.conditions)
+            rows = [row for row in replicate.of(model) if row["experiment"] == experiment] if known else None
+            whole.append(rows)
+        return whole, why
+
+    def _number(self, measure: Measure, experiment: str, point: Point, model: str) -> Number:
+        """Compute one measure at one point, on the replicates of which no trial is lost."""
+        parts, why = self._measurable(measure, experiment, point, model)
+        threshold = self.replicates(point, model)[0].thresholds[model]
+        values = [value for value in self.values(measure, experiment, point, model) if value is not None]
+        whole = [row for part in parts if part for row in part]
         pooled = measure.of(whole, threshold) if whole else None
         words = "; ".join(filter(None, (why, pooled.words if pooled else "")))
         lowest, highest = (min(values), max(values)) if values else (None, None)
         number_of = Number(
             point, model, measure, experiment, pooled.value if pooled else None, lowest, highest,
-            pooled.mark if pooled else "", len(every) - len(values), len(every), words,
+            pooled.mark if pooled else "", len(parts) - len(values), len(parts), words,
         )  # fmt: skip
         return replace(number_of, n=pooled.n, low=pooled.low, high=pooled.high) if pooled else number_of
 

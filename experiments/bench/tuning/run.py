@@ -168,10 +168,9 @@ def run(plan: TuningPlan, out: Path, pool: Pool, resources: Resources) -> Tuning
 
 def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -> TuningReport:
     """Write the tables and figures of the clips in ``folder``."""
+    given, rows = evaluated(plan, folder)
     channels = plan.channels()
-    given = answers(plan.shown(), channels, folder.frames(), plan.seed)
-    known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
-    rows = [preferences(given, model, by) for model, by in known.items()]
+    known = {row.model: channels[row.model] for row in rows}
     pictures, changed = {}, differing(plan.models, offline=True)
     families = {family.name: family for family in plan.families}
     if given:
@@ -184,6 +183,14 @@ def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
                     tuning_figure.draw(family, points, known, changed), folder.folder, family.name
                 )
     return TuningReport(plan, folder.folder, given, rows, pictures, list(failures))
+
+
+def evaluated(plan: TuningPlan, folder: RunFolder) -> tuple[list[TuningPoint], list[Preferences]]:
+    """Return the answers of the clips in ``folder``, and what each model prefers by them."""
+    channels = plan.channels()
+    given = answers(plan.shown(), channels, folder.frames(), plan.seed)
+    known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
+    return given, [preferences(given, model, by) for model, by in known.items()]
 
 
 def _row(given: TuningPoint, families: Mapping[str, Family]) -> dict[str, Any]:

@@ -149,8 +149,10 @@ def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box
 
 
 def _sections(study: Study, experiments: Sequence[Any]) -> dict[str, Any]:
-    """Return a dataclass for each section of ``--set`` that any of the experiments has."""
+    """Return a dataclass for each section of ``--set`` that any of the experiments, or else the models, have."""
     table: dict[str, Any] = {}
+    if not experiments:
+        return {model.section: model.chosen.network for model in look_up(study.models)}
     for experiment in experiments:
         if isinstance(experiment, OfflineExperiment):
             table = {**offline(experiment, study, 0, (), ()).base.sections, **table}

@@ -1,14 +1,15 @@
-"""A fit as a figure: where in the box claims are kept, what each turns on, and which exclude each other."""
+"""A fit as a figure: where in the box claims are kept or measures are large, what each turns on, what excludes what."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from experiments.bench.figures.plotting import STYLE, headline, plain
@@ -16,17 +17,19 @@ from experiments.bench.studies.counts import TOGETHER
 from experiments.bench.studies.figure import DEFAULT, SCALE, SHADES
 from experiments.bench.studies.fitting.box import Range
 from experiments.bench.studies.fitting.fitted import Fitted
-from experiments.bench.studies.fitting.scores import Score
+from experiments.bench.studies.fitting.optimum import Optimum, front
+from experiments.bench.studies.fitting.scores import Reading, Score
 
 MOST_PARAMETERS = 5
 """Parameters of which pairs are drawn: those that matter most."""
 KEY = "dots: searched; squares: even; darker: keeps more claims; black edge: keeps all; star: the winner"
-"""What the marks of the upper panels are."""
+KEY_OF_MEASURES = "dots: searched; squares: even; darker: better in {goal}, by rank; star: the winner"
+"""What the marks of the upper panels are, of claims and of measures."""
 LEAST_SHADE = 0.12
 """Shade of a setting that keeps no claim, so that it is seen."""
 
 
-def draw(fitted: Fitted) -> Figure:
+def draw(fitted: Fitted | Optimum) -> Figure:
     """Draw a fit.
 
     Parameters
@@ -37,16 +40,18 @@ def draw(fitted: Fitted) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Above, a panel for each pair of parameters, or one of the least slack over a single one: dots are settings that
+        Above, a panel for each pair of parameters, or one of the first goal over a single one: dots are settings that
         were searched, squares those of the even sample, darker the more claims they keep, with a black edge where they
-        keep all; the star is the winner. Below, how much each claim turns on each parameter; and in how many settings
-        two claims are kept together, framed where they exclude each other.
+        keep all, or the better they are by rank; the star is the winner. Below, how much each claim or measure turns on
+        each parameter. Then, of claims, in how many settings two are kept together, framed where they exclude each
+        other; of one measure its values in the search and anew; of several the front.
     """
     ranges = _drawn(fitted)
     pairs = list(itertools.combinations(ranges, 2))
     across = min(max(len(pairs), 1), 3)
     down = -(-max(len(pairs), 1) // across)
-    tables = 0.7 + 0.3 * (len(fitted.claims) + 1)
+    names = len(fitted.importance) - 1
+    tables = max(0.7 + 0.3 * (names + 1), 2.0 if isinstance(fitted, Optimum) else 0.0)
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(max(2.7 * across, 7.5), 2.4 * down + tables + 1.3), layout="constrained")
         above, below = drawn.subfigures(2, 1, squeeze=False, height_ratios=(2.4 * down, tables + 0.3))[:, 0]
@@ -57,57 +62,95 @@ def draw(fitted: Fitted) -> Figure:
             _single(panels[0, 0], fitted, ranges[0])
         for axes in list(panels.flat)[max(len(pairs), 1) :]:
             axes.set_axis_off()
-        _tables(below, fitted)
-        low, high = fitted.share.interval or (0.0, 1.0)
-        share = f"{low:.0%} to {high:.0%} of the box"
-        kept = f"all kept in {fitted.share.holds} of {len(fitted.sample)} even settings ({share})"
-        count = fitted.anew[0].count()
-        winner = f"the winner anew: {count} replicates, {fitted.word}"
-        title = f"{fitted.fit.study.name}: {len(fitted.searched)} settings searched; {winner}\n{kept}\n{KEY}"
-        headline(drawn, title, 9)
+        turns, other = below.subplots(1, 2, squeeze=False)[0]
+        _turns(turns, fitted)
+        if isinstance(fitted, Optimum):
+            _measured(other, fitted)
+        else:
+            _matrix(other, fitted)
+        headline(drawn, _title(fitted), 9)
     return drawn
 
 
-def _drawn(fitted: Fitted) -> list[Range]:
+def _title(fitted: Fitted | Optimum) -> str:
+    head = f"{fitted.fit.study.name}: {len(fitted.searched)} settings searched"
+    if isinstance(fitted, Optimum):
+        goal = fitted.goals[0]
+        gain, luck = fitted.gain(goal), fitted.luck(goal)
+        told = "" if gain is None else f"; the winner anew: better in {goal.name} by {gain:+.3g}"
+        lucky = "" if luck is None or luck <= 0 else f", {luck:.3g} less than in the search"
+        return f"{head}{told}{lucky}\n{KEY_OF_MEASURES.format(goal=goal.name)}"
+    low, high = fitted.share.interval or (0.0, 1.0)
+    share = f"{low:.0%} to {high:.0%} of the box"
+    kept = f"all kept in {fitted.share.holds} of {len(fitted.sample)} even settings ({share})"
+    count = fitted.anew[0].count()
+    return f"{head}; the winner anew: {count} replicates, {fitted.word}\n{kept}\n{KEY}"
+
+
+def _drawn(fitted: Fitted | Optimum) -> list[Range]:
     """Return the parameters that matter most, in the order of the box."""
     shares = fitted.importance[""]
     most = sorted(fitted.box.ranges, key=lambda part: -shares[part.key])[:MOST_PARAMETERS]
     return [part for part in fitted.box.ranges if part in most]
 
 
-def _places(part: Range, scores: Sequence[Score]) -> list[float]:
+def _places(part: Range, scores: Sequence[Score] | Sequence[Reading]) -> list[float]:
     texts = [score.setting[part.key] for score in scores]
     return [float(part.choices.index(text)) if part.choices else float(text) for text in texts]
 
 
-def _shades(fitted: Fitted, scores: Sequence[Score]) -> tuple[list[str], list[float]]:
+def _shades(fitted: Fitted | Optimum, scores: Sequence[Any]) -> tuple[list[str], list[float]]:
     """Return the colour of each setting, and the width of its edge."""
-    shares = [sum(map(score.holds_claim, fitted.claims)) / len(fitted.claims) for score in scores]
+    if isinstance(fitted, Optimum):
+        shares = _ranks(fitted, scores)
+        edges = [0.0] * len(scores)
+    else:
+        shares = [score.kept / len(fitted.claims) for score in scores]
+        edges = [0.9 if score.holds else 0.0 for score in scores]
     colours = mpl.colormaps[SHADES]([LEAST_SHADE + (0.85 - LEAST_SHADE) * share for share in shares])
-    return [mpl.colors.to_hex(colour) for colour in colours], [0.9 if score.holds else 0.0 for score in scores]
+    return [mpl.colors.to_hex(colour) for colour in colours], edges
 
 
-def _pair(axes: Axes, fitted: Fitted, one: Range, other: Range) -> None:
+def _ranks(fitted: Optimum, readings: Sequence[Reading]) -> list[float]:
+    """Return the share of all settings that each is at least as good as in the first goal; 0 of one without a value."""
+    goals = fitted.goals[:1]
+    every = np.array([reading.searched(goals)[0] for reading in (*fitted.searched, *fitted.sample)])
+    values = np.array([reading.searched(goals)[0] for reading in readings])
+    return [0.0 if np.isnan(value) else float(np.mean(every <= value)) for value in values]
+
+
+def _height(fitted: Fitted | Optimum, score: Any) -> float:
+    """Return what a panel of a single parameter shows of a setting."""
+    return score.value if isinstance(fitted, Fitted) else score.numbers[fitted.goals[0].name]
+
+
+def _marks(axes: Axes, fitted: Fitted | Optimum, x: Range, y: Range | None) -> None:
+    """Draw search, sample and winner over one parameter or two."""
+
+    def heights(scores: Any) -> list[float]:
+        return [_height(fitted, score) for score in scores] if y is None else _places(y, scores)
+
     for scores, marker, size in ((fitted.searched, "o", 13), (fitted.sample, "s", 20)):
         colours, edges = _shades(fitted, scores)
-        axes.scatter(_places(one, scores), _places(other, scores), s=size, c=colours, marker=marker, linewidths=edges,
+        axes.scatter(_places(x, scores), heights(scores), s=size, c=colours, marker=marker, linewidths=edges,
                      edgecolors="black", zorder=2)  # fmt: skip
-    axes.plot(
-        *(_places(part, [fitted.winner]) for part in (one, other)), "*", color=DEFAULT, ms=11, mec="white", zorder=4
-    )
-    _axis(axes, one, "x")
+    winner: Any = [fitted.winner]
+    axes.plot(_places(x, winner), heights(winner), "*", color=DEFAULT, ms=11, mec="white", zorder=4)
+    _axis(axes, x, "x")
+
+
+def _pair(axes: Axes, fitted: Fitted | Optimum, one: Range, other: Range) -> None:
+    _marks(axes, fitted, one, other)
     _axis(axes, other, "y")
 
 
-def _single(axes: Axes, fitted: Fitted, part: Range) -> None:
-    for scores, marker, size in ((fitted.searched, "o", 13), (fitted.sample, "s", 20)):
-        colours, edges = _shades(fitted, scores)
-        axes.scatter(_places(part, scores), [score.value for score in scores], s=size, c=colours, marker=marker,
-                     linewidths=edges, edgecolors="black", zorder=2)  # fmt: skip
-    axes.plot(_places(part, [fitted.winner]), [fitted.winner.value], "*", color=DEFAULT, ms=11, mec="white", zorder=4)
-    axes.axhline(0.0, color="#777777", lw=0.8, zorder=1)
-    axes.set_ylabel("least slack, smallest differences", fontsize=8)
-    _axis(axes, part, "x")
+def _single(axes: Axes, fitted: Fitted | Optimum, part: Range) -> None:
+    _marks(axes, fitted, part, None)
+    if isinstance(fitted, Fitted):
+        axes.axhline(0.0, color="#777777", lw=0.8, zorder=1)
+        axes.set_ylabel("least slack, smallest differences", fontsize=8)
+    else:
+        axes.set_ylabel(plain(fitted.goals[0].name), fontsize=8)
 
 
 def _axis(axes: Axes, part: Range, which: str) -> None:
@@ -124,17 +167,46 @@ def _axis(axes: Axes, part: Range, which: str) -> None:
             axes.set(**{f"{which}scale": "log"})
 
 
-def _tables(place: SubFigure, fitted: Fitted) -> None:
-    claims, keys = fitted.claims, [part.key for part in fitted.box.ranges]
-    turns, together = place.subplots(1, 2, squeeze=False)[0]
-    names = (TOGETHER, *claims) if len(claims) > 1 else claims
-    shares = np.array([[fitted.importance["" if name == TOGETHER else name][key] for key in keys] for name in names])
+def _turns(turns: Axes, fitted: Fitted | Optimum) -> None:
+    keys = [part.key for part in fitted.box.ranges]
+    rows = {name: shares for name, shares in fitted.importance.items() if name}
+    if isinstance(fitted, Fitted) and len(rows) > 1:
+        rows = {TOGETHER: fitted.importance[""], **rows}
+    shares = np.array([[row[key] for key in keys] for row in rows.values()])
     turns.imshow(shares, cmap=SCALE, vmin=0.0, vmax=1.15, aspect="auto")
     _cells(turns, shares, [[f"{share:.2f}" for share in row] for row in shares], 0.6)
     turns.set_xticks(range(len(keys)), [plain(key.partition(".")[2]) for key in keys], rotation=20, ha="right")
-    turns.set_yticks(range(len(names)), [plain(name) for name in names])
-    turns.set_title("what each claim turns on", fontsize=9, loc="left")
-    _matrix(together, fitted)
+    turns.set_yticks(range(len(rows)), [plain(name) for name in rows])
+    turns.set_title("what each turns on, as a share", fontsize=9, loc="left")
+
+
+def _measured(axes: Axes, fitted: Optimum) -> None:
+    """Draw the front of two goals; of one goal what was judged anew, beside the search's promise."""
+    goals = fitted.goals
+    if len(goals) > 1:
+        for readings, marker in ((fitted.searched, "o"), (fitted.sample, "s")):
+            colours, _ = _shades(fitted, readings)
+            points = [[reading.numbers[goal.name] for reading in readings] for goal in goals[:2]]
+            axes.scatter(*points, s=10, c=colours, marker=marker, linewidths=0, zorder=2)
+        places = front(fitted.searched, goals)
+        ends = sorted([fitted.searched[place].numbers[goal.name] for goal in goals[:2]] for place in places)
+        if len(goals) == 2:
+            axes.plot(*zip(*ends, strict=True), color=DEFAULT, lw=1.0, zorder=3)
+        axes.set(xlabel=plain(goals[0].name), ylabel=plain(goals[1].name))
+        axes.set_title("settings, and the front", fontsize=9, loc="left")
+        return
+    rows = [row for row in fitted.anew_rows() if row["anew"] is not None]
+    for place, row in enumerate(rows):
+        height = len(rows) - place
+        if row["low"] is not None:
+            axes.plot((row["low"], row["high"]), (height, height), color="#444444", lw=1.2, zorder=2)
+        axes.plot(row["anew"], height, "o", color="#222222", ms=4, zorder=3)
+        if row["in the search"] is not None:
+            axes.plot(row["in the search"], height, "|", color=DEFAULT, ms=9, mew=1.6, zorder=3)
+    names = ["as it is" if row["number"] is None else f"no. {row['number']}" for row in rows]
+    axes.set_yticks(range(len(rows), 0, -1), names, fontsize=7)
+    axes.set_xlabel(plain(goals[0].name))
+    axes.set_title("anew: mean, 95 % interval; bar: in the search", fontsize=9, loc="left")
 
 
 def _matrix(axes: Axes, fitted: Fitted) -> None:

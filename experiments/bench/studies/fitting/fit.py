@@ -1,4 +1,4 @@
-"""What a fit is: a study, a box of parameters in place of its grid, and how much of it is searched and judged anew."""
+"""What a fit is: a study, a box in place of its grid, what is made large, and how much is searched and judged anew."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ from experiments.bench.studies.study import Study
 
 Sampler = Literal["tpe", "random"]
 """``tpe``: Optuna's tree-structured Parzen estimator; ``random``: every value alike."""
+SLACK, KEPT = "slack", "kept"
+"""What is made large of claims: the least slack over claims and replicates, or the number of claims kept."""
+OF_CLAIMS = (SLACK, KEPT)
+LEADERBOARD, TUNING = "leaderboard", "tuning"
+"""In place of experiments: the clips and trials of the leaderboard, whose scores are made large, or tuning curves."""
+BOARDS = (LEADERBOARD, TUNING)
 TOGETHER = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
 NEXT_BEST = 10
@@ -18,14 +24,39 @@ NEXT_BEST = 10
 
 
 @dataclass(frozen=True, slots=True)
+class Goal:
+    """A number that a fit makes as large, or as small, as it can.
+
+    Parameters
+    ----------
+    name
+        `SLACK` or `KEPT` of claims, a measure of the study, or a column of the leaderboard or of tuning curves.
+    least
+        Whether it is made small.
+    """
+
+    name: str
+    least: bool = False
+
+    @property
+    def of_claims(self) -> bool:
+        """Whether claims decide it."""
+        return self.name in OF_CLAIMS
+
+    def signed(self, value: float) -> float:
+        """Return a value as one that is the better the larger it is."""
+        return -value if self.least else value
+
+
+@dataclass(frozen=True, slots=True)
 class Fit:
-    """A search for the parameters under which all claims of a study hold.
+    """A search for the parameters under which all claims of a study hold, or measures are largest.
 
     Parameters
     ----------
     study
-        Claims, experiments, one model, what holds at every point, and the replicates that each setting is searched
-        by. It has no axes.
+        Claims or measures, experiments, one model, what holds at every point, and the replicates that each setting is
+        searched by. It has no axes. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
     over
         The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter. ``KEY`` alone is its whole legal
         range. A range of positive numbers whose ends are 100 times apart is searched by its logarithm.
@@ -39,6 +70,9 @@ class Fit:
         Replicates in which the winner and the ten next best are judged anew.
     sampler
         What chooses the settings.
+    maximise, minimise
+        What is made large, and small: ``slack`` or ``kept`` of claims, the study's measures, columns of the
+        leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
 
     Raises
     ------
@@ -60,11 +94,15 @@ class Fit:
     sample: int = 64
     held_out: int = 20
     sampler: Sampler = "tpe"
+    maximise: tuple[str, ...] = (SLACK,)
+    minimise: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.over, str):
-            raise UsageError(f"fit {self.study.name}: over={self.over!r}: legal is a tuple")
-        object.__setattr__(self, "over", tuple(self.over))
+        for what in ("over", "maximise", "minimise"):
+            values = getattr(self, what)
+            if isinstance(values, str):
+                raise UsageError(f"fit {self.study.name}: {what}={values!r}: legal is a tuple")
+            object.__setattr__(self, what, tuple(values))
         for option, value, least, most in (
             ("--trials", self.trials, 1, MOST_JOBS), ("--share", self.share, 1, 1000),
             ("--sample", self.sample, 1, MOST_JOBS), ("--held-out", self.held_out, 1, 1000),
@@ -74,6 +112,35 @@ class Fit:
         if self.sampler not in get_args(Sampler):
             raise UsageError(f"--sampler {self.sampler}: legal is {', '.join(get_args(Sampler))}")
         if self.study.axes or self.study.over or self.study.measures or self.study.as_run:
-            raise UsageError(f"fit {self.study.name}: its study has axes or measures; a fit has claims and a box")
+            raise UsageError(f"fit {self.study.name}: its study has axes or measures; a fit has claims or --maximise,"
+                             " and a box")  # fmt: skip
         if len(self.study.models) != 1:
             raise UsageError(f"fit {self.study.name}: models={self.study.models}: a fit is of one model")
+        names = [*self.maximise, *self.minimise]
+        if not names or len(set(names)) < len(names):
+            raise UsageError(f"--maximise {','.join(names) or '(nothing)'}: legal is one name or more, each once")
+        if self.board and len(self.study.experiments) > 1:
+            raise UsageError(f"{self.board}: it is fitted to alone, without {', '.join(self.study.experiments)}")
+        if any(goal.of_claims for goal in self.goals) and len(names) > 1:
+            raise UsageError(f"--maximise {','.join(names)}: slack and kept are about all claims; each is a goal alone")
+        if self.of_claims and self.board:
+            raise UsageError(f"{self.board}: it has no claims; name what to make large by --maximise")
+        if self.study.claims and not self.of_claims:
+            raise UsageError(f"--claims: {names[0]} is no number of claims; leave out --claims, or --maximise")
+        if self.minimise and self.of_claims:
+            raise UsageError(f"--minimise {names[0]}: it is made large, by --maximise")
+
+    @property
+    def of_claims(self) -> bool:
+        """Whether claims decide what is made large, not measures."""
+        return self.goals[0].of_claims
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """What is made large or small, in order."""
+        return (*map(Goal, self.maximise), *(Goal(name, least=True) for name in self.minimise))
+
+    @property
+    def board(self) -> str:
+        """Which of `BOARDS` the fit is to; empty where it is to a study."""
+        return next((name for name in self.study.experiments if name in BOARDS), "")

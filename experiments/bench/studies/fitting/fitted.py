@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,7 +123,7 @@ class Fitted:
             f"in {share.holds} of {of} settings that fill the box evenly {all_kept}: {_percent(share.holds / of)} of"
             f" the box, 95 % interval {_percent(low)} to {_percent(high)}"
         ]
-        anew, setting = self.anew[0], _words(self.winner.setting)
+        anew, setting = self.anew[0], setting_words(self.winner.setting)
         if not self.winner.holds:
             broken = ", ".join(claim for claim in self.claims if not self.winner.holds_claim(claim))
             lines.append(f"not fitted: none of the {number} settings searched keeps all; the best, {setting}, breaks"
@@ -147,13 +146,7 @@ class Fitted:
         for pair in self.exclusions():
             lines.append(f"{pair['claim']} and {pair['other']} exclude each other: kept in {pair['kept']} and in"
                          f" {pair['other kept']} of {pair['settings']} settings, both in none")  # fmt: skip
-        box = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in self.box.ranges)
-        looks = f"{self.looks} time{'s' * (self.looks != 1)}"
-        lines.append(
-            f"searched: {number} settings of {box}, in {self.fit.study.replicates}"
-            f" replicate{'s' * (self.fit.study.replicates != 1)} each;"
-            f" looked at the seeds of the judging anew {looks}"
-        )
+        lines.append(searched_words(self.fit, self.box, number, self.looks))
         return lines
 
     def rows(self) -> list[dict[str, Any]]:
@@ -219,5 +212,24 @@ def _percent(share: float) -> str:
     return f"{share:.1%}".replace(".0%", "%").replace("%", " %")
 
 
-def _words(setting: Setting | Mapping[str, str]) -> str:
+def searched_words(fit: Fit, box: Box, number: int, looks: int) -> str:
+    """Return what was searched, and how often its winner was judged, in words.
+
+    Parameters
+    ----------
+    fit, box
+        What was asked for.
+    number
+        Of settings searched.
+    looks
+        How often settings were judged at the seeds of the judging anew.
+    """
+    ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in box.ranges)
+    return (f"searched: {number} settings of {ranges}, in {fit.study.replicates}"
+            f" replicate{'s' * (fit.study.replicates != 1)} each;"
+            f" looked at the seeds of the judging anew {looks} time{'s' * (looks != 1)}")  # fmt: skip
+
+
+def setting_words(setting: Setting) -> str:
+    """Return a setting in words."""
     return ", ".join(f"{key}={value}" for key, value in setting.items())

@@ -8,36 +8,30 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, cast
 
 import numpy as np
 
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.settings import check_counts
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.store.description import KIND, begun, reconciled, write_new
 from experiments.bench.store.kinds import FIT
-from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure
 from experiments.bench.streams import stream
 from experiments.bench.studies import run as study_run
-from experiments.bench.studies.counts import Counts
-from experiments.bench.studies.fitting.box import Box, Setting, box_of
-from experiments.bench.studies.fitting.fit import NEXT_BEST, TOGETHER, Fit
+from experiments.bench.studies.fitting.box import Box, box_of
+from experiments.bench.studies.fitting.fit import NEXT_BEST, SLACK, TOGETHER, Fit, Goal
 from experiments.bench.studies.fitting.fitted import Fitted
-from experiments.bench.studies.fitting.scores import Score, scores
-from experiments.bench.studies.study import Axis, Level
+from experiments.bench.studies.fitting.optimum import Optimum, front
+from experiments.bench.studies.fitting.players import Player, axis_of, check_board, study_of
+from experiments.bench.studies.fitting.scores import Reading, Score
+from experiments.bench.studies.plan import StudyPlan
 
-if TYPE_CHECKING:
-    from experiments.bench.studies.fitting.search import Search
-
-AXIS = "setting"
 TEST, SAMPLE = 1_000_000, 2_000_000
 """What is added to the seed of the search for the seeds of the judging anew, and of the sample."""
 
@@ -83,13 +77,21 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     """
     require_optuna()
     check_counts(seed, fit.held_out, "--held-out")
-    experiments = [registry.find(name) for name in fit.study.experiments or study_run.answering(fit.study.claims)]
-    if not experiments:
+    names = () if fit.board else fit.study.experiments or study_run.answering(fit.study.claims)
+    experiments = [registry.find(name) for name in names]
+    if not experiments and not fit.board:
         raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
     box = box_of(fit.over, fit.study, experiments)
-    middle = study_run.planned(replace(fit.study, axes=(_axis([box.at([0.5] * len(box.ranges))]),)), seed)
-    if not middle.claims:
+    if fit.board:
+        check_board(fit, box)
+        return FitPlan(fit, box, seed, 1, TOGETHER * fit.share)
+    middle = _middle(fit, box, seed)
+    if fit.of_claims and not middle.claims:
         raise UsageError(f"{', '.join(middle.experiments)}: no claim there can be fitted to")
+    measures = [measure.name for measure, _ in middle.measures]
+    for goal in fit.goals:
+        if not goal.of_claims and goal.name not in measures:
+            raise UsageError(f"--maximise {goal.name}: not measured there; measured are {', '.join(measures)}")
     for (claim, _), repeats in ((pair, repeats) for pair in middle.claims for repeats in middle.repeats):
         if middle.things == "trials" and repeats < getattr(claim, "least", 0):
             raise UsageError(f"--repeats {repeats}: {claim.id} needs at least {getattr(claim, 'least', 0)}"
@@ -100,6 +102,16 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     return FitPlan(fit, box, seed, renderings, size // renderings)
 
 
+def _middle(fit: Fit, box: Box, seed: int) -> StudyPlan:
+    """Return the plan of the setting in the middle of the box; a refusal of a measure names the fit's own option."""
+    try:
+        return study_run.planned(replace(study_of(fit), axes=(axis_of([box.at([0.5] * len(box.ranges))]),)), seed)
+    except UsageError as error:
+        raise UsageError(
+            str(error).replace("--measure ", "--minimise " if fit.minimise else "--maximise ", 1)
+        ) from None
+
+
 def require_optuna() -> None:
     """Raise `UsageError` where the extra is not installed."""
     if importlib.util.find_spec("optuna") is None:
@@ -107,7 +119,7 @@ def require_optuna() -> None:
                          " colias-sim[fit]")  # fmt: skip
 
 
-def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
+def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted | Optimum:
     """Run what a fit's folder lacks.
 
     Parameters
@@ -121,8 +133,8 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
 
     Returns
     -------
-    Fitted
-        What it comes to; the caller writes it.
+    Fitted or Optimum
+        What it comes to, in claims or in measures; the caller writes it.
 
     Raises
     ------
@@ -133,51 +145,27 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
 
     fit, failures = plan.fit, list[Failure]()
     _begin(plan, out, resources)
-    player = _Player(plan, out, resources, failures)
-    search = Search(plan.box, plan.seed, plan.renderings, plan.share, fit.sampler)
-    searched: list[Score] = []
+    player = Player(fit, out, resources, failures)
+    search = Search(plan.box, plan.seed, plan.renderings, plan.share, fit.sampler, fit.goals)
+    searched: list[Any] = []
     with resources.pool() as pool:
         for number in range(plan.batches):
             played = player.play(f"search-{number:04d}", search.ask(), plan.seed, fit.study.replicates, pool)
             search.tell(played)
             searched += played
             if not resources.quiet:
-                error_console.print(_so_far(searched), soft_wrap=True, markup=False)
-        order = sorted(range(len(searched)), key=lambda place: searched[place].rank, reverse=True)
-        best = _different(order, searched)[: NEXT_BEST + 1]
-        name = f"held-out-{len(searched)}"
-        anew = player.play(name, [searched[place].setting for place in best], plan.seed + TEST, fit.held_out, pool)
+                line = _so_far(searched, fit.goals[0]) if fit.of_claims else _best_so_far(searched, fit.goals)
+                error_console.print(line, soft_wrap=True, markup=False)
+        best = _best(searched, fit)
+        settings = [searched[place].setting for place in best] + ([] if fit.of_claims else [{}])
+        anew = player.play(f"held-out-{len(searched)}", settings, plan.seed + TEST, fit.held_out, pool)
         sample = player.play(f"sample-{fit.sample}", spread(plan.box, fit.sample, plan.seed), plan.seed + SAMPLE,
                              fit.study.replicates, pool)  # fmt: skip
-    looks = sum(1 for folder in out.glob("held-out-*") if begun(folder))
-    return Fitted(fit, plan.box, plan.seed, tuple(searched), tuple(best), tuple(anew), tuple(sample), looks,
-                  _importance(search, searched), tuple(failures))  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class _Player:
-    """Plays settings as a study, each batch in a folder of its own."""
-
-    plan: FitPlan
-    out: Path
-    resources: Resources
-    failures: list[Failure]
-
-    def play(self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool) -> list[Score]:
-        axis = _axis(settings)
-        study = replace(self.plan.fit.study, axes=(axis,), replicates=replicates)
-        plan = study_run.planned(study, seed)
-        batch = study_run.batch(plan, name)
-        with closing(batch.open(inside(self.out, name), self.resources)) as folder:
-            failed = batch.fill(folder, pool, self.resources)
-            self.failures.extend(failed)
-            return scores(Counts(plan, folder.rows(), failed), dict(zip(axis.labels, settings, strict=True)))
-
-
-def _axis(settings: Sequence[Setting]) -> Axis:
-    levels = (Level(str(n), tuple(f"{key}={value}" for key, value in setting.items()))
-              for n, setting in enumerate(settings))  # fmt: skip
-    return Axis(AXIS, tuple(levels))
+    looks = len({folder.name.split("-")[2] for folder in out.glob("held-out-*") if begun(folder)})
+    shares = {name: dict(search.importance(name)) for name in ("", *searched[0].numbers)}
+    result: Any = Fitted if fit.of_claims else Optimum
+    return cast("Fitted | Optimum", result(fit, plan.box, plan.seed, tuple(searched), tuple(best), tuple(anew),
+                                           tuple(sample), looks, shares, tuple(failures)))  # fmt: skip
 
 
 def spread(box: Box, number: int, seed: int) -> list[dict[str, str]]:
@@ -213,6 +201,7 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
         "box": [asdict(part) for part in plan.box.ranges], "share": fit.share, "seed": plan.seed,
         "replicates per setting": fit.study.replicates, "held_out": fit.held_out, "sampler": fit.sampler,
         "optuna": version(), "study": fit.study.name,
+        **({} if fit.maximise == (SLACK,) else {"maximise": fit.maximise, "minimise": fit.minimise}),
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     if begun(out):
@@ -221,7 +210,22 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
         write_new(out, description)
 
 
-def _different(order: Sequence[int], searched: Sequence[Score]) -> list[int]:
+def _best(searched: Sequence[Any], fit: Fit) -> list[int]:
+    """Return the places of the settings to judge anew: the winner and the next best, or the front of several goals."""
+    if len(fit.goals) > 1:
+        return front(searched, fit.goals)[: NEXT_BEST + 1]
+    goal = fit.goals[0]
+    rank = (lambda score: score.rank(goal)) if fit.of_claims else lambda score: _known(score.searched((goal,))[0])
+    order = sorted(range(len(searched)), key=lambda place: rank(searched[place]), reverse=True)
+    return _different(order, searched)[: NEXT_BEST + 1]
+
+
+def _known(value: float) -> float:
+    """Return a value, the least there is where it is none."""
+    return value if np.isfinite(value) else -np.inf
+
+
+def _different(order: Sequence[int], searched: Sequence[Any]) -> list[int]:
     """Return the first place of each setting, in this order: a box of names alone has settings twice."""
     first: dict[tuple[tuple[str, str], ...], int] = {}
     for place in order:
@@ -229,12 +233,15 @@ def _different(order: Sequence[int], searched: Sequence[Score]) -> list[int]:
     return list(first.values())
 
 
-def _importance(search: Search, searched: Sequence[Score]) -> dict[str, dict[str, float]]:
-    return {claim: dict(search.importance(claim)) for claim in ("", *searched[0].outcomes)}
-
-
-def _so_far(searched: Sequence[Score]) -> str:
-    best = max(searched, key=lambda score: score.rank)
-    held = sum(map(best.holds_claim, best.outcomes))
-    return (f"best of {len(searched)} settings: {held} of {len(best.outcomes)} claims kept, least slack"
+def _so_far(searched: Sequence[Score], goal: Goal) -> str:
+    best = max(searched, key=lambda score: score.rank(goal))
+    return (f"best of {len(searched)} settings: {best.kept} of {len(best.outcomes)} claims kept, least slack"
             f" {best.value:+.3g} smallest differences")  # fmt: skip
+
+
+def _best_so_far(searched: Sequence[Reading], goals: Sequence[Goal]) -> str:
+    parts = []
+    for goal in goals:
+        best = max(searched, key=lambda reading: _known(reading.searched((goal,))[0]))
+        parts.append(f"{goal.name} {best.numbers[goal.name]:.4g}")
+    return f"best of {len(searched)} settings: {', '.join(parts)}"

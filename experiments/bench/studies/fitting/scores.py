@@ -1,8 +1,8 @@
-"""What a setting comes to: the slack of each claim in each replicate, in smallest differences."""
+"""What a setting comes to: the slack of each claim in each replicate, in smallest differences; or measures."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from experiments.bench.judging.count import Count, count
 from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.fitting.box import Setting
+from experiments.bench.studies.fitting.fit import KEPT, Goal
 
 MOST = 100.0
 """Slack at which each claim is clipped, in smallest differences. A claim that cannot be judged has it below 0."""
@@ -74,9 +75,29 @@ class Score:
         return min(self.least)
 
     @property
-    def rank(self) -> tuple[bool, float, float]:
-        """What settings are put in order by: whether all holds, the least slack, and the mean slack of the claims."""
-        return self.holds, self.value, float(np.mean([slack for slacks in self.slacks.values() for slack in slacks]))
+    def kept(self) -> int:
+        """The number of claims that hold in every replicate."""
+        return sum(map(self.holds_claim, self.outcomes))
+
+    def rank(self, goal: Goal) -> tuple[float, float, float]:
+        """Return what settings are put in order by: whether all holds, the goal, and the mean slack of the claims.
+
+        Parameters
+        ----------
+        goal
+            The least slack, or the number of claims kept.
+        """
+        mean = float(np.mean([slack for slacks in self.slacks.values() for slack in slacks]))
+        return float(self.holds), self.searched((goal,))[0], mean
+
+    def searched(self, goals: Sequence[Goal]) -> tuple[float, ...]:
+        """Return what the search makes large, for each goal."""
+        return tuple(float(self.kept) if goal.name == KEPT else self.value for goal in goals)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Id of a claim -> its least slack over the replicates."""
+        return {claim: min(slacks) for claim, slacks in self.slacks.items()}
 
     def holds_claim(self, claim: str) -> bool:
         """Tell whether a claim holds in every replicate."""
@@ -93,6 +114,35 @@ class Score:
         return count(together([outcome.verdict for outcome in column]) for column in zip(*columns, strict=True))
 
 
+@dataclass(frozen=True)
+class Reading:
+    """What one setting comes to in measures.
+
+    Parameters
+    ----------
+    setting
+        The setting.
+    measured
+        Name of a measure -> its value in each replicate, NaN where it has none.
+    """
+
+    setting: Setting
+    measured: Mapping[str, tuple[float, ...]]
+
+    def known(self, name: str) -> list[float]:
+        """Return the values of a measure in the replicates that have one."""
+        return [value for value in self.measured[name] if np.isfinite(value)]
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Name of a measure -> its mean over the replicates; NaN where one of them has no value."""
+        return {name: float(np.mean(values)) for name, values in self.measured.items()}
+
+    def searched(self, goals: Sequence[Goal]) -> tuple[float, ...]:
+        """Return what the search makes large, for each goal; NaN where there is no value."""
+        return tuple(goal.signed(self.numbers[goal.name]) for goal in goals)
+
+
 def scores(counts: Counts, settings: Mapping[str, Setting]) -> list[Score]:
     """Return the score of each setting, from a study's counts.
 
@@ -107,6 +157,27 @@ def scores(counts: Counts, settings: Mapping[str, Setting]) -> list[Score]:
     for cell in counts.cells:
         outcomes[cell.point.values[0][1]][cell.claim] = cell.outcomes
     return [Score(setting, outcomes[label]) for label, setting in settings.items()]
+
+
+def readings(counts: Counts, goals: Sequence[Goal], settings: Mapping[str, Setting]) -> list[Reading]:
+    """Return the measures of each setting, from a study's counts.
+
+    Parameters
+    ----------
+    counts
+        Of a study with one axis.
+    goals
+        Names of its measures.
+    settings
+        Label of a level of that axis -> the setting; the readings are in this order.
+    """
+    by_name = {measure.name: (measure, experiment) for measure, experiment in counts.plan.measures}
+    values: dict[str, dict[str, tuple[float, ...]]] = {label: {} for label in settings}
+    for point, model in counts.plan.judged:
+        for goal in goals:
+            replicates = counts.values(*by_name[goal.name], point, model)
+            values[point.values[0][1]][goal.name] = tuple(np.nan if value is None else value for value in replicates)
+    return [Reading(setting, values[label]) for label, setting in settings.items()]
 
 
 def word(counted: Count) -> str:

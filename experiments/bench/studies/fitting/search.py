@@ -15,8 +15,8 @@ import numpy as np
 import optuna
 
 from experiments.bench.studies.fitting.box import Box, Range
-from experiments.bench.studies.fitting.fit import Sampler
-from experiments.bench.studies.fitting.scores import Score
+from experiments.bench.studies.fitting.fit import Goal, Sampler
+from experiments.bench.studies.fitting.scores import Reading, Score
 
 
 class Search:
@@ -32,13 +32,17 @@ class Search:
         Settings of the renderings in a batch, and settings of the network that share each.
     sampler
         ``tpe``: the tree-structured Parzen estimator; ``random``: every value alike.
+    goals
+        What is made large or small.
     """
 
-    def __init__(self, box: Box, seed: int, renderings: int, share: int, sampler: Sampler) -> None:
+    def __init__(
+        self, box: Box, seed: int, renderings: int, share: int, sampler: Sampler, goals: Sequence[Goal]
+    ) -> None:
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         self._box, self._seed, self._renderings, self._share = box, seed, renderings, share
-        self._sampler = sampler
-        self.study = optuna.create_study(direction="maximize")
+        self._sampler, self._goals = sampler, goals
+        self.study = optuna.create_study(directions=["maximize"] * len(goals))
         self._free = {part.key: _distribution(part) for part in box.ranges}
         self._asked: list[Any] = []
         self._batch = 0
@@ -65,35 +69,40 @@ class Search:
         self._batch += 1
         return [{part.key: part.text(trial.params[part.key]) for part in self._box.ranges} for trial in self._asked]
 
-    def tell(self, scores: Sequence[Score]) -> None:
-        """Tell what the settings of the last batch come to, in their order."""
+    def tell(self, scores: Sequence[Score] | Sequence[Reading]) -> None:
+        """Tell what the settings of the last batch come to, in their order; one without a value counts as failed."""
         for trial, score in zip(self._asked, scores, strict=True):
-            for claim, slacks in score.slacks.items():
-                trial.set_user_attr(claim, min(slacks))
-            self.study.tell(trial, score.value)
+            for name, number in score.numbers.items():
+                trial.set_user_attr(name, number)
+            values = score.searched(self._goals)
+            failed = any(map(np.isnan, values))
+            self.study.tell(trial, None if failed else values, state=_FAILED if failed else None)
 
-    def importance(self, claim: str = "") -> Mapping[str, float]:
-        """Return the share of each parameter in whether the least slack, or a claim's, is among the best tenth.
+    def importance(self, name: str = "") -> Mapping[str, float]:
+        """Return the share of each parameter in whether the first goal, a claim or a measure is among the best tenth.
 
         Parameters
         ----------
-        claim
-            Id of a claim; empty: all together.
+        name
+            Id of a claim, or a measure; empty: the first goal.
 
         Returns
         -------
         mapping of str to float
             Key -> share; all 0 where every setting came to the same. By PED-ANOVA (Watanabe, Bansal and Hutter 2023).
         """
-        trials = self.study.get_trials(deepcopy=False)
-        values = [trial.user_attrs[claim] if claim else trial.value for trial in trials]
-        if len(set(values)) < 2:
+        sign = -1.0 if any(goal.name == name and goal.least for goal in self._goals) else 1.0
+
+        def number(trial: Any) -> float:
+            return sign * float(trial.user_attrs[name] if name else trial.values[0])
+
+        if len({number(trial) for trial in self.study.get_trials(deepcopy=False) if trial.state != _FAILED}) < 2:
             return dict.fromkeys(self._free, 0.0)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)  # it is given the slack below 0
             shares = optuna.importance.get_param_importances(
                 self.study, evaluator=optuna.importance.PedAnovaImportanceEvaluator(),
-                target=lambda trial: -float(trial.user_attrs[claim] if claim else trial.value),
+                target=lambda trial: -number(trial),
             )  # fmt: skip
         return {key: float(shares.get(key, 0.0)) for key in self._free}
 
@@ -103,6 +112,7 @@ def version() -> str:
     return str(optuna.__version__)
 
 
+_FAILED = optuna.trial.TrialState.FAIL
 _SAMPLERS: Mapping[str, Any] = {
     "tpe": lambda seed: optuna.samplers.TPESampler(seed=seed, constant_liar=True),
     "random": lambda seed: optuna.samplers.RandomSampler(seed=seed),

@@ -1,0 +1,194 @@
+"""What plays the settings of a fit: a study, the leaderboard, or tuning curves.
+
+Each batch of settings is a run of its own kind, so what plays, counts and goes on is what does so everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ask, look_up
+from experiments.bench.engine.pool import Pool
+from experiments.bench.leaderboard import looming_scores
+from experiments.bench.leaderboard import run as leaderboard
+from experiments.bench.leaderboard import scores as direction_scores
+from experiments.bench.store.places import inside
+from experiments.bench.store.rows import Failure
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.fitting.box import Box, Setting
+from experiments.bench.studies.fitting.fit import LEADERBOARD, TUNING, Fit
+from experiments.bench.studies.fitting.scores import Reading, Score, readings, scores
+from experiments.bench.studies.grid import apart
+from experiments.bench.studies.measures import SPIKES
+from experiments.bench.studies.study import Axis, Level, Study
+from experiments.bench.tuning import run as tuning
+from experiments.bench.tuning.preferences import Preferences
+
+AXIS = "setting"
+APART = 1000
+"""What lies between the seeds of two replicates of a leaderboard or of curves, whose repeats count on from them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Player:
+    """Plays settings in a folder of a fit.
+
+    Parameters
+    ----------
+    fit
+        What is asked.
+    out
+        The fit's folder.
+    resources
+        Workers, or a cluster.
+    failures
+        Takes everything that fails.
+    """
+
+    fit: Fit
+    out: Path
+    resources: Resources
+    failures: list[Failure]
+
+    def play(
+        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool
+    ) -> list[Score] | list[Reading]:
+        """Play settings; return what each comes to, in their order.
+
+        Parameters
+        ----------
+        name
+            Of the folder. What it holds of these trials is not played again.
+        settings
+            The settings; an empty one is the model as it is.
+        seed
+            Of replicate 0.
+        replicates
+            How many.
+        pool
+            What plays them.
+        """
+        if not self.fit.board:
+            return self._studied(name, settings, seed, replicates, pool)
+        measured: list[dict[str, list[float]]] = [{goal.name: [] for goal in self.fit.goals} for _ in settings]
+        play = self._boarded if self.fit.board == LEADERBOARD else self._tuned
+        for replicate in range(replicates):
+            folder = inside(self.out, f"{name}-{replicate}" if replicates > 1 else name)
+            for place, numbers in enumerate(play(folder, settings, seed + APART * replicate, pool)):
+                for goal in self.fit.goals:
+                    value = numbers.get(goal.name)
+                    measured[place][goal.name].append(math.nan if value is None else value)
+        return [
+            Reading(setting, {goal: tuple(values) for goal, values in numbers.items()})
+            for setting, numbers in zip(settings, measured, strict=True)
+        ]
+
+    def _studied(
+        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool
+    ) -> list[Score] | list[Reading]:
+        axis = axis_of(settings)
+        plan = study_run.planned(replace(study_of(self.fit), axes=(axis,), replicates=replicates), seed)
+        batch = study_run.batch(plan, name)
+        with closing(batch.open(inside(self.out, name), self.resources)) as folder:
+            failed = batch.fill(folder, pool, self.resources)
+            self.failures.extend(failed)
+            counts = Counts(plan, folder.rows(), failed)
+        by_label = dict(zip(axis.labels, settings, strict=True))
+        return scores(counts, by_label) if self.fit.of_claims else readings(counts, self.fit.goals, by_label)
+
+    def _boarded(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Pool) -> list[dict[str, Any]]:
+        texts = [text_of(self.fit, setting) for setting in settings]
+        played = leaderboard.play(folder, list(dict.fromkeys(texts)), None, seed, pool, self.resources)
+        self.failures.extend(played.failures)
+        rows: dict[str, dict[str, Any]] = {}
+        for ranking in played.rankings({}):
+            for row in ranking.rows():
+                rows.setdefault(row["model"], {}).update(row)
+        return [rows.get(label, {}) for label in _labels(texts)]
+
+    def _tuned(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Pool) -> list[dict[str, Any]]:
+        texts = [text_of(self.fit, setting) for setting in settings]
+        plan = tuning.plan(list(dict.fromkeys(texts)), (), (), seed)
+        batch = tuning.batch(plan)
+        with closing(batch.open(folder, self.resources)) as opened:
+            self.failures.extend(batch.fill(opened, pool, self.resources))
+            _, preferences = tuning.evaluated(plan, opened)
+        rows = {preference.model: preference.row() for preference in preferences}
+        return [rows.get(label, {}) for label in _labels(texts)]
+
+
+def axis_of(settings: Sequence[Setting]) -> Axis:
+    """Return the axis of a study whose levels are settings, by their numbers."""
+    levels = (Level(str(n), tuple(f"{key}={value}" for key, value in setting.items()))
+              for n, setting in enumerate(settings))  # fmt: skip
+    return Axis(AXIS, tuple(levels))
+
+
+def study_of(fit: Fit) -> Study:
+    """Return the study that a fit plays: its own, with the measures that are its goals."""
+    if fit.of_claims:
+        return fit.study
+    spikes = any(goal.name.partition(":")[0] == SPIKES for goal in fit.goals)
+    others = [goal.name for goal in fit.goals if goal.name.partition(":")[0] != SPIKES]
+    return replace(fit.study, measures=(*others, *([SPIKES] if spikes else [])))
+
+
+def text_of(fit: Fit, setting: Setting) -> str:
+    """Return the model of a fit with a setting, as ``--model`` takes it."""
+    (model,) = fit.study.models
+    parts = ",".join(f"{key.partition('.')[2]}={value}" for key, value in setting.items())
+    return model if not parts else f"{model},{parts}" if ask(model).settings else f"{model}:{parts}"
+
+
+def _labels(texts: Sequence[str]) -> list[str]:
+    return [look_up([text])[0].chosen.label for text in texts]
+
+
+def check_board(fit: Fit, box: Box) -> None:
+    """Raise `UsageError` for what leaderboard and tuning curves do not take.
+
+    Parameters
+    ----------
+    fit
+        One to a board.
+    box
+        Its box.
+    """
+    if fit.study.assignments:
+        raise UsageError(f"--set {fit.study.assignments[0]}: {fit.board} takes none; settle it in --model NAME:KEY=V")
+    if fit.study.repeats is not None:
+        raise UsageError(f"--repeats {fit.study.repeats}: {fit.board} has repeats of its own; --replicates has more"
+                         " seeds")  # fmt: skip
+    for part in box.ranges:
+        if not part.network:
+            raise UsageError(f"--over {part}: {fit.board} shows every model the same frames; only parameters of the"
+                             " model are free")  # fmt: skip
+        if apart(part.key)[1]:
+            raise UsageError(f"--over {part}: {fit.board} takes whole parameters, no first or last of several values")
+    known = _BOARD_NAMES[fit.board]
+    for goal in fit.goals:
+        if goal.name not in known:
+            option = "--minimise" if goal.least else "--maximise"
+            raise UsageError(f"{option} {goal.name}: {fit.board} has no such number; it has {', '.join(known)}")
+
+
+_TIMED = "us_"
+_BOARD_NAMES = {
+    LEADERBOARD: tuple(
+        name for name in dict.fromkeys((*direction_scores.MEASURES, *looming_scores.MEASURES))
+        if not name.startswith(_TIMED)
+    ),
+    TUNING: tuple(
+        name for name in Preferences("").row()
+        if name not in ("model", "not_defined") and not name.endswith("_inside") and "stimulus" not in name
+    ),
+}  # fmt: skip
+"""The numbers that a fit may make large: no times, which another run would not repeat."""

@@ -1,0 +1,202 @@
+"""Fits to measures: a planted optimum, luck and gain, the front, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from experiments.bench.cli import main
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.studies.fitting import figure, run, table
+from experiments.bench.studies.fitting.box import Box, Range
+from experiments.bench.studies.fitting.fit import Fit, Goal
+from experiments.bench.studies.fitting.optimum import Optimum, front
+from experiments.bench.studies.fitting.scores import Reading
+from experiments.bench.studies.study import Study
+
+pytest.importorskip("optuna")
+
+PLANTED = '''
+"""A model whose answers are set by its parameters alone, and a crossing to show it."""
+from dataclasses import dataclass
+
+import dsnn
+from experiments import Clip, OfflineExperiment
+
+CROSSING = {"rows": 16, "columns": 24, "motion": "rightward", "duration_s": 0.2, "width": 4.0, "height": 4.0}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    a: float = 0.5
+    b: float = 0.5
+    t_sp: float = 0.2
+
+
+class Planted:
+    def __init__(self, shape, parameters):
+        self.p = parameters
+
+    def reset(self):
+        pass
+
+    def step(self, frame):
+        return dsnn.Response(hs=1.0 - (self.p.a - 0.7) ** 2 - (self.p.b - 0.2) ** 2, vs=0.0)
+
+
+MODEL = dsnn.ModelEntry("planted", "planted", Planted, Parameters())
+EXPERIMENT = OfflineExperiment("crossing", "a crossing", [Clip("crossing", "plain", CROSSING)], models=("planted.py",))
+'''
+A, B = ("--over", "planted.a=0..1"), ("--over", "planted.b=0..1")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("measures")
+    (place / "planted.py").write_text(PLANTED)
+    return place
+
+
+def fit(folder, out, *arguments, experiment=""):
+    file = str(folder / "planted.py")
+    words = ["fit", experiment or file, "--model", file, *arguments, "--out", str(folder / out), "-q", "--workers", "0"]
+    assert main.command(words) == 0
+    return json.loads((folder / out / "fit.json").read_text())
+
+
+def test_a_planted_optimum_of_a_measure_is_found_without_luck(folder):
+    result = fit(folder, "hill", "--maximise", "peak-hs", *A, *B, "--trials", "60", "--sample", "16", "--held-out", "3")
+    assert abs(float(result["winner"]["planted.a"]) - 0.7) < 0.15
+    assert abs(float(result["winner"]["planted.b"]) - 0.2) < 0.15
+    with (folder / "hill" / "fit.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        hill = 1.0 - (float(row["planted.a"]) - 0.7) ** 2 - (float(row["planted.b"]) - 0.2) ** 2
+        assert float(row["peak-hs"]) == pytest.approx(hill, abs=1e-5)
+    as_it_is = 1.0 - 0.2**2 - 0.3**2
+    best = max(float(row["peak-hs"]) for row in rows if row["of"] == "search")
+    assert result["gain"]["peak-hs"] == pytest.approx(best - as_it_is, abs=1e-5)
+    assert result["luck"]["peak-hs"] == pytest.approx(0.0, abs=1e-9), "nothing there is random"
+    page = (folder / "hill" / "fit.html").read_text()
+    assert "<svg" in page and "the model as it is" in page
+    assert not re.search(r"(src|href)=.https?:", page), "the page needs no other file"
+
+
+def test_the_least_is_found_where_the_least_is_asked_for(folder):
+    result = fit(folder, "low", "--minimise", "peak-hs", *A, *B, "--trials", "60", "--sample", "4", "--held-out", "2")
+    assert float(result["winner"]["planted.a"]) < 0.3 and float(result["winner"]["planted.b"]) > 0.7
+    assert result["gain"]["peak-hs"] > 0.3, "a gain is above 0 where the measure fell"
+
+
+def test_the_number_of_claims_kept_can_be_the_goal(folder):
+    asked = Fit(Study("kept", "kept", claims=("C13", "C14"), replicates=1), ("dsnn.t_sp=0.1..0.2",), maximise=("kept",))
+    assert run.planned(asked).fit.goals == (Goal("kept"),)
+
+
+def made(values, goals, held_out, start):
+    """A result of planted values: one for each setting searched, and those of the winner and the start anew."""
+    readings = [
+        Reading({"m.a": str(n)}, {goal.name: (value,) for goal, value in zip(goals, row, strict=True)})
+        for n, row in enumerate(values)
+    ]
+    names = [goal.name for goal in goals if not goal.least], [goal.name for goal in goals if goal.least]
+    study = Study("made", "made", claims=(), experiments=("clean",), repeats=None, replicates=1)
+    asked = Fit(study, ("m.a=0..9",), maximise=tuple(names[0]), minimise=tuple(names[1]), held_out=3)
+    best = front(readings, goals)
+    anew = [Reading(readings[place].setting, held_out) for place in best] + [Reading({}, start)]
+    shares = {name: {"m.a": 1.0} for name in ("", *(goal.name for goal in goals))}
+    box = Box((Range("m.a", 0.0, 9.0, network=True),))
+    return Optimum(asked, box, 0, tuple(readings), tuple(best), tuple(anew), tuple(readings), 1, shares, ())
+
+
+def test_luck_is_what_the_search_promised_and_the_judging_anew_has_not():
+    result = made([(0.2,), (0.9,), (0.5,)], [Goal("x")], {"x": (0.5, 0.6, 0.7)}, {"x": (0.6, 0.6, 0.6)})
+    goal = result.goals[0]
+    assert result.winner.setting == {"m.a": "1"}
+    assert result.luck(goal) == pytest.approx(0.3) and result.gain(goal) == pytest.approx(0.0)
+    assert "0.3 of that was luck" in result.sentences()[0] and "do not tell apart" in result.sentences()[0]
+
+
+def test_of_a_minimum_luck_and_gain_have_the_same_sense():
+    result = made([(0.2,), (0.9,)], [Goal("x", least=True)], {"x": (0.4, 0.4, 0.4)}, {"x": (0.7, 0.7, 0.7)})
+    goal = result.goals[0]
+    assert result.winner.setting == {"m.a": "0"}
+    assert result.luck(goal) == pytest.approx(0.2) and result.gain(goal) == pytest.approx(0.3)
+
+
+def test_a_result_of_two_goals_is_drawn_and_tabled_with_its_front(tmp_path):
+    goals = [Goal("x"), Goal("y", least=True)]
+    result = made([(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)], goals, {"x": (1.0,), "y": (5.0,)}, {"x": (0.5,), "y": (9.0,)})
+    assert result.best == (1, 0), "the third is worse than the second in both"
+    assert result.described()["front"] == [1, 0]
+    assert len(result.anew_rows()) == 3 * len(goals) and result.anew_rows()[-1]["m.a"] == "as it is"
+    panel = figure.draw(result).subfigs[1].axes[1]
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("x", "y")
+    table.write(result, tmp_path)
+    assert (tmp_path / "fit.html").read_text().count("<tr>") == 1 + 3
+
+
+VALUES = st.lists(st.tuples(*[st.one_of(st.integers(0, 4), st.just(np.nan))] * 3), min_size=1, max_size=20)
+
+
+@given(VALUES)
+def test_the_front_has_just_the_settings_that_none_betters(values):
+    goals = [Goal("x"), Goal("y", least=True), Goal("z")]
+    readings = [
+        Reading({}, {goal.name: (float(value),) for goal, value in zip(goals, row, strict=True)}) for row in values
+    ]
+    signed = [np.array([row[0], -row[1], row[2]], float) for row in values]
+    chosen = front(readings, goals)
+    for place, row in enumerate(signed):
+        if np.isnan(row).any():
+            assert place not in chosen
+            continue
+        betters = [other for other in signed if (other >= row).all() and (other > row).any()]
+        if betters:
+            assert place not in chosen
+        else:
+            assert any((signed[number] == row).all() for number in chosen)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"maximise": ("peak-hs", "slack")}, "slack and kept are about all claims"),
+        ({"maximise": ()}, "legal is one name or more"),
+        ({"maximise": ("peak-hs", "peak-hs")}, "each once"),
+        ({"minimise": ("slack",), "maximise": ()}, "it is made large"),
+        ({"maximise": ("nothing",)}, "--maximise nothing: unknown measure"),
+        ({"study": Study("f", "f", claims=("C14",)), "maximise": ("spikes",)}, "spikes is no number of claims"),
+        ({"study": Study("f", "f", experiments=("leaderboard",), repeats=None), "maximise": ("kept",)},
+         "leaderboard: it has no claims"),
+        ({"study": Study("f", "f", experiments=("leaderboard",), repeats=None), "maximise": ("us_99x72",)},
+         "--maximise us_99x72: leaderboard has no such number"),
+        ({"study": Study("f", "f", experiments=("tuning",), repeats=None, assignments=("dsnn.d=1",)),
+          "maximise": ("dsi",)}, "--set dsnn.d=1: tuning takes none"),
+        ({"study": Study("f", "f", experiments=("tuning",), repeats=None), "maximise": ("dsi",),
+          "over": ("dsnn.tau_s.first=1..2",)}, "takes whole parameters"),
+    ],
+)  # fmt: skip
+def test_a_goal_that_cannot_be_is_refused_in_one_line(change, message):
+    study = Study("fit", "a fit", experiments=("clean",), repeats=None)
+    with pytest.raises(UsageError, match=message):
+        run.planned(Fit(**{"study": study, "over": ("dsnn.t_sp=0.1..0.2",), "maximise": ("peak-hs",), **change}))
+
+
+def test_numbers_of_tuning_curves_are_goals_and_the_run_goes_on(folder):
+    words = ("--maximise", "vs_dsi", "--minimise", "error_deg", "--over", "dsnn.w_i=0.5..1", "--trials", "2")
+    small = ("--share", "1", "--sample", "1", "--held-out", "1")
+    file = str(folder / "planted.py")
+    arguments = ["fit", "tuning", *words, *small, "--out", str(folder / "curves"), "-q", "--workers", "0"]
+    assert main.command(arguments) == 0
+    first = (folder / "curves" / "fit.csv").read_bytes()
+    assert main.command(arguments) == 0, "nothing is played again"
+    assert (folder / "curves" / "fit.csv").read_bytes() == first and file
+    result = json.loads((folder / "curves" / "fit.json").read_text())
+    assert result["goals"] == {"vs_dsi": "maximise", "error_deg": "minimise"} and result["looks"] == 1
