@@ -54,6 +54,7 @@ OPEN := docs: open $(CURDIR)/$(SITE)/index.html
 docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked
 	@echo "docs: 4 minutes of processor time, and the first time 160 MB of packages (make docs-quick: 2, nothing checked)"
 	sh tools/setup.sh --docs
+	sh tools/setup.sh --fit
 	sh tools/setup.sh --browser
 	sh tools/setup.sh --node
 	rm -rf $(SITE) docs/generated

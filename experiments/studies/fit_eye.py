@@ -2,7 +2,8 @@
 
 The box is what the paper leaves open of the on-board network, and what neither it nor the OV7670's data sheet says:
 where the exposure loop stands, the gamma curve, the lens's falloff, and the light of the arena. T goes below the
-paper's 0.16 to 0.2, where the eye needs it.
+paper's 0.16 to 0.2, where the eye needs it. Search and sample play five trials of each condition, as every setting of
+the eye is rendered anew; the judging anew plays the paper's ten.
 """
 
 from experiments import Fit, Study
@@ -34,4 +35,5 @@ FIT = Fit(
     trials=2000,
     share=20,
     sample=64,
+    search_repeats=5,
 )

@@ -83,7 +83,8 @@ def fit(
     repeats: Annotated[
         int | None,
         typer.Option(
-            help="Trials of each condition in a replicate; otherwise the experiment's own number. Not of clips."
+            help="Trials of each condition in a replicate of search and sample; otherwise the experiment's own number,"
+            " which the judging anew always has. Not of clips."
         ),
     ] = None,
     replicates: Annotated[
@@ -131,11 +132,9 @@ def fit(
         "sample": sample,
         "held_out": held_out,
         "sampler": sampler,
+        "search_repeats": repeats,
     }
-    per_setting: dict[str, Any] = {"repeats": repeats, "replicates": replicates}
-    study = dataclasses.replace(
-        asked.study, **{name: value for name, value in per_setting.items() if value is not None}
-    )
+    study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
     asked = dataclasses.replace(
         asked, study=study, **{name: value for name, value in numbers.items() if value is not None}
     )

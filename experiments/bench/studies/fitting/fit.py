@@ -70,6 +70,9 @@ class Fit:
         Replicates in which the winner and the ten next best are judged anew.
     sampler
         What chooses the settings.
+    search_repeats
+        Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
+        anew always has. Fewer make a search quicker, and its slack rougher.
     maximise, minimise
         What is made large, and small: ``slack`` or ``kept`` of claims, the study's measures, columns of the
         leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
@@ -94,6 +97,7 @@ class Fit:
     sample: int = 64
     held_out: int = 20
     sampler: Sampler = "tpe"
+    search_repeats: int | None = None
     maximise: tuple[str, ...] = (SLACK,)
     minimise: tuple[str, ...] = ()
 
@@ -106,6 +110,7 @@ class Fit:
         for option, value, least, most in (
             ("--trials", self.trials, 1, MOST_JOBS), ("--share", self.share, 1, 1000),
             ("--sample", self.sample, 1, MOST_JOBS), ("--held-out", self.held_out, 1, 1000),
+            ("--repeats", 1 if self.search_repeats is None else self.search_repeats, 1, MOST_JOBS),
         ):  # fmt: skip
             if not isinstance(value, int) or not least <= value <= most:
                 raise UsageError(f"{option} {value}: legal is a whole number from {least} to {most}")

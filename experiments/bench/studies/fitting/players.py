@@ -59,7 +59,7 @@ class Player:
     failures: list[Failure]
 
     def play(
-        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool
+        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool, *, anew: bool = False
     ) -> list[Score] | list[Reading]:
         """Play settings; return what each comes to, in their order.
 
@@ -75,9 +75,12 @@ class Player:
             How many.
         pool
             What plays them.
+        anew
+            Whether they are judged anew, by whole replicates.
         """
         if not self.fit.board:
-            return self._studied(name, settings, seed, replicates, pool)
+            study = replace(study_of(self.fit, anew=anew), axes=(axis_of(settings),), replicates=replicates)
+            return self._studied(name, settings, study, seed, pool)
         measured: list[dict[str, list[float]]] = [{goal.name: [] for goal in self.fit.goals} for _ in settings]
         play = self._boarded if self.fit.board == LEADERBOARD else self._tuned
         for replicate in range(replicates):
@@ -92,16 +95,15 @@ class Player:
         ]
 
     def _studied(
-        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool
+        self, name: str, settings: Sequence[Setting], study: Study, seed: int, pool: Pool
     ) -> list[Score] | list[Reading]:
-        axis = axis_of(settings)
-        plan = study_run.planned(replace(study_of(self.fit), axes=(axis,), replicates=replicates), seed)
+        plan = study_run.planned(study, seed)
         batch = study_run.batch(plan, name)
         with closing(batch.open(inside(self.out, name), self.resources)) as folder:
             failed = batch.fill(folder, pool, self.resources)
             self.failures.extend(failed)
             counts = Counts(plan, folder.rows(), failed)
-        by_label = dict(zip(axis.labels, settings, strict=True))
+        by_label = dict(zip(study.axes[0].labels, settings, strict=True))
         return scores(counts, by_label) if self.fit.of_claims else readings(counts, self.fit.goals, by_label)
 
     def _boarded(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Pool) -> list[dict[str, Any]]:
@@ -132,13 +134,22 @@ def axis_of(settings: Sequence[Setting]) -> Axis:
     return Axis(AXIS, tuple(levels))
 
 
-def study_of(fit: Fit) -> Study:
-    """Return the study that a fit plays: its own, with the measures that are its goals."""
+def study_of(fit: Fit, *, anew: bool = False) -> Study:
+    """Return the study that a fit plays: its own, with the measures that are its goals.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    anew
+        Whether settings are judged anew: the search may have fewer trials of each condition.
+    """
+    study = fit.study if anew or fit.search_repeats is None else replace(fit.study, repeats=fit.search_repeats)
     if fit.of_claims:
-        return fit.study
+        return study
     spikes = any(goal.name.partition(":")[0] == SPIKES for goal in fit.goals)
     others = [goal.name for goal in fit.goals if goal.name.partition(":")[0] != SPIKES]
-    return replace(fit.study, measures=(*others, *([SPIKES] if spikes else [])))
+    return replace(study, measures=(*others, *([SPIKES] if spikes else [])))
 
 
 def text_of(fit: Fit, setting: Setting) -> str:
@@ -164,8 +175,8 @@ def check_board(fit: Fit, box: Box) -> None:
     """
     if fit.study.assignments:
         raise UsageError(f"--set {fit.study.assignments[0]}: {fit.board} takes none; settle it in --model NAME:KEY=V")
-    if fit.study.repeats is not None:
-        raise UsageError(f"--repeats {fit.study.repeats}: {fit.board} has repeats of its own; --replicates has more"
+    if fit.search_repeats is not None:
+        raise UsageError(f"--repeats {fit.search_repeats}: {fit.board} has repeats of its own; --replicates has more"
                          " seeds")  # fmt: skip
     for part in box.ranges:
         if not part.network:

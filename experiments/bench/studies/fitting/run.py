@@ -158,7 +158,7 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted | Optimum:
                 error_console.print(line, soft_wrap=True, markup=False)
         best = _best(searched, fit)
         settings = [searched[place].setting for place in best] + ([] if fit.of_claims else [{}])
-        anew = player.play(f"held-out-{len(searched)}", settings, plan.seed + TEST, fit.held_out, pool)
+        anew = player.play(f"held-out-{len(searched)}", settings, plan.seed + TEST, fit.held_out, pool, anew=True)
         sample = player.play(f"sample-{fit.sample}", spread(plan.box, fit.sample, plan.seed), plan.seed + SAMPLE,
                              fit.study.replicates, pool)  # fmt: skip
     looks = len({folder.name.split("-")[2] for folder in out.glob("held-out-*") if begun(folder)})
@@ -201,6 +201,7 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
         "box": [asdict(part) for part in plan.box.ranges], "share": fit.share, "seed": plan.seed,
         "replicates per setting": fit.study.replicates, "held_out": fit.held_out, "sampler": fit.sampler,
         "optuna": version(), "study": fit.study.name,
+        **({} if fit.search_repeats is None else {"repeats of the search": fit.search_repeats}),
         **({} if fit.maximise == (SLACK,) else {"maximise": fit.maximise, "minimise": fit.minimise}),
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)

@@ -219,6 +219,17 @@ def test_seeds_of_search_sample_and_judging_anew_differ(folder, undisturbed):
     assert min(abs(seed - seeds[0]) for seed in seeds[2:]) > 1000, "no replicate of one is a replicate of another"
 
 
+def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeats(tmp_path):
+    words = ["fit", "general", "--claims", "C14", "--over", "dsnn.t_sp=0.1..0.2", "--repeats", "5", "--trials", "1"]
+    small = ["--share", "1", "--sample", "1", "--held-out", "1", "--out", str(tmp_path / "few"), "-q", "--workers", "0"]
+    assert main.command([*words, *small]) == 0
+    trials = [
+        json.loads((tmp_path / "few" / part / "experiment.json").read_text())["trials"]
+        for part in ("search-0000", "sample-1", "held-out-2")
+    ]
+    assert trials == [10, 10, 20], "both directions of crossing, five times and then ten times each"
+
+
 def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
     assert slack(Outcome.of([Check("5 spikes", 5.0, 2.0, unit="spikes")])) == 3.0
     assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("3 spikes", 3.0, 2.0, unit="spikes")])) == 1.0
@@ -263,7 +274,13 @@ def test_a_wrong_number_is_refused_in_one_line(folder):
     ):  # fmt: skip
         with pytest.raises(UsageError, match=message):
             run.planned(Fit(study, **{"over": ("dsnn.t_sp=0.1..0.2",), **change}))
-    with pytest.raises(UsageError, match="--repeats 2: C14 needs at least 5"):
-        run.planned(Fit(dataclasses.replace(study, repeats=2), ("dsnn.t_sp=0.1..0.2",)))
+    for asked in (
+        Fit(dataclasses.replace(study, repeats=2), ("dsnn.t_sp=0.1..0.2",)),
+        Fit(study, ("dsnn.t_sp=0.1..0.2",), search_repeats=2),
+    ):
+        with pytest.raises(UsageError, match="--repeats 2: C14 needs at least 5"):
+            run.planned(asked)
+    with pytest.raises(UsageError, match="--repeats 0: legal"):
+        Fit(study, ("dsnn.t_sp=0.1..0.2",), search_repeats=0)
     with pytest.raises(UsageError, match="are written down; leave out"):
         main.command(["fit", "fit-eye", "--claims", "C13"])
