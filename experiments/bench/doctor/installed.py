@@ -34,7 +34,7 @@ TOOLS = {
 
 
 def _install(extra: str = "") -> str:
-    """Return the command that installs this release with its dependencies, or those of an extra, in this environment."""
+    """Return the command that installs this release here, with its dependencies or with those of an extra."""
     name = "." if (CHECKOUT / "pyproject.toml").is_file() else PROJECT
     return f"pip install '{name}[{extra}]'" if extra else f"pip install --upgrade {name}"
 
