@@ -206,8 +206,8 @@ def check(folder: Path, files: Mapping[str, str], note: Any) -> dict[str, Path]:
 def made_here(files: Mapping[str, str]) -> bool:
     """Say whether all the originals are here, are this user's own, and are as the run had them.
 
-    Then to execute their copies is to execute what this user has already executed. Where files have no owner, as on Windows,
-    nobody knows.
+    Then to execute their copies is to execute what this user has already executed. On Windows nobody knows, as files
+    have no owner that `os` tells.
     """
     if not hasattr(os, "getuid"):
         return False
