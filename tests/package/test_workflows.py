@@ -65,3 +65,14 @@ def test_a_form_asks_what_the_doctor_says(path):
     assert len(ids) == len(set(ids)) and {"name", "description", "body"} <= set(form)
     (doctor,) = [field for field in form["body"] if "colias doctor --json" in field["attributes"]["label"]]
     assert doctor["validations"]["required"]
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "SECURITY.md"])
+def test_what_a_contributor_is_told_is_there(name):
+    text = (ROOT / name).read_text()
+    for path in re.findall(r"`((?:docs|dsnn|experiments|tests|tools)/[\w/.]+)`", text):
+        assert (ROOT / path).exists(), path
+    for module in re.findall(r"python -m (tools\.\w+)", text):
+        assert (ROOT / f"{module.replace('.', '/')}.py").is_file(), module
+    for words in re.findall(r"(?:`|^)make ([a-z- ]+?)(?:`|  |$)", text, re.MULTILINE):
+        assert unknown(f"make {words}") == [], words
