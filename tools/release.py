@@ -1,13 +1,15 @@
 """Build the source distribution and the wheel into ``dist/``, check them, and try the wheel: ``make release``.
 
 The network in C is compiled by Zig against an old glibc, so that one wheel loads on every Linux since 2018. The wheel
-is built from the source distribution, and tried in empty environments, in a folder that has none of the sources.
+is built from the source distribution, and tried in empty environments, in a folder that has none of the sources: what a
+user does, the golden vectors, what the pages show, and each command of the page of installation with what needs it.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -17,6 +19,8 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from tests.helpers.processes import WITHOUT_GL
 
 ROOT = Path(__file__).parents[1]
 DIST = ROOT / "dist"
@@ -28,6 +32,10 @@ NATIVE = "_dsnn_native"
 DOCS = ("test_docs.py", "test_docs_questions.py", "test_docs_questions_a.py", "test_docs_questions_b.py",
         "test_docs_questions_c.py", "test_docs_model.py", "test_docs_experiment.py")  # fmt: skip
 """Tests that run what pages show, in an empty folder."""
+GOLDEN = "tests/dsnn/test_golden.py"
+INSTALL_PAGE = ROOT / "docs" / "install.md"
+EXTRA = re.compile(r"^pip install 'colias-sim\[(\w+)\]'", re.MULTILINE)
+"""How the page of installation shows an extra."""
 TESTED_WITH = ("pytest>=9", "hypothesis>=6.130", "pytest-xdist>=3.8", "numpydoc>=1.11")
 LONG_S = 1200.0
 
@@ -81,6 +89,13 @@ import experiments
 run = experiments.load("runs/speed")
 print("rows", len(run.trials))
 """
+NO_OPENGL = f"""{WITHOUT_GL}
+import sys
+sys.argv = ["colias", "run", "speed", "--repeats", "1"]
+from experiments.bench.cli.entry import main
+main()
+"""
+"""A run on a machine that has no OpenGL library."""
 TRIES = (
     Try("version", ("colias", "--version"), says="colias-sim"),
     Try("doctor", ("colias", "doctor"), says="OpenGL"),
@@ -93,9 +108,31 @@ TRIES = (
     Try("clip", ("colias", "run", "clean", "--out", "runs/clean"), says="C1"),
     Try("model of one's own", ("colias", "new", "model", "mine"), says="mine.py"),
     Try("check of it", ("colias", "check", "mine.py")),
-    Try("no OpenGL", ("colias", "run", "speed", "--repeats", "1"), status=2, says="apt-get install",
+    Try("no OpenGL", ("python", "-c", NO_OPENGL), status=2, says="apt-get install libegl1"),
+    Try("no OSMesa", ("colias", "run", "speed", "--repeats", "1"), status=2, says="apt-get install",
         environment=(("MUJOCO_GL", "osmesa"), ("LD_LIBRARY_PATH", "/nonexistent"))),
 )  # fmt: skip
+TRAINED = """
+import gymnasium, colias_sim
+from stable_baselines3 import PPO
+PPO("MlpPolicy", gymnasium.make("colias_sim/Optomotor-v0"), n_steps=8, batch_size=8).learn(8)
+"""
+CLUSTER = """
+import experiments
+from distributed import LocalCluster
+with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+    run = experiments.run("speed", repeats=1, cluster=cluster.scheduler_address, out="runs/cluster", quiet=True)
+print("rows", len(run.trials))
+"""
+EXTRA_TRIES: Mapping[str, Try] = {
+    "train": Try("train", ("python", "-c", TRAINED)),
+    "video": Try("video", ("colias", "video", "runs/speed", "--trial", "0", "--out", "trial.mp4")),
+    "fit": Try("fit", ("colias", "fit", "clean", "--over", "dsnn.t_sp=0.1..0.3", "--claims", "C1", "--trials", "4",
+                       "--share", "2", "--sample", "4", "--held-out", "2", "--out", "runs/fit"), says="C1"),
+    "live": Try("live", ("python", "-c", "import viser, experiments.bench.live.run")),
+    "cluster": Try("cluster", ("python", "-c", CLUSTER), says="rows"),
+}  # fmt: skip
+"""Extra -> what needs it."""
 
 
 def say(text: str) -> None:
@@ -176,7 +213,7 @@ def environment_of(folder: Path, python: str, wheel_path: Path, resolution: str)
 
 def outcomes(bin_: Path, folder: Path, tries: Sequence[Try] = TRIES) -> Iterator[tuple[str, str]]:
     """Do each thing in an empty folder, and yield it with "ok", or with what went wrong."""
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     plain = {"PATH": f"{bin_}:/usr/bin:/bin", "HOME": str(folder), "LANG": "C.UTF-8", "COLUMNS": "80"}
     for thing in tries:
         words = [str(bin_ / thing.command[0]), *thing.command[1:]]
@@ -192,28 +229,27 @@ def outcomes(bin_: Path, folder: Path, tries: Sequence[Try] = TRIES) -> Iterator
             yield thing.what, "ok"
 
 
-def snippets(bin_: Path, folder: Path) -> str:
-    """Run what the pages show with the wheel, in a folder with the tests and the pages, and none of the packages."""
-    folder.mkdir()
+def extras(bin_: Path, folder: Path, wheel_path: Path) -> Iterator[tuple[str, str]]:
+    """Install each extra as the page of installation shows it, into the one environment, and do what needs it."""
+    for name in EXTRA.findall(INSTALL_PAGE.read_text(encoding="utf-8")):
+        try:
+            do(TOOLS / "uv", "pip", "install", "-q", "--python", bin_ / "python", f"{wheel_path}[{name}]", cwd=folder)
+        except Refused as error:
+            yield f"extra [{name}]", f"not installed: {str(error).splitlines()[-1].strip()[:160]}"
+            continue
+        yield from ((f"extra [{name}]", how) for _, how in outcomes(bin_, folder, (EXTRA_TRIES[name],)))
+
+
+def suite(bin_: Path, folder: Path, *words: str) -> str:
+    """Run tests with the wheel, in a folder with the tests and the pages, and none of the packages."""
+    folder.mkdir(exist_ok=True)
     for name in ("tests", "docs"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "generated"))
+        unwanted = shutil.ignore_patterns("__pycache__", "generated")
+        shutil.copytree(ROOT / name, folder / name, ignore=unwanted, dirs_exist_ok=True)
     for name in ("README.md", "pyproject.toml", "Makefile"):
         shutil.copy2(ROOT / name, folder / name)
-    tests = [str(Path("tests") / "docs" / name) for name in DOCS]
-    words = [
-        str(bin_ / "python"),
-        "-m",
-        "pytest",
-        "-q",
-        "-n",
-        "2",
-        "-p",
-        "no:cacheprovider",
-        "-k",
-        "runs_as_pasted",
-        *tests,
-    ]
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=LONG_S, check=False)
+    pytest = [str(bin_ / "python"), "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run([*pytest, *words], cwd=folder, capture_output=True, text=True, timeout=LONG_S, check=False)
     return "ok" if done.returncode == 0 else (done.stdout.strip().splitlines() or ["?"])[-1]
 
 
@@ -232,8 +268,13 @@ def tried(wheel_path: Path, pythons: Sequence[str]) -> dict[str, dict[str, str]]
                     say(f"{heading}: not installed: {error}")
                     continue
                 results = {"install": "ok", **dict(outcomes(bin_, folder / "empty"))}
+                if resolution == "highest":
+                    results["golden vectors, its C"] = suite(bin_, folder / "pages", "-k", "native", GOLDEN)
                 if resolution == "highest" and number in (0, len(pythons) - 1):
-                    results["snippets of the docs"] = snippets(bin_, folder / "pages")
+                    pages = [str(Path("tests") / "docs" / name) for name in DOCS]
+                    results["snippets of the docs"] = suite(bin_, folder / "pages", "-n", "2", "-k", "runs_as_pasted",
+                                                            *pages)  # fmt: skip
+                    results |= dict(extras(bin_, folder / "empty", wheel_path))
             columns[heading] = results
             say(f"{heading}: {'; '.join(f'{what} {how}' for what, how in results.items())}")
     return columns

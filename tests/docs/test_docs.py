@@ -30,8 +30,8 @@ JOURNEYS = {
     "afternoon.md", "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "fitting.md",
     "footage.md", "live.md",
     "from-bench-to-robot.md", "guides.md", "index.md", "install.md", "limits.md", "looming.md", "maps.md",
-    "playground.md", "reinforcement-learning.md", "robot-trials.md", "video.md", "what-the-numbers-mean.md",
-    "your-own-arena.md", "your-own-experiment.md", "your-own-model.md",
+    "playground.md", "reinforcement-learning.md", "robot-trials.md", "versions.md", "video.md",
+    "what-the-numbers-mean.md", "your-own-arena.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 LISTS = {"guides.md", "index.md"}
 OWN_TESTS = {

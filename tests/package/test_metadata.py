@@ -8,11 +8,20 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 
-def test_the_version_is_one():
-    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
-    latest = re.search(r"^## \[(\d\S*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
-    assert cited and latest
+def test_the_version_and_its_day_are_one():
+    citation = (ROOT / "CITATION.cff").read_text()
+    cited = re.search(r"^version: (\S+)$", citation, re.MULTILINE)
+    day = re.search(r"^date-released: (\S+)$", citation, re.MULTILINE)
+    latest = re.search(r"^## \[(\d\S*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert cited and day and latest
     assert cited[1] == latest[1] == PROJECT["version"]
+    assert day[1] == latest[2]
+
+
+def test_the_changelog_has_each_version_once_newest_first():
+    numbers = re.findall(r"^## \[(\d\S*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    ordered = sorted(numbers, key=lambda text: [int(part) for part in text.split(".")], reverse=True)
+    assert numbers == ordered and len(set(numbers)) == len(numbers)
 
 
 def test_the_lock_has_every_dependency():

@@ -15,9 +15,6 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-if sys.platform != "win32":  # on Windows there are no workers, see `POSSIBLE`
-    import fcntl
-
 POSSIBLE = os.name == "posix"
 """Whether there can be worker processes. They inherit file descriptors, which needs POSIX."""
 
@@ -93,6 +90,8 @@ def _interpreter_flags() -> list[str]:
 @contextlib.contextmanager
 def _above_standard(descriptor: int) -> Iterator[int]:
     """Yield a copy, above 2, of a file descriptor: the original may be 0, 1 or 2 without standard streams."""
+    import fcntl  # Windows has none, and no workers: see `POSSIBLE`
+
     copy = fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, 3)
     try:
         yield copy

@@ -53,6 +53,6 @@ def _show(finding: Finding) -> None:
     from experiments.bench.engine.terminal import show_line
 
     sign = Text(f"{finding.status:<6}", COLOURS[finding.status])
-    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.result}"), 32)
+    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.message}"), 32)
     if finding.remedy:
         show_line(f"{'':<32}-> {finding.remedy}", 35)

@@ -19,7 +19,7 @@ class Finding:
     status
         ``ok``; ``notice`` for what a person should know but everything runs with; ``fails`` for what some command needs
         and does not have.
-    result
+    message
         What was found.
     remedy
         What to do about it; empty where there is nothing to do.
@@ -27,7 +27,7 @@ class Finding:
 
     name: str
     status: Status
-    result: str
+    message: str
     remedy: str = ""
 
     def __post_init__(self) -> None:
@@ -36,4 +36,4 @@ class Finding:
 
     def row(self) -> dict[str, Any]:
         """Return the finding for JSON."""
-        return {"name": self.name, "status": self.status, "said": self.result, "remedy": self.remedy}
+        return {"name": self.name, "status": self.status, "message": self.message, "remedy": self.remedy}

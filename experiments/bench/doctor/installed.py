@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import importlib.util
 import re
 import shutil
 import subprocess
@@ -20,15 +19,12 @@ from experiments.bench.streams import stream
 
 PROJECT = "colias-sim"
 LEAST_PYTHON = (3, 11)
-SETUP = "run 'make setup' in the checkout, or 'pip install --upgrade .' in an environment of your own"
+CHECKOUT = Path(__file__).parents[3]
+"""The folder of the packages: a checkout where it has ``pyproject.toml``, otherwise of an environment."""
 SHOWN = 5
 """Packages that a line names; it counts the others."""
 STEPS = 100
 """Frames by which a form of the network is timed."""
-EXTRAS = {
-    "train": ("stable_baselines3", "torch"), "cluster": ("distributed",), "video": ("imageio_ffmpeg", "moviepy"),
-}  # fmt: skip
-"""Extra -> the modules that it brings."""
 TOOLS = {
     "arm-none-eabi-gcc": ("gcc-arm-none-eabi", "colias firmware"),
     "qemu-system-arm": ("qemu-system-arm", "colias firmware"),
@@ -37,11 +33,24 @@ TOOLS = {
 """Program -> Debian's package that has it, and what needs it."""
 
 
+def _install(extra: str = "") -> str:
+    """Return the command that installs this release here, with its dependencies or with those of an extra."""
+    name = "." if (CHECKOUT / "pyproject.toml").is_file() else PROJECT
+    return f"pip install '{name}[{extra}]'" if extra else f"pip install --upgrade {name}"
+
+
+def _setup() -> str:
+    """Return what to do where this release lacks something that it depends on."""
+    if (CHECKOUT / "pyproject.toml").is_file():
+        return f"run 'make setup' in the checkout, or '{_install()}' in an environment of your own"
+    return f"run '{_install()}'"
+
+
 def python() -> Finding:
     """Look at Python's own version."""
     text = f"{sys.version.split()[0]} at {sys.executable}"
     if sys.version_info[:2] < LEAST_PYTHON:
-        return Finding("python", "fails", text, "install Python 3.11 or later, and run 'make setup'")
+        return Finding("python", "fails", text, f"install Python 3.11 or later; then {_setup()}")
     return Finding("python", "ok", text)
 
 
@@ -50,20 +59,22 @@ def packages() -> Finding:
     try:
         declared = importlib.metadata.requires(PROJECT) or []
     except importlib.metadata.PackageNotFoundError:
-        return Finding("packages", "fails", f"{PROJECT} is not installed in this environment", SETUP)
+        return Finding("packages", "fails", f"{PROJECT} is not installed in this environment", _setup())
     wrong = [problem for text in declared if (problem := _unmet(text))]
     version = importlib.metadata.version(PROJECT)
     if wrong:
-        return Finding("packages", "fails", f"{PROJECT} {version}: {_some(wrong)}", SETUP)
+        return Finding("packages", "fails", f"{PROJECT} {version}: {_some(wrong)}", _setup())
     return Finding("packages", "ok", f"{PROJECT} {version}, and all that it depends on")
 
 
-def _unmet(text: str) -> str:
-    """Return what is wrong with one requirement of the project's own, in words; empty where it is met, or of an
-    extra.
+def _unmet(text: str, extra: str = "") -> str:
+    """Return what is wrong with one requirement of the project's own, in words; empty where it is met, or is not one of
+    the extra; without an extra those are looked at that everything needs.
     """
     needed = Requirement(text)
-    if needed.marker is not None and not needed.marker.evaluate({**_environment(), "extra": ""}):
+    if extra and needed.marker is None:
+        return ""
+    if needed.marker is not None and not needed.marker.evaluate({**_environment(), "extra": extra}):
         return ""
     try:
         installed = importlib.metadata.version(needed.name)
@@ -75,7 +86,7 @@ def _unmet(text: str) -> str:
 
 def lock() -> Finding:
     """Compare the packages that are installed with ``requirements.lock``, by which the documented numbers were made."""
-    path = Path(__file__).parents[3] / "requirements.lock"
+    path = CHECKOUT / "requirements.lock"
     if not path.is_file():
         return Finding("lock", "ok", "no requirements.lock beside the packages: not a checkout")
     try:
@@ -91,7 +102,7 @@ def lock() -> Finding:
         if installed != version:
             differing.append(f"{name} is {installed}, locked is {version}")
     if differing:
-        return Finding("lock", "notice", f"{len(differing)} of {len(wanted)} differ: {_some(differing)}", SETUP)
+        return Finding("lock", "notice", f"{len(differing)} of {len(wanted)} differ: {_some(differing)}", _setup())
     return Finding("lock", "ok", f"{len(wanted)} packages as in requirements.lock")
 
 
@@ -132,7 +143,7 @@ def network() -> list[Finding]:
     for form in forms.FORMS:
         if form == "native" and (reason := native.missing()):
             text = f"the native form {reason}: the network runs in NumPy, some three times slower"
-            remedy = "install a C compiler and Python's headers (Debian: gcc python3-dev), then 'make setup'"
+            remedy = f"install a C compiler and Python's headers (Debian: gcc python3-dev); then {_setup()}"
             findings.append(Finding("network, native", "notice", text, remedy))
             continue
         model = DSNN((72, 99), DSNNParams(), form=form)
@@ -153,22 +164,27 @@ def viewer() -> Finding:
     """Ask the Rerun viewer for its version."""
     place = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
     if place is None:
-        return Finding("rerun viewer", "fails", "the program rerun is not beside Python", SETUP)
+        return Finding("rerun viewer", "fails", "the program rerun is not beside Python", _setup())
     try:
         done = subprocess.run([place, "--version"], capture_output=True, text=True, timeout=60, check=True)
     except (OSError, subprocess.SubprocessError) as error:
-        return Finding("rerun viewer", "fails", f"{place} does not run: {type(error).__name__}", SETUP)
+        return Finding("rerun viewer", "fails", f"{place} does not run: {type(error).__name__}", _setup())
     return Finding("rerun viewer", "ok", " ".join(done.stdout.split()[:2]))
 
 
 def extras() -> list[Finding]:
     """Say which extras and tools are there; nothing but the commands named needs them."""
     findings = []
-    for extra, modules in EXTRAS.items():
-        lacking = [name for name in modules if importlib.util.find_spec(name) is None]
-        text = f"not installed ({', '.join(lacking)})" if lacking else "installed"
-        remedy = f"only if you need it: pip install '.[{extra}]'" if lacking else ""
-        findings.append(Finding(f"extra [{extra}]", "ok", text, remedy))
+    try:
+        names = importlib.metadata.metadata(PROJECT).get_all("Provides-Extra") or []
+        declared = importlib.metadata.requires(PROJECT) or []
+    except importlib.metadata.PackageNotFoundError:
+        names, declared = [], []
+    for extra in names:
+        lacking = [problem for text in declared if (problem := _unmet(text, extra))]
+        message = f"not installed: {_some(lacking)}" if lacking else "installed"
+        remedy = f"only if you need it: {_install(extra)}" if lacking else ""
+        findings.append(Finding(f"extra [{extra}]", "ok", message, remedy))
     for program, (package, needing) in TOOLS.items():
         place = shutil.which(program)
         remedy = "" if place else f"only for {needing}: apt-get install {package}"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from typing import Any
 
 from pydantic import ValidationError
@@ -23,6 +25,16 @@ class UsageError(ValueError):
     def __init__(self, text: str) -> None:
         line = re.sub(r"\s*[\r\n\v\f]\s*", " ", text)
         super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
+
+
+POSIX = os.name == "posix"
+"""Whether other programs can be handed pipes by number, which needs Linux, macOS or another POSIX system."""
+
+
+def require_posix(asked: str) -> None:
+    """Raise `UsageError` in one line that begins with what was ``asked`` for where the system is not POSIX."""
+    if not POSIX:
+        raise UsageError(f"{asked} needs Linux or another POSIX system, and this is {sys.platform}")
 
 
 LONGEST_NAME = 60

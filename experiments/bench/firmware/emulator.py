@@ -16,7 +16,7 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.engine.errors import UsageError, printable
+from experiments.bench.engine.errors import UsageError, printable, require_posix
 from experiments.bench.firmware.toolchain import QemuProgram
 
 BOARD = "mps2-an386"
@@ -82,10 +82,11 @@ class Emulator:
     EmulatorError
         It does not start, or is of another shape.
     UsageError
-        This QEMU does not count instructions one by one.
+        This QEMU does not count instructions one by one, or the system is not POSIX.
     """
 
     def __init__(self, program: QemuProgram, elf: Path, shape: tuple[int, int]) -> None:
+        require_posix("QEMU")
         command = [
             program.path, "-M", BOARD, "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
             "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native",

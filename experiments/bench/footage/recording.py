@@ -26,7 +26,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from dsnn import Response
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.errors import UsageError, require_posix
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.terminal import program
 from experiments.bench.figures.palette import colours
@@ -78,7 +78,11 @@ class LiveLog:
 
     @classmethod
     def to_file(cls, path: Path, models: Sequence[ConfiguredModel], size: tuple[int, int]) -> LiveLog:
-        """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole."""
+        """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole.
+
+        Raises `UsageError` where the system is not POSIX.
+        """
+        require_posix(f"{path}: a recording while footage is watched")
         stream = rr.RecordingStream(APPLICATION)
         file = _File(path, stream)
         send_layout(stream, blueprint(size, models))

@@ -11,7 +11,8 @@ An object with ``version`` and ``claims``. Each claim has ``id``, ``says``, ``so
 - ``equal_terms``: the count where the models that it compares with are on equal terms, or null. ``equal`` in
   ``outcome`` is the outcome there. Files from before have neither.
 
-Files of version 1, a bare list with ``verdict``, ``standing`` and ``overall``, are read too.
+Files of version 1, a bare list with ``verdict``, are read too. Those of release 0.1 count ``seeds``, later ones
+``replicates``. Release 0.2 calls ``fewest`` in ``outcome`` ``each``.
 """
 
 from __future__ import annotations
@@ -101,6 +102,8 @@ def _verdict(row: Mapping[str, Any]) -> Verdict:
 
 def _outcome(entry: Mapping[str, Any]) -> Outcome:
     fields = dict(entry)
+    if "each" in fields:
+        fields["fewest"] = fields.pop("each")
     checks = tuple(_check(check) for check in fields.pop("checks"))
     equal = fields.pop("equal", None)
     return Outcome(**fields, checks=checks, equal=_outcome(equal) if equal else None)
@@ -133,6 +136,9 @@ def _former(row: Mapping[str, Any]) -> Verdict:
             held, failed = numbers.pop("holds"), numbers.pop("fails")
             random = row.get("standing") != "deterministic"
             counted = Count(held, failed, cast(Mapping[Reason, int], numbers), random)
+        elif row.get("seeds") is not None:
+            held, unshown = int(row["seeds_holding"]), int(row.get("seeds_untested") or 0)
+            counted = Count(held, int(row["seeds"]) - held - unshown, {"not shown": unshown} if unshown else {})
         model, experiment = str(row.get("model") or ""), str(row.get("experiment") or "")
         texts = str(row["id"]), str(row["says"]), str(row["source"])
         return Verdict(*texts, outcome, counted, model, experiment, trouble)

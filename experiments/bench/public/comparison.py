@@ -218,12 +218,15 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
     if not (one.done and other.done):
         return [], f"nothing to pair: {(other if one.done else one).folder} has no finished trial"
     tables = [run.trials for run in (one, other)]
-    needed = {"model", "seed", "spikes", *columns}
+    # What clips and trials with the robot are known by; the rest of a condition may lack in a run of an older version.
+    needed = {"model", "seed", "spikes", *columns[:2]}
     for run, table in zip((one, other), tables, strict=True):
         lacking = sorted(needed - set(table.column_names))
         if lacking:
             kinds = f"{one.name} and {other.name}" if one.name != other.name else one.name
             return [], f"nothing to pair: {run.folder} has no column {lacking[0]} ({kinds})"
+    columns = [name for name in columns if all(name in table.column_names for table in tables)]
+    needed |= set(columns)
     pairs = _pairs(one, other)
     if not pairs:
         labels = f"{', '.join(one.models)} and {', '.join(other.models)}"

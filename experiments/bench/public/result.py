@@ -65,7 +65,7 @@ class Run(Record):
     def summary(self) -> pa.Table:
         """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean.
 
-        Of other kinds the table that sums up the run: ``scores.csv`` of episodes, ``leaderboard.csv``, ``map.csv``.
+        Of other kinds the table that sums up the run: ``scores.csv`` of episodes, ``leaderboard.csv``, ``counts.csv``.
 
         Raises
         ------

@@ -17,7 +17,7 @@ from typing import IO
 import numpy as np
 from PIL import Image
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.errors import UsageError, require_posix
 from experiments.bench.store.places import FULL, replacing
 from experiments.bench.video.pictures import Picture
 
@@ -29,7 +29,8 @@ COLOURS = 256
 
 
 def require_encoder(asked: str) -> None:
-    """Raise `UsageError` in one line that begins with what was ``asked`` for if the encoder is not installed."""
+    """Raise `UsageError` in one line that begins with what was ``asked`` for if it cannot be encoded here."""
+    require_posix(asked)
     if importlib.util.find_spec("imageio_ffmpeg") is None:
         raise UsageError(f"{asked} needs {EXTRA}")
 

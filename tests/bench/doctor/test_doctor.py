@@ -33,10 +33,10 @@ def test_a_healthy_machine(colias):
     status, found = doctored(colias)
     assert status == 0, [each for each in found.values() if each["status"] == "fails"]
     assert {"python", "packages", "lock", "renderer", "reference frame", "robot's camera", "rerun viewer"} <= set(found)
-    assert found["renderer"]["said"].startswith(reference_renderer())
-    assert ("llvmpipe" in found["renderer"]["said"]) <= ("software" in found["renderer"]["said"])
+    assert found["renderer"]["message"].startswith(reference_renderer())
+    assert ("llvmpipe" in found["renderer"]["message"]) <= ("software" in found["renderer"]["message"])
     assert found["reference frame"]["status"] in ("ok", "notice")
-    assert "ms a frame" in found["robot's camera"]["said"] and "ms a frame" in found["network, numpy"]["said"]
+    assert "ms a frame" in found["robot's camera"]["message"] and "ms a frame" in found["network, numpy"]["message"]
     assert not (colias.folder / "runs").exists(), "what it made to try the disk is gone"
 
 
@@ -62,7 +62,7 @@ def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, said, rem
         environment = {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
     status, found = doctored(colias, **environment)
     assert (status, found["rendering"]["status"]) == (1, "fails")
-    assert said in found["rendering"]["said"] and remedy in found["rendering"]["remedy"]
+    assert said in found["rendering"]["message"] and remedy in found["rendering"]["remedy"]
     assert found["run folder runs"]["status"] == "ok", "the other checks still answer"
 
 
@@ -71,7 +71,7 @@ def test_without_the_native_network_it_says_what_that_costs(monkeypatch):
     monkeypatch.delenv("DSNN_FORM", raising=False)
     found = {each.name: each for each in installed.network()}
     assert found["network, native"].status == "notice" and "make setup" in found["network, native"].remedy
-    assert found["network, chosen"].result == "numpy"
+    assert found["network, chosen"].message == "numpy"
     monkeypatch.setenv("DSNN_FORM", "native")
     assert installed.network()[-1].status == "fails"
 
@@ -87,15 +87,13 @@ def test_a_run_folder_that_cannot_be_written(tmp_path):
 
 
 def test_an_old_lock_names_what_differs(tmp_path, monkeypatch):
-    for folder in ("experiments/bench/doctor", "lock"):
-        (tmp_path / folder).mkdir(parents=True)
-    monkeypatch.setattr(installed, "__file__", str(tmp_path / "experiments" / "bench" / "doctor" / "installed.py"))
+    monkeypatch.setattr(installed, "CHECKOUT", tmp_path)
     assert installed.lock().status == "ok", "not a checkout"
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==1.0.0 \\\n    --hash=sha256:00\nnosuch==2 ; sys_platform == 'nowhere'\nnosuch-2==3\n")
     found = installed.lock()
-    assert found.status == "notice" and "2 of 2 differ" in found.result
-    assert f"numpy is {np.__version__}, locked is 1.0.0" in found.result and "nosuch-2 is missing" in found.result
+    assert found.status == "notice" and "2 of 2 differ" in found.message
+    assert f"numpy is {np.__version__}, locked is 1.0.0" in found.message and "nosuch-2 is missing" in found.message
     lock.write_text("numpy>=1\n")
     assert installed.lock().status == "fails"
 
@@ -104,14 +102,41 @@ def test_packages_outside_their_ranges_fail(monkeypatch):
     assert installed.packages().status == "ok"
     monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: ["numpy<1", "nosuch; extra == 'train'"])
     found = installed.packages()
-    assert found.status == "fails" and f"numpy is {np.__version__}" in found.result and "nosuch" not in found.result
+    assert found.status == "fails" and f"numpy is {np.__version__}" in found.message and "nosuch" not in found.message
+
+
+def test_each_extra_is_told_with_what_it_lacks(monkeypatch):
+    declared = installed.importlib.metadata.metadata("colias-sim").get_all("Provides-Extra")
+    assert {finding.name for finding in installed.extras()} >= {f"extra [{name}]" for name in declared}
+    assert {"fit", "live", "train", "video", "cluster"} <= set(declared)
+    requires = [f"numpy<1; extra == '{name}'" for name in declared] + ["nosuch"]
+    monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: requires)
+    for finding in installed.extras()[: len(declared)]:
+        assert finding.status == "ok", "nothing but a few commands needs an extra"
+        assert f"numpy is {np.__version__}" in finding.message and "nosuch" not in finding.message
+
+
+@pytest.mark.parametrize("is_checkout", [True, False], ids=["checkout", "wheel"])
+def test_remedies_are_for_what_is_installed(tmp_path, monkeypatch, is_checkout):
+    """Who has a wheel has neither a Makefile nor a folder to install from."""
+    if is_checkout:
+        (tmp_path / "pyproject.toml").touch()
+    monkeypatch.setattr(installed, "CHECKOUT", tmp_path)
+    monkeypatch.setattr(native, "missing", lambda: "is not built")
+    requires = ["numpy<1", "numpy<1; extra == 'fit'"]
+    monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: requires)
+    extra = next(finding for finding in installed.extras() if finding.name == "extra [fit]")
+    assert ("'.[fit]'" in extra.remedy, "'colias-sim[fit]'" in extra.remedy) == (is_checkout, not is_checkout)
+    for finding in (installed.packages(), installed.network()[0], extra):
+        assert "pip install" in finding.remedy
+        assert ("make setup" in finding.remedy) <= is_checkout
 
 
 def test_a_check_that_breaks_is_a_finding(monkeypatch, tmp_path):
     monkeypatch.setattr(installed, "viewer", lambda: 1 / 0)
     monkeypatch.setattr("experiments.bench.doctor.picture.drawing", list)
     found = {each.name: each for each in examine(tmp_path)}
-    assert found["rerun viewer"].status == "fails" and "ZeroDivisionError" in found["rerun viewer"].result
+    assert found["rerun viewer"].status == "fails" and "ZeroDivisionError" in found["rerun viewer"].message
     assert found["cores"].status == "ok"
     with pytest.raises(ValueError, match="needs a remedy"):
         Finding("x", "fails", "broken")

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 import typer
 
+import experiments
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
@@ -57,6 +58,14 @@ def whole(tmp_path_factory):
     done = colias(*arguments, "--out", "out")
     assert done.returncode == 0, done.stderr
     return colias.folder / "out", done.stdout
+
+
+def test_a_maps_summary_is_its_table(whole):
+    """The kind of a map named a table that no map leaves."""
+    folder, _ = whole
+    assert [row["claim"] for row in experiments.load(folder).summary.to_pylist()] == [
+        row["claim"] for row in table(folder)
+    ]
 
 
 def test_counts_are_those_of_judging_by_hand(whole):

@@ -1,0 +1,94 @@
+"""What is POSIX only says so in one line on another system, and no import needs it."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from colias_sim.envs.vector import arguments
+from experiments.bench.engine import errors
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.workers import local
+from experiments.bench.firmware.emulator import Emulator
+from experiments.bench.footage.recording import LiveLog
+from experiments.bench.store import copies
+from experiments.bench.video.encoding import require_encoder
+
+IMPORTS = """
+import builtins, importlib, os, pkgutil, signal, sys
+import matplotlib.figure, multiprocessing.managers, pyarrow, rerun, subprocess  # others may use what they like
+
+for module, names in (
+    (os, "getuid geteuid setpgid killpg fork register_at_fork memfd_create sched_getaffinity getppid setsid"),
+    (signal, "pthread_sigmask SIGKILL SIGHUP"),
+):
+    for name in names.split():
+        delattr(module, name)
+real = builtins.__import__
+
+def importing(name, namespace=None, *rest):
+    place = (namespace or {}).get("__name__", "")
+    ours = place.startswith(("colias_sim", "dsnn", "experiments"))
+    if ours and name in ("fcntl", "resource", "termios", "pwd", "grp"):
+        raise ImportError(f"{place} imports {name}")
+    return real(name, namespace, *rest)
+
+builtins.__import__ = importing
+count = 0
+for package in ("colias_sim", "dsnn", "scenes", "experiments"):
+    for info in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
+        if not info.name.endswith(("__main__", "firmware.program", "train_ppo")):
+            try:
+                importlib.import_module(info.name)
+            except ModuleNotFoundError as error:
+                if error.name.split(".")[0] not in ("optuna", "viser", "torch", "stable_baselines3"):
+                    raise
+            count += 1
+print(count)
+"""
+
+
+def test_every_module_is_imported_without_what_windows_lacks(tmp_path):
+    done = subprocess.run([sys.executable, "-c", IMPORTS], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert int(done.stdout.split()[-1]) > 300
+
+
+@pytest.mark.parametrize(
+    "asks",
+    [
+        lambda folder: LiveLog.to_file(folder / "a.rrd", [], (99, 72)),
+        lambda folder: require_encoder("a video"),
+        lambda folder: Emulator(None, folder / "a.elf", (72, 99)),
+    ],
+    ids=["recording of footage", "video", "emulated chip"],
+)
+def test_what_needs_pipes_by_number_says_so(tmp_path, monkeypatch, asks):
+    monkeypatch.setattr(errors, "POSIX", False)
+    with pytest.raises(UsageError, match="needs Linux or another POSIX system"):
+        asks(tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_vector_envs_keep_to_one_process(monkeypatch):
+    monkeypatch.setattr(arguments, "POSSIBLE", False)
+    assert arguments.worker_count(None, 4) == 0
+    with pytest.raises(ValueError, match="other processes need POSIX"):
+        arguments.worker_count(2, 4)
+
+
+def test_without_owners_no_file_is_known_to_be_the_users(tmp_path, monkeypatch):
+    (tmp_path / "a.py").write_text("")
+    files = {str(tmp_path / "a.py"): copies.sha256(tmp_path / "a.py")}
+    assert copies.made_here(files)
+    monkeypatch.delattr(os, "getuid")
+    assert not copies.made_here(files)
+
+
+def test_workers_start_and_end_without_signal_masks_and_groups(monkeypatch):
+    for module, name in ((local.signal, "pthread_sigmask"), (local.os, "killpg"), (local.os, "setpgid")):
+        monkeypatch.delattr(module, name)
+    with local.without_interrupts():
+        pass
+    local._kill_group(os.getpid())

@@ -1,0 +1,78 @@
+"""What a public host runs is what a person types: the workflows' steps, and .ci/run, call the Makefile alone."""
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+FORMS = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+
+
+def jobs(path):
+    return yaml.safe_load(path.read_text())["jobs"]
+
+
+def unknown(command):
+    """What of a command is not ``make`` with targets of the Makefile."""
+    words = command.split()
+    return [word for word in words[1:] if word not in TARGETS] if words[:1] == ["make"] and words[1:] else [command]
+
+
+def test_there_are_workflows_for_tests_wheels_pages_and_release():
+    assert {path.stem for path in WORKFLOWS} == {"tests", "wheels", "docs", "release"}
+    assert unknown("make test") == [] and unknown("make tests") == ["tests"] and unknown("pip install x")
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
+def test_each_step_runs_make_or_somebody_elses_action(path):
+    for name, job in jobs(path).items():
+        assert ("steps" in job) != ("uses" in job), name
+        for step in job.get("steps", ()):
+            assert ("run" in step) != ("uses" in step), (name, step)
+            assert not [word for line in step.get("run", "").splitlines() for word in unknown(line)], (name, step)
+        needs = job.get("needs", [])
+        assert set([needs] if isinstance(needs, str) else needs) <= set(jobs(path))
+        if "uses" in job:
+            assert (ROOT / job["uses"]).is_file()
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
+def test_a_workflow_may_read_and_no_more_unless_a_job_says_so(path):
+    assert yaml.safe_load(path.read_text())["permissions"] == {"contents": "read"}
+    writing = {name for name, job in jobs(path).items() if "write" in job.get("permissions", {}).values()}
+    assert writing == {"docs": {"deploy"}, "release": {"publish"}}.get(path.stem, set())
+
+
+def test_what_is_published_was_tried_first():
+    steps = jobs(ROOT / ".github" / "workflows" / "release.yml")
+    assert any(step.get("run") == "make release" for step in steps["linux"]["steps"])
+    assert set(steps["publish"]["needs"]) == {"linux", "wheels"}
+
+
+def test_the_machine_that_judges_changes_calls_the_makefile_too():
+    lines = [line for line in (ROOT / ".ci" / "run").read_text().splitlines() if line.startswith("make ")]
+    assert lines and not [word for line in lines for word in unknown(line)]
+
+
+@pytest.mark.parametrize("path", FORMS, ids=lambda path: path.stem)
+def test_a_form_asks_what_the_doctor_says(path):
+    form = yaml.safe_load(path.read_text())
+    ids = [field["id"] for field in form["body"]]
+    assert len(ids) == len(set(ids)) and {"name", "description", "body"} <= set(form)
+    (doctor,) = [field for field in form["body"] if "colias doctor --json" in field["attributes"]["label"]]
+    assert doctor["validations"]["required"]
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "SECURITY.md"])
+def test_what_a_contributor_is_told_is_there(name):
+    text = (ROOT / name).read_text()
+    for path in re.findall(r"`((?:docs|dsnn|experiments|tests|tools)/[\w/.]+)`", text):
+        assert (ROOT / path).exists(), path
+    for module in re.findall(r"python -m (tools\.\w+)", text):
+        assert (ROOT / f"{module.replace('.', '/')}.py").is_file(), module
+    for words in re.findall(r"(?:`|^)make ([a-z- ]+?)(?:`|  |$)", text, re.MULTILINE):
+        assert unknown(f"make {words}") == [], words
