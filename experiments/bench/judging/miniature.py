@@ -82,7 +82,7 @@ def axis(checks: Sequence[Check]) -> Axis:
         slacks = tuple(check.slack for check in checks)
         return Axis(slacks, (0.0,), (0.0, math.inf), "its bound", lambda value: f"{_number(value, '+')}{unit}")
     shares = tuple(check.slack / check.scale for check in checks)
-    return Axis(shares, (0.0,), (0.0, math.inf), "its bound", lambda value: f"{100 * value:+.3g} %")
+    return Axis(shares, (0.0,), (0.0, math.inf), "its bound", lambda value: f"{_number(100 * value, '+')} %")
 
 
 def miniature(decisions: Sequence[Decision]) -> str:
