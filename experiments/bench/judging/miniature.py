@@ -1,8 +1,8 @@
 """A claim as a small picture: the reading that decided it in each replicate, against its bound.
 
-A mark stands for each replicate, at its reading: a dot where the claim holds there, a cross where it fails, a ring where
-it could not be judged. The tinted side of the line is where the bound is kept. The picture is SVG, made of nothing but
-the stored decisions; its colours are the custom properties of the report's style sheet, light and dark.
+A mark stands for each replicate, at its reading: a dot where the claim holds there, a cross where it fails, a ring
+where it could not be judged. The tinted side of the line is where the bound is kept. The picture is SVG, made of
+nothing but the stored decisions; its colours are the custom properties of the report's style sheet, light and dark.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ TOP, FLOOR = 16.0, 46.0
 INSET = 16.0
 """From the edges of the picture to the outermost reading or bound, px."""
 RADIUS, PITCH = 2.6, 5.6
-LETTER = 6.6
+LETTER = 7.2
 """Mean width of a letter of the labels, px."""
 SIGNS: Mapping[Needs, str] = {"above": "> ", "at least": "≥ ", "below": "< ", "at most": "≤ ", "within": ""}
 """What a reading needs -> the sign before its bound."""
@@ -113,8 +113,8 @@ def miniature(decisions: Sequence[Decision]) -> str:
         *_marks([verdict for verdict, _ in drawn], [place.across(value) for value in place.values]),
         *_ends(place),
     ]
-    label = html.escape(described(decisions))
-    return f'<svg class="mini" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{label}">{"".join(parts)}</svg>'
+    begin_tag = f'<svg class="mini" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
+    return f'{begin_tag} aria-label="{html.escape(described(decisions))}">{"".join(parts)}</svg>'
 
 
 def described(decisions: Sequence[Decision]) -> str:
@@ -158,8 +158,9 @@ def _marks(verdicts: Sequence[str], places: Sequence[float]) -> list[str]:
 
 def _mark(verdict: str, x: float, y: float) -> str:
     if verdict == "fails":
-        arm = RADIUS * 0.95
-        return f'<path class="failed" d="M{x - arm:.1f} {y - arm:.1f}l{2 * arm:.1f} {2 * arm:.1f}m0 {-2 * arm:.1f}l{-2 * arm:.1f} {2 * arm:.1f}"/>'  # noqa: E501
+        arm = 0.95 * RADIUS
+        strokes = f"M{x - arm:.1f} {y - arm:.1f}l{2 * arm:g} {2 * arm:g}m0 {-2 * arm:g}l{-2 * arm:g} {2 * arm:g}"
+        return f'<path class="failed" d="{strokes}"/>'
     name = "held" if verdict == "holds" else "left"
     return f'<circle class="{name}" cx="{x:.1f}" cy="{y:.1f}" r="{RADIUS if name == "held" else RADIUS - 0.4:g}"/>'
 

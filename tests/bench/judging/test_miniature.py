@@ -1,4 +1,4 @@
-"""A claim's picture has a mark for each replicate, on the side of the line that its check says, and is read off a file."""
+"""A claim's picture has a mark for each replicate, on its check's side of the line, and is drawn from a file too."""
 
 import dataclasses
 import json
@@ -62,7 +62,7 @@ def test_a_reading_that_keeps_its_bound_stands_in_the_tinted_stretch(needs):
 @pytest.mark.parametrize("needs", BOUNDS)
 def test_readings_of_one_replicate_stand_where_the_axis_has_them(needs):
     bound = BOUNDS[needs]
-    (mark,), stretch, lines = drawn(miniature(decisions(needs, bound, seed=2, count=1)))
+    (mark,), stretch, _ = drawn(miniature(decisions(needs, bound, seed=2, count=1)))
     assert (stretch[0] < mark[1] < stretch[1]) == (mark[0] == "held")
 
 
