@@ -72,6 +72,11 @@ def outcome_entry(outcome: Outcome) -> dict[str, Any]:
     return entry | {"checks": [_check_entry(check) for check in outcome.checks]}
 
 
+def decision_entry(decision: Decision) -> dict[str, Any]:
+    """Return what decided a claim in one replicate as a file has it."""
+    return {"verdict": decision.verdict, "check": _check_entry(decision.check) if decision.check else None}
+
+
 def _check_entry(check: Check) -> dict[str, Any]:
     return {name: _number(value) for name, value in dataclasses.asdict(check).items()}
 
@@ -90,10 +95,7 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
         "experiment": verdict.experiment, "word": verdict.count.word, "count": dataclasses.asdict(verdict.count),
         "interval": verdict.count.interval, "outcome": outcome_entry(verdict.outcome), "trouble": verdict.trouble,
         "equal_terms": dataclasses.asdict(verdict.equal) if verdict.equal else None,
-        "decisions": [
-            {"verdict": decision.verdict, "check": _check_entry(decision.check) if decision.check else None}
-            for decision in verdict.decisions
-        ],
+        "decisions": list(map(decision_entry, verdict.decisions)),
     }  # fmt: skip
 
 
