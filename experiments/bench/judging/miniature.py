@@ -146,11 +146,10 @@ def _marks(verdicts: Sequence[str], places: Sequence[float]) -> list[str]:
     for index, place in enumerate(places):
         columns.setdefault(round(place / PITCH), []).append(index)
     marks = []
-    for column, indices in columns.items():
+    for indices in columns.values():
         ordered = sorted(indices, key=lambda index: verdicts[index])  # what fails stands together
         step = min(PITCH, (FLOOR - TOP - 3 * RADIUS) / max(len(ordered) - 1, 1))
-        # A lone mark is exact; a column has one place.
-        across = column * PITCH if len(ordered) > 1 else places[ordered[0]]
+        across = sum(places[index] for index in ordered) / len(ordered)
         for level, index in enumerate(ordered):
             marks.append(_mark(verdicts[index], across, FLOOR - 1.5 * RADIUS - level * step))
     return marks

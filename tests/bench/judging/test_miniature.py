@@ -91,7 +91,8 @@ def test_what_has_no_number_is_counted_and_not_drawn():
 
 def test_a_replicate_that_could_not_be_judged_has_a_ring():
     silent = Decision("silent model", Check("0 of 40", 0.0, 0.0, "at most"))
-    marks, _, _ = drawn(miniature([silent] * 3))
+    marks, _, (line,) = drawn(miniature([silent] * 3))
+    assert {x for _, x, _ in marks} == {line}
     assert [kind for kind, _, _ in marks] == ["left"] * 3
     assert len({y for _, _, y in marks}) == 3, "equal readings stand in a column"
 
