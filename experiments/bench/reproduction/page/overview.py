@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from experiments.bench import registry
-from experiments.bench.judging.claim_files import claim_ids
-from experiments.bench.judging.claims import words
+from experiments.bench.judging.claims import title_of, words
 from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
 from experiments.bench.judging.miniature import miniature
 from experiments.bench.judging.verdict import Verdict
@@ -168,8 +167,7 @@ class Overview:
 
 def tile(claim: Verdict) -> Tile:
     """Return the tile of a claim."""
-    title = words(claim.id).title if claim.id in claim_ids() else claim.says
-    return Tile(claim.id, title, claim.count, miniature(claim.decisions))
+    return Tile(claim.id, title_of(claim), claim.count, miniature(claim.decisions))
 
 
 def overview(result: Reproduction) -> Overview:
