@@ -114,6 +114,9 @@ def show_table(table: Table) -> None:
         return
     for column, width in zip(table.columns, _shared(least, most, room), strict=True):
         column.width = width
+    if table.title:  # rich would break it at the width of the table
+        show_line(Text(str(table.title), "italic"))
+        table.title = None
     width = out_console.width
     try:
         out_console.width = max(width, sum(least) + between)  # wider than a pipe's usual width, where words need it

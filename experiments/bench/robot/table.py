@@ -11,7 +11,7 @@ from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
 from experiments.bench.judging.numbers import is_number
-from experiments.bench.judging.statistics import Summary, summarise
+from experiments.bench.judging.statistics import LEVEL, Summary, least_of_pairs, summarise
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
@@ -64,7 +64,7 @@ def _comparisons_table(report: Report) -> Table:
             f"{row['n']}",
             f"{row['mean_difference']:+z.1f}",
             f"{row['rank_biserial']:+z.2f}",
-            f"{row['p_holm']:.4f}",
+            "-" if least_of_pairs(row["n"]) > LEVEL else f"{row['p_holm']:.4f}",
         )
     return table
 
