@@ -86,8 +86,6 @@ def test_a_claim_holds_only_where_its_number_of_trials_could_show_it(colias):
     assert done.returncode == 0, done.stderr
     told = " ".join(done.stdout.split())
     assert "C15 not judged" in told and "needs at least 4 trials of each condition (has 1)" in told
-        done.stdout.split()
-    )
     (claim,) = [
         c for c in json.loads((colias.folder / "out" / "claims.json").read_text())["claims"] if c["id"] == "C15"
     ]
