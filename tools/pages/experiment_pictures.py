@@ -44,7 +44,7 @@ TITLE = 0.15
 
 
 def draw_paths(experiment: Experiment, path: Path) -> None:
-    """Draw the nominal paths of the stimulus from above, as videos do: the observer looks to the right, its left is up."""
+    """Draw the stimulus's nominal paths from above, as videos do: the observer looks to the right, its left is up."""
     settings = configure(experiment, experiment.models, ())[1]
     lines: list[tuple[str, tuple[Place, ...]]] = []
     for condition in experiment.conditions():
