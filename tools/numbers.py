@@ -29,9 +29,12 @@ from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.store.files import rows_hash
+from tools import claim_sheet
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
+SHEET = ROOT / "docs" / "claims.svg"
+"""All claims as one picture, where the results have the readings that decided them."""
 PAGES: Mapping[str, tuple[str, ...]] = {
     "README.md": ("groups",),
     "docs/what-the-numbers-mean.md": ("onboard", "verdicts", "claims"),
@@ -110,7 +113,8 @@ def kept(verdict: Verdict) -> dict[str, Any]:
     equal = entry["outcome"]["equal"]
     beside = {name: equal[name] for name in OUTCOME_FIELDS} if equal else None
     return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome,
-            "equal_terms": entry["equal_terms"], "equal_outcome": beside}  # fmt: skip
+            "equal_terms": entry["equal_terms"], "equal_outcome": beside,
+            "decisions": [claim_sheet.kept(decision) for decision in verdict.decisions]}  # fmt: skip
 
 
 def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
@@ -224,13 +228,21 @@ def _groups(results: Mapping[str, Any]) -> str:
         under.setdefault(row["claim"], {})[row["eye"], row["drive"]] = Count(**row["count"])
     first, *others = eyes.CELLS.values()
     columns = f"| about | clips, or {first} | {' | '.join(others)} |"
-    lines = [_totals(results), "", columns, "|---" * (len(eyes.CELLS) + 1) + "|"]
+    lines = [_totals(results), "", *_sheet(results), columns, "|---" * (len(eyes.CELLS) + 1) + "|"]
     for about, claims in GROUPS.items():
         ids = [claim for claim in claims if claim in counts]
         sides = [eyes.side_by_side(claim, counts[claim], under) for claim in ids]
         cells = [_kinds(ids, column) for column in zip(*sides, strict=True)] if ids else [""] * len(eyes.CELLS)
         lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells))} |")
     return "\n".join(lines) + "\n"
+
+
+def _sheet(results: Mapping[str, Any]) -> list[str]:
+    """Show the picture of all claims; nothing where the results have no readings."""
+    if not claim_sheet.has_readings(results):
+        return []
+    claims = [*results["claims"], *results["behaviours"]]
+    return [f"![{claim_sheet.described(claims)}]({SHEET.relative_to(ROOT).as_posix()})", ""]
 
 
 def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:
@@ -371,7 +383,10 @@ def main() -> None:
         }
     except NotFinished as error:
         sys.exit(_refuse(str(error)))
-    for path, text in {root / RESULTS.relative_to(ROOT): _as_json(results), **pages}.items():
+    files = {root / RESULTS.relative_to(ROOT): _as_json(results), **pages}
+    if claim_sheet.has_readings(results):
+        files[root / SHEET.relative_to(ROOT)] = claim_sheet.sheet(results)
+    for path, text in files.items():
         path.write_text(text, encoding="utf-8")
 
 

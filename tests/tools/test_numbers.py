@@ -1,17 +1,21 @@
 """The measured figures of README.md and docs/ are those of docs/results.json, of the design that the code has now."""
 
 import copy
+import dataclasses
 import functools
 import json
+import math
 import re
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from experiments import Check
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
 from experiments.bench.judging.claim_files import PAPER, claim_ids
@@ -28,6 +32,7 @@ from experiments.bench.studies.counts import FORM
 from experiments.bench.tuning.probes import families
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
+from tools.claim_sheet import has_readings, sheet
 from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, STALE, blocks, renewed, stale, unfit
 
 CLAIMS = paper_claims()
@@ -104,6 +109,9 @@ def made(claim, *outcomes):
     return Verdict.of((claim, "it turns", "ours"), outcomes)
 
 
+CHECK = Check("|VS| <up> to 0.1", 0.1, 0.2, "below")
+
+
 @pytest.fixture
 def run(tmp_path):
     """A folder such as ``colias reproduce`` leaves, with made-up numbers, and a README."""
@@ -113,8 +121,9 @@ def run(tmp_path):
         "design": {"seed": 3, "scale": {"repeats": 7, "episodes": 2, "steps": 90}, "digest": "d",
                    "versions": {"numpy": "2"}},
         "claims": document([
-            made("C1", Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)"), Outcome("fails", "m"),
-                 Outcome("holds", "m"), Outcome.unjudged("m")),
+            made("C1", Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)", checks=(CHECK,)),
+                 Outcome("fails", "m", checks=(dataclasses.replace(CHECK, reading=0.3),)),
+                 Outcome("holds", "m", checks=(dataclasses.replace(CHECK, reading=math.nan),)), Outcome.unjudged("m")),
             made("C2", Outcome.unjudged("needs more; measured: 4")),
         ]),
         "pooled": {"C13": outcome_entry(Outcome("fails", "m", n=60, broken=1))},
@@ -172,6 +181,20 @@ def test_the_command_takes_figures_over(run):
     kept = json.loads((run.parent / "docs" / "results.json").read_text())
     assert kept["design"]["digest"] == "d" and {"commit", "numpy"} <= set(kept["measured_with"])
     assert take(run).returncode == 0 and pages(run) == texts, "again changes nothing"
+    assert "](docs/claims.svg)" in readme
+    svg = ElementTree.parse(run.parent / "docs" / "claims.svg").getroot()
+    (picture,) = [part for part in svg if part.get("class") == "mini"]
+    marks = [part.get("class") for part in picture if part.get("class") in ("held", "failed", "left")]
+    assert sorted(marks) == ["failed", "held"], "of C1: the third has no number, the fourth was not judged"
+    assert "holds in 2, fails in 1, not judged in 1" in picture.get("aria-label")
+    assert (run.parent / "docs" / "claims.svg").read_text() == sheet(kept)
+
+
+def test_the_picture_of_all_claims_is_drawn_from_the_results():
+    """Nothing draws it where the results are from before readings were kept."""
+    path = ROOT / "docs" / "claims.svg"
+    assert path.exists() == has_readings(results()) == ("claims.svg" in blocks(results())["groups"])
+    assert not path.exists() or path.read_text() == sheet(results())
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from tools.pages import drawing
 from tools.pages.drawing import INCHES, SIZE
 
 Place = tuple[float, float]
-"""Centimetres to the right of the observer, and ahead of it."""
+"""Centimetres ahead of the observer, and to its left: the plane of the view from above in videos."""
 MOST = 12
 """Clips in a picture."""
 ACROSS, GAP = 3, 0.06
@@ -33,52 +33,59 @@ OTHER = (HUES[2], 1.6)
 """Colour and width of a path of an experiment's own."""
 PARTS = 100
 """Straight parts in which such a path is drawn."""
-WIDE, HIGH = INCHES - 0.6, 2.9
-"""Size of the view from above, inches."""
+LEFT, WIDE, HIGH = 0.66, INCHES - 0.72, 2.9
+"""Left edge and size of the view from above, inches."""
+BEHIND = 5.0
+"""Centimetres behind the observer that are drawn at least."""
+LEGEND = 0.19
+"""Inches of a line of the legend, which is below."""
 TITLE = 0.15
 """Inches of a line of a frame's title."""
 
 
 def draw_paths(experiment: Experiment, path: Path) -> None:
-    """Draw the nominal paths of the stimulus from above, the observer at the origin and its view ahead upward."""
+    """Draw the stimulus's nominal paths from above, as videos do: the observer looks to the right, its left is up."""
     settings = configure(experiment, experiment.models, ())[1]
     lines: list[tuple[str, tuple[Place, ...]]] = []
     for condition in experiment.conditions():
         route = nominal(condition, settings).stimulus.route
         parts = 1 if condition.path is None else PARTS
         poses = [route.point(route.length * part / parts) for part in range(parts + 1)]
-        places = tuple((round(-100 * p.y, 3), round(100 * p.x, 3)) for p in poses)
+        places = tuple((round(100 * p.x, 3), round(100 * p.y, 3)) for p in poses)
         if (condition.motion, places) not in lines:  # another speed has the same path
             lines.append((condition.motion, places))
+    kinds = dict.fromkeys(motion for motion, _ in lines)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(INCHES, HIGH + 0.55))
-        axes = drawing.place(drawn, 0.5, 0.1, WIDE, HIGH)
+        drawn = Figure(figsize=(INCHES, HIGH + 0.55 + LEGEND * len(kinds)))
+        axes = drawing.place(drawn, LEFT, 0.1, WIDE, HIGH)
         _observer(axes, settings.camera)
         for motion, places in lines:
             colour, width = MOTIONS.get(motion, OTHER)
             axes.plot(*zip(*places[:-1], strict=True), color=colour, lw=width)
             axes.annotate("", places[-1], places[-2], arrowprops={"arrowstyle": "->", "lw": width, "color": colour,
                                                                "shrinkA": 0, "shrinkB": 0})  # fmt: skip
-        for motion in dict.fromkeys(motion for motion, _ in lines):
+        for motion in kinds:
             colour, width = MOTIONS.get(motion, OTHER)
             axes.plot([], [], color=colour, lw=width, label=f"{motion} of the stimulus")
         ends = np.array([place for _, places in lines for place in places])
-        high = max(float(ends[:, 1].max()) + 8.0, 2 * (float(np.abs(ends[:, 0]).max()) + 1.5) * HIGH / WIDE)
-        axes.set_xlim(-high * WIDE / HIGH / 2, high * WIDE / HIGH / 2)
-        axes.set_ylim(-3.0, high - 3.0)
-        axes.legend(fontsize=SIZE, frameon=False, loc="upper right", borderaxespad=0.0)
-        axes.set_xlabel("to the right of the observer (cm)", fontsize=SIZE)
-        axes.set_ylabel("ahead of it (cm)", fontsize=SIZE)
+        behind = min(float(ends[:, 0].min()) - 1.5, -BEHIND)
+        ahead, aside = float(ends[:, 0].max()) + 1.5, float(np.abs(ends[:, 1]).max()) + 1.5
+        inch = max((ahead - behind) / WIDE, 2 * aside / HIGH)
+        axes.set_xlim(behind, behind + inch * WIDE)
+        axes.set_ylim(-inch * HIGH / 2, inch * HIGH / 2)
+        drawn.legend(fontsize=SIZE, frameon=False, loc="lower left", borderaxespad=0.1)
+        axes.set_xlabel("ahead of the observer (cm)", fontsize=SIZE)
+        axes.set_ylabel("to its left (cm)", fontsize=SIZE)
         axes.tick_params(labelsize=SIZE)
         drawing.save(drawn, path)
 
 
 def _observer(axes: Axes, camera: CameraConfig) -> None:
     half = camera.hfov_deg / 2
-    view = Wedge((0.0, camera.forward_cm), 100.0, 90 - half, 90 + half, color="#278100", alpha=0.10, lw=0)
+    view = Wedge((camera.forward_cm, 0.0), 100.0, -half, half, color="#278100", alpha=0.10, lw=0)
     axes.add_patch(view)
     axes.add_patch(Circle((0.0, 0.0), ROBOT_RADIUS_CM, color="#278100", lw=0))
-    axes.annotate("observer and\nits view", (1.3 * ROBOT_RADIUS_CM, 0.0), fontsize=SIZE, va="center")
+    axes.text(0.015, 0.02, "green: the observer\nand its view", transform=axes.transAxes, fontsize=SIZE)
 
 
 def shown_clips(clips: Sequence[Clip]) -> list[Clip]:

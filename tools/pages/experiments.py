@@ -88,7 +88,11 @@ def _trials(folder: Path, experiment: Experiment) -> list[str]:
     ]
     caption = "The paths of the stimulus from above, without the errors of its start pose"
     return [
-        markdown.picture(f"{experiment.name}.png", caption, f"{caption}. The observer is at the origin."),
+        markdown.picture(
+            f"{experiment.name}.png",
+            caption,
+            f"{caption}. The observer is at the origin and looks to the right, as in videos.",
+        ),
         "## Conditions\n",
         table(("", "Condition"), rows),
         "## Parameters\n",

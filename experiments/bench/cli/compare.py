@@ -65,6 +65,8 @@ def _parameters(comparison: Comparison) -> Table:
 def _results(comparison: Comparison) -> Table:
     from rich.table import Table
 
+    from experiments.bench.judging.statistics import LEVEL, least_of_pairs
+
     rows = comparison.results.to_pylist()
     tests = "; ".join(sorted({row["test"] for row in rows}))
     paired = all(row["test"].startswith("Wilcoxon") for row in rows)
@@ -90,7 +92,8 @@ def _results(comparison: Comparison) -> Table:
         table.add_row(
             *(_cell(row[name]) for name in names), *([model] if several else []), f"{row['n']}",
             f"{row['mean_first']:.1f}", f"{row['mean_second']:.1f}", f"{row['mean_difference']:+z.1f}",
-            f"{row['rank_biserial']:+z.2f}", f"{row['p_holm']:.4f}",
+            f"{row['rank_biserial']:+z.2f}",
+            "-" if paired and least_of_pairs(row["n"]) > LEVEL else f"{row['p_holm']:.4f}",
         )  # fmt: skip
     return table
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import shlex
-
 from rich.table import Table
 
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.engine.terminal import out_console, show_places, show_table, show_verdict
+from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
 
 
 def show(report: OfflineReport, recorded: bool) -> None:
@@ -21,10 +19,8 @@ def show(report: OfflineReport, recorded: bool) -> None:
         spikes = "-" if row["spikes"] is None else f"{row['spikes']}"
         table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", spikes)
     show_table(table)
+    out_console.print()
     for verdict in report.verdicts:
         show_verdict(verdict, model=False)
-    out_console.print()
-    places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
-    if recorded and report.rows:
-        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
-    show_places({**places, "tables": report.folder / "trials.parquet"})
+    names = [*(["figure.png"] if report.rows else []), "trials.parquet", *(["claims.json"] if report.verdicts else [])]
+    show_files(report.folder, names, bool(recorded and report.rows))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
+import shlex
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -113,6 +114,9 @@ def show_table(table: Table) -> None:
         return
     for column, width in zip(table.columns, _shared(least, most, room), strict=True):
         column.width = width
+    if table.title:  # rich would break it at the width of the table
+        show_line(Text(str(table.title), "italic"))
+        table.title = None
     width = out_console.width
     try:
         out_console.width = max(width, sum(least) + between)  # wider than a pipe's usual width, where words need it
@@ -153,7 +157,9 @@ def _show_records(table: Table) -> None:
 
 
 def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None:
-    """Print a verdict: the claim, in how many replicates it held, and what was measured in the first one.
+    """Print a verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
+
+    What else was measured stands in ``claims.json``.
 
     Parameters
     ----------
@@ -164,18 +170,21 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
     provenance
         Where the trials come from; empty where they are simulated.
     """
+    from experiments.bench.judging.claims import title_of  # not before: it loads every claim
+
     who = f" ({verdict.model})" if model and verdict.model else ""
     count, origin = verdict.count, f" [{provenance}]" if provenance else ""
-    label = coloured(count)
+    label, sentence = coloured(count), count.sentence()
     if count.kind == "counted":
-        label.plain = count.sentence()
-    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", label, origin, f": {verdict.says}"))
-    if count.kind != "counted":
-        out_console.print(f"    {count.sentence()}", markup=False)
-    show_outcome(verdict.outcome, "replicate 0, " if count.replicates > 1 else "")
+        label.plain, held = sentence, ""
+    else:
+        held = f" ({re.sub('^(held|failed|not judged)[;,] ', '', sentence)})"
+    first = "replicate 0: " if count.replicates > 1 else ""
+    told = [title_of(verdict), f"{first}{verdict.outcome.deciding}"]
     if verdict.equal is not None and verdict.outcome.equal is not None:
-        equal = verdict.outcome.equal
-        out_console.print(f"    on equal terms: {verdict.equal.sentence()}; {equal.deciding}", markup=False)
+        told.append(f"on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}")
+    line = Text.assemble((verdict.id, "b"), f"{who} ", label, held, origin, f": {'; '.join(told)}")
+    show_line(line, RECORD_INDENT)
 
 
 def show_outcome(outcome: Outcome, where: str = "") -> None:
@@ -202,6 +211,24 @@ def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
     for line in lines:
         error_console.print(line, soft_wrap=True, markup=False)
     return bool(lines)
+
+
+def show_files(folder: Path, names: Iterable[str], recordings: bool) -> None:
+    """Print where a run is, which files of it are read first, and the command that shows its recordings.
+
+    Parameters
+    ----------
+    folder
+        Of the run.
+    names
+        Of files in it.
+    recordings
+        Whether it has any.
+    """
+    places: dict[str, object] = {"files": f"{folder}: {', '.join(names)}"}
+    if recordings:
+        places["recordings"] = f"colias view {shlex.quote(str(folder))}"
+    show_places(places)
 
 
 def show_places(places: Mapping[str, object]) -> None:

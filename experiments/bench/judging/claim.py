@@ -9,6 +9,7 @@ from typing import Any
 from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_name, short
 from experiments.bench.engine.user_code import apart, blamed
+from experiments.bench.judging.checks import weakest
 from experiments.bench.judging.claim_files import PACKAGE, claim_ids
 from experiments.bench.judging.verdict import Outcome, Verdict
 
@@ -173,6 +174,8 @@ class Claim:
             answer = apart(lambda: self.judge(copies, *more))
             if not isinstance(answer, Outcome):
                 return _broken(f"its judge answered {short(answer)}, expected an Outcome", len(rows))
+            if answer.checks:
+                weakest(answer.checks)  # nothing but checks is among them
             texts = str(answer.measured), str(answer.effect)
             n, decided, fewest = int(answer.n) or len(rows), str(answer.decided), int(answer.fewest)
             return Outcome(answer.verdict, *texts, n, decided, fewest, answer.broken, checks=answer.checks)

@@ -8,6 +8,7 @@ from typing import TypeVar
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.claim import Claim, Reading
 from experiments.bench.judging.claim_files import PAPER, claim_ids, claim_module
+from experiments.bench.judging.verdict import Verdict
 from experiments.claims.readings import READINGS
 
 Kind = TypeVar("Kind", bound=Claim)
@@ -34,6 +35,11 @@ def words(claim: str) -> Claim:
     if not kind:
         raise UsageError(f"{claim_module(claim).__file__}: declares no claim with the id {claim}, as its name says")
     return kind[0]
+
+
+def title_of(verdict: Verdict) -> str:
+    """Return a claim in a few words: its title, or the words of one of a person's own."""
+    return words(verdict.id).title if verdict.id in claim_ids() else verdict.says
 
 
 def paper_claims() -> Mapping[str, Claim]:

@@ -41,18 +41,45 @@ class Summary:
     ci_high: float
 
 
+LEVEL = 0.05
+"""A p value is told where a test of so many values could come to this, or less; otherwise it could tell nothing."""
+
+
 @dataclass(frozen=True, slots=True)
 class Test:
-    """A test's name, its effect size with the effect's name, and the two-sided p value; NaN of what is no number."""
+    """A test of an order, or of pairs.
+
+    Parameters
+    ----------
+    name, effect_name
+        Of the test, and of its effect size.
+    effect, p
+        The effect size, and the two-sided p value; NaN of what is no number.
+    least
+        The least p value that the test could come to with so many values, and as many equal ones.
+    """
 
     name: str
     effect_name: str
     effect: float
     p: float
+    least: float = 0.0
+
+    @property
+    def p_text(self) -> str:
+        """The p value in words; that there is none where so few values cannot carry one."""
+        if self.least > LEVEL:
+            return "too few values for a p"
+        return "p < 0.0001" if self.p < 1e-4 else f"p = {self.p:.4f}"
 
     def __str__(self) -> str:
-        p = "p < 0.0001" if self.p < 1e-4 else f"p = {self.p:.4f}"
-        return f"{self.effect_name} {self.effect:+.2f}, {p} ({self.name})"
+        """The effect size, p and the test's name."""
+        return f"{self.effect_name} {self.effect:+.2f}, {self.p_text} ({self.name})"
+
+
+def least_of_pairs(n: int) -> float:
+    """Return the least two-sided p value that signed ranks of ``n`` pairs can come to: all differ one way."""
+    return min(2.0 ** (1 - n), 1.0)
 
 
 def summarise(values: Sequence[float]) -> Summary:
@@ -206,20 +233,20 @@ def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
     if np.isnan(pooled).any():
         return Test(name, "tau", math.nan, math.nan)
     if len(set(levels)) < 2 or len(set(pooled)) < 2:
-        return Test(name, "tau", 0.0, 1.0)
+        return Test(name, "tau", 0.0, 1.0, least=1.0)
     from scipy import stats
 
-    how, p = _of_arrangements(levels, pooled)
-    return Test(f"{name}, {how}", "tau", float(stats.kendalltau(levels, pooled).statistic), p)
+    how, p, least = _of_arrangements(levels, pooled)
+    return Test(f"{name}, {how}", "tau", float(stats.kendalltau(levels, pooled).statistic), p, least)
 
 
 def contrast(first: Sequence[float], second: Sequence[float]) -> Test:
     """Is ``first`` larger than ``second``? Mann-Whitney with Cliff's delta, -1 to +1; neither is empty."""
     if np.isnan([*first, *second]).any():
         return Test("Mann-Whitney", "delta", math.nan, math.nan)
-    how, p = _of_arrangements([1.0] * len(first) + [0.0] * len(second), [*first, *second])
+    how, p, least = _of_arrangements([1.0] * len(first) + [0.0] * len(second), [*first, *second])
     delta = float(np.sign(np.subtract.outer(np.asarray(first, float), np.asarray(second, float))).mean())
-    return Test(f"Mann-Whitney, {how}", "delta", delta, p)
+    return Test(f"Mann-Whitney, {how}", "delta", delta, p, least)
 
 
 def paired(first: Sequence[float], second: Sequence[float]) -> Test:
@@ -233,7 +260,7 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Test:
         return Test(name, "rank-biserial", math.nan, math.nan)
     difference = difference[difference != 0]
     if difference.size == 0:
-        return Test(name, "rank-biserial", 0.0, 1.0)
+        return Test(name, "rank-biserial", 0.0, 1.0, least=1.0)
     from scipy import stats
 
     doubled = np.rint(2 * stats.rankdata(np.abs(difference))).astype(int)  # shared ranks are halves
@@ -242,7 +269,7 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Test:
         how, p = "exact", _share_beyond(_signed_sums(doubled), abs(seen))
     else:
         how, p = _drawn(_drawn_sums(doubled), abs(seen))
-    return Test(f"{name}, {how}", "rank-biserial", seen / whole, p)
+    return Test(f"{name}, {how}", "rank-biserial", seen / whole, p, least_of_pairs(difference.size))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
@@ -254,10 +281,11 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return [float(p) for p in corrected]
 
 
-def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[str, float]:
-    """How p was had, and p: of all arrangements of the values over the levels, as many at each as there are.
+def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[str, float, float]:
+    """How p was had, p, and the least that it could be, which is 0 where it is drawn.
 
-    What is compared is the number of pairs at different levels in rising order less those in falling order.
+    P is of all arrangements of the values over the levels, as many at each as there are. What is compared is the number
+    of pairs at different levels in rising order less those in falling order.
     """
     from scipy import stats
 
@@ -265,8 +293,10 @@ def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[
     sizes, ties = table.sum(axis=1), table.sum(axis=0)
     seen = abs(int(_rising(table)))
     if sizes.sum() <= EXACT_VALUES and np.prod(np.sort(sizes)[:-1] + 1) <= EXACT_STATES:
-        return "exact", _share_beyond(_rises(sizes.tolist(), ties.tolist()), seen)
-    return _drawn(_drawn_rises(sizes, ties), seen)
+        chances = _rises(sizes.tolist(), ties.tolist())
+        farthest = int(np.abs(np.flatnonzero(chances) - chances.size // 2).max())
+        return "exact", _share_beyond(chances, seen), _share_beyond(chances, farthest)
+    return *_drawn(_drawn_rises(sizes, ties), seen), 0.0
 
 
 def _rising(tables: Whole) -> Whole:

@@ -9,7 +9,9 @@ An object with ``version`` and ``claims``. Each claim has ``id``, ``says``, ``so
 - ``interval``: the two ends of the exact 95 % interval of the share of judged replicates in which it holds, or null;
 - ``outcome``: what was found in the first replicate, as an `Outcome` has it;
 - ``equal_terms``: the count where the models that it compares with are on equal terms, or null. ``equal`` in
-  ``outcome`` is the outcome there. Files from before have neither.
+  ``outcome`` is the outcome there. Files from before have neither;
+- ``decisions``: for each replicate its ``verdict`` and ``check``, the one that decided there, or null. Files from
+  before do not have it.
 
 Files of version 1, a bare list with ``verdict``, are read too. Those of release 0.1 count ``seeds``, later ones
 ``replicates``. Release 0.2 calls ``fewest`` in ``outcome`` ``each``.
@@ -25,7 +27,7 @@ from typing import Any, cast
 
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.count import Count, Reason, count
-from experiments.bench.judging.verdict import Judged, Outcome, Verdict
+from experiments.bench.judging.verdict import Decision, Judged, Outcome, Verdict
 
 VERSION = 2
 _FORMER: Mapping[str, Judged] = {
@@ -68,8 +70,16 @@ def outcome_entry(outcome: Outcome) -> dict[str, Any]:
     """Return an outcome as a file has it; JSON has no number for one that is not finite, which stands as a text."""
     entry = {field.name: getattr(outcome, field.name) for field in dataclasses.fields(outcome)}
     entry |= {"equal": outcome_entry(outcome.equal) if outcome.equal else None}
-    entry["checks"] = [dataclasses.asdict(check) for check in outcome.checks]
-    return entry | {"checks": [{name: _number(value) for name, value in check.items()} for check in entry["checks"]]}
+    return entry | {"checks": [_check_entry(check) for check in outcome.checks]}
+
+
+def decision_entry(decision: Decision) -> dict[str, Any]:
+    """Return what decided a claim in one replicate as a file has it."""
+    return {"verdict": decision.verdict, "check": _check_entry(decision.check) if decision.check else None}
+
+
+def _check_entry(check: Check) -> dict[str, Any]:
+    return {name: _number(value) for name, value in dataclasses.asdict(check).items()}
 
 
 def _number(value: Any) -> Any:
@@ -86,6 +96,7 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
         "experiment": verdict.experiment, "word": verdict.count.word, "count": dataclasses.asdict(verdict.count),
         "interval": verdict.count.interval, "outcome": outcome_entry(verdict.outcome), "trouble": verdict.trouble,
         "equal_terms": dataclasses.asdict(verdict.equal) if verdict.equal else None,
+        "decisions": list(map(decision_entry, verdict.decisions)),
     }  # fmt: skip
 
 
@@ -95,9 +106,15 @@ def _verdict(row: Mapping[str, Any]) -> Verdict:
         return Verdict(
             row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
             row["experiment"], row["trouble"], Count(**equal) if equal else None,
+            tuple(decision(entry) for entry in row.get("decisions", ())),
         )  # fmt: skip
     except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise ValueError(f"claim {row.get('id')}: a field lacks or is not of its kind ({error})") from None
+
+
+def decision(entry: Mapping[str, Any]) -> Decision:
+    """Return what decided a claim in one replicate, from what a file holds of it."""
+    return Decision(entry["verdict"], _check(entry["check"]) if entry["check"] else None)
 
 
 def _outcome(entry: Mapping[str, Any]) -> Outcome:

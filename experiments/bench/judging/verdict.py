@@ -9,6 +9,7 @@ from typing import Literal, get_args
 from experiments.bench.engine.errors import short
 from experiments.bench.judging.checks import Check as Check
 from experiments.bench.judging.checks import decide as decide
+from experiments.bench.judging.checks import weakest
 from experiments.bench.judging.count import REASONS, Count, Reason, count
 
 LEAST_ANSWERED = 0.5
@@ -260,6 +261,27 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
+class Decision:
+    """What decided a claim in one replicate: what it came to there, and its weakest check.
+
+    Parameters
+    ----------
+    verdict
+        As of an `Outcome`.
+    check
+        The reading that decided, with its bound; ``None`` where nothing was asked.
+    """
+
+    verdict: Judged
+    check: Check | None = None
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> Decision:
+        """Return what decided an outcome."""
+        return cls(outcome.verdict, weakest(outcome.checks) if outcome.checks else None)
+
+
+@dataclass(frozen=True, slots=True)
 class Verdict:
     """What became of a claim.
 
@@ -280,6 +302,8 @@ class Verdict:
     equal
         In how many replicates it held with the models that it compares with on equal terms; ``None`` of a claim that
         compares with none, or where these were not shown.
+    decisions
+        What decided in each replicate, the first one first; empty of a verdict out of a file that does not hold them.
 
     Raises
     ------
@@ -296,6 +320,7 @@ class Verdict:
     experiment: str = ""
     trouble: str = ""
     equal: Count | None = None
+    decisions: tuple[Decision, ...] = ()
 
     def __post_init__(self) -> None:
         counted: dict[str, int] = {"holds": self.count.holds, "fails": self.count.fails}
@@ -334,4 +359,5 @@ class Verdict:
             if any(again)
             else None
         )
-        return cls(*words, outcomes[0], counted, model, experiment, trouble, equal)
+        decisions = tuple(map(Decision.of, outcomes))
+        return cls(*words, outcomes[0], counted, model, experiment, trouble, equal, decisions)

@@ -11,6 +11,7 @@ from experiments.bench.figures import plotting
 from experiments.bench.judging.claims import readings_of_all
 from experiments.bench.judging.count import LEAST_JUDGED, REASONS
 from experiments.bench.judging.paper import cited
+from experiments.bench.judging.statistics import LEVEL, least_of_pairs
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.page.cards import cards, limits
 from experiments.bench.reproduction.page.drawn import drawing
@@ -66,6 +67,8 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "drawing": drawing(result.folder),
         "cited": cited,
         "whole": WHOLE,
+        "least_p": least_of_pairs,
+        "level": LEVEL,
         "reasons": REASONS,
         "least": LEAST_JUDGED,
         "full": FULL.replicates,

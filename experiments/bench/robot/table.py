@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -10,9 +9,9 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.engine.terminal import out_console, show_places, show_table, show_verdict
+from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
 from experiments.bench.judging.numbers import is_number
-from experiments.bench.judging.statistics import Summary, summarise
+from experiments.bench.judging.statistics import LEVEL, Summary, least_of_pairs, summarise
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
@@ -23,9 +22,7 @@ SHORT = {
     "wall_contrast": "wall", "observer_speed_cm_s": "own cm/s", "observer_turn_deg_s": "own deg/s",
     "acceleration_cm_s2": "cm/s2",
 }  # fmt: skip
-MECHANISM_TITLE = "HS spikes per trial; time in view, and firing rate in it; HS near the axis, and its peak"
-SPIKES_TITLE = "HS spikes per trial; highest and lowest HS"
-OF_LOOMING = " (of looming detectors their own spikes, and peak)"
+OF_LOOMING = "looming detectors: their own spikes and peak"
 """A detector has no lowest potential: at rest it is at 0.5."""
 
 
@@ -39,20 +36,16 @@ def show(report: Report, recordings: bool) -> None:
     if report.open_loop and report.rows:
         show_table(_driven_table(report))
         out_console.print(report.open_loop)
+    out_console.print()
     for verdict in report.verdicts:
         show_verdict(verdict, model=several, provenance=report.provenance)
     if report.comparisons:
         show_table(_comparisons_table(report))
     if report.flaws:
         out_console.print(Text.assemble("\n", ("beware", "red"), f": {report.flaws}"))
-    places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
-    places["tables"] = report.folder / "trials.parquet"
-    if report.failures:
-        places["failures"] = report.folder / "failures.json"
-    if recordings and report.rows:
-        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
-    out_console.print()
-    show_places(places)
+    names = [*(["figure.png"] if report.rows else []), "trials.parquet", *(["claims.json"] if report.verdicts else []),
+             *(["failures.json"] if report.failures else [])]  # fmt: skip
+    show_files(report.folder, names, bool(recordings and report.rows))
 
 
 def _comparisons_table(report: Report) -> Table:
@@ -71,7 +64,7 @@ def _comparisons_table(report: Report) -> Table:
             f"{row['n']}",
             f"{row['mean_difference']:+z.1f}",
             f"{row['rank_biserial']:+z.2f}",
-            f"{row['p_holm']:.4f}",
+            "-" if least_of_pairs(row["n"]) > LEVEL else f"{row['p_holm']:.4f}",
         )
     return table
 
@@ -113,7 +106,7 @@ def _with_spread(row: Mapping[str, Any] | None, form: str) -> str:
 def _conditions_table(report: Report) -> Table:
     mechanism, looming = report.drawing == "mechanism", "looming" in report.counted.values()
     table = Table(
-        title=(MECHANISM_TITLE if mechanism else SPIKES_TITLE) + (OF_LOOMING if looming else ""),
+        title=OF_LOOMING if looming else None,
         title_justify="left",
         box=None,
         header_style="bold",
@@ -148,11 +141,11 @@ def _spikes(rows: Rows, counted: str, *, rate: bool) -> dict[str, str]:
     spikes = _summary(rows, "spikes")
     return {
         "n": f"{len(rows)}",
-        "mean": _mean(rows, "spikes", ".1f"),
+        "spikes": _mean(rows, "spikes", ".1f"),
         "95 %": "-" if spikes is None or spikes.n < 2 else f"{spikes.ci_low:.1f} .. {spikes.ci_high:.1f}",
         **({"rate Hz": _mean(rows, "firing_rate_hz", ".1f")} if rate else {}),
-        "peak": _mean(rows, f"peak_{counted}", "+z.2f"),
-        "trough": _mean(rows, f"trough_{counted}", "+z.2f"),
+        "peak HS": _mean(rows, f"peak_{counted}", "+z.2f"),
+        "lowest": _mean(rows, f"trough_{counted}", "+z.2f"),
     }
 
 
@@ -165,7 +158,7 @@ def _mechanism(rows: Rows, counted: str, *, window: bool) -> dict[str, str]:
         "s in view": _mean(rows, "seconds_in_view", ".2f"),
         "Hz in view": _mean(rows, "rate_in_view_hz", ".1f"),
         "mean HS": _mean(rows, "mean_hs_near_axis", "+z.2f") if counted == "hs" else "-",
-        "peak": _mean(rows, f"peak_{counted}", "+z.2f"),
+        "peak HS": _mean(rows, f"peak_{counted}", "+z.2f"),
     }
 
 

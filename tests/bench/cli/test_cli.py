@@ -284,7 +284,7 @@ def test_a_design_of_one_s_own_may_be_a_plain_dataclass(warm):
     (warm.folder / "mine.py").write_text(PLAIN_DESIGN)
     done = warm("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
     assert done.returncode == 0, done.stderr
-    assert "[b]out/figure.png" in done.stdout
+    assert "[b]out: figure.png" in done.stdout
     assert pq.read_table(warm.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
     wrong = warm("run", "mine.py", "--set", "experiment.count=two")
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)

@@ -83,7 +83,7 @@ def test_trials_without_a_working_model_fail_and_resume(colias):
     arguments = ("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0")
     done = colias(*arguments, "--out", "out")
     assert done.returncode == 1 and "trial 3 failed (translation rightward, 30 cm/s at 8 cm)" in done.stderr
-    assert "figure" not in done.stdout, "there is none to name"
+    assert "figure.png" not in done.stdout, "there is none to name"
     assert pq.read_table(colias.folder / "out" / "trials.parquet").num_rows == 0
     again = colias(*arguments, "--out", "out")
     assert again.returncode == 1 and again.stderr.count(": ValueError: odd") == 4

@@ -199,7 +199,7 @@ def own_clip(tmp_path, monkeypatch):
 def test_brackets_are_printed_as_they_are(own_clip, capsys):
     assert cli_main.command(["run", "own.py", "--workers", "0", "--out", "[b]out"]) == 0
     printed = capsys.readouterr()
-    assert BRACKETS in printed.out and "[b]out/figure.png" in printed.out and "into [b]out\n" in printed.err
+    assert BRACKETS in printed.out and "[b]out: figure.png" in printed.out and "into [b]out\n" in printed.err
     assert cli_main.command(["runs", "."]) == 0
     assert "[b]out" in capsys.readouterr().out
     assert cli_main.command(["compare", "[b]out", "[b]out"]) == 0

@@ -10,10 +10,12 @@ from hypothesis import strategies as some
 from scipy import stats
 
 from experiments.bench.judging.statistics import (
+    LEVEL,
     PERMUTATIONS,
     area_under_roc,
     contrast,
     effective_number,
+    least_of_pairs,
     paired,
     proportion_interval,
     summarise,
@@ -62,6 +64,24 @@ def test_the_trend_s_p_counts_every_arrangement(pairs):
     levels, values = zip(*pairs, strict=True)
     groups = [(level, [v for own, v in pairs if own == level]) for level in sorted(set(levels))]
     assert trend(groups).p == pytest.approx(by_hand(levels, values))
+
+
+@QUICK
+@given(some.lists(few, min_size=1, max_size=2), some.lists(few, min_size=1, max_size=3))
+def test_the_least_p_is_that_of_the_farthest_arrangement(first, second):
+    """So that no p is told where n can carry none: of 3 against 3 values the least is 2 in 20."""
+    levels, values = [1] * len(first) + [0] * len(second), first + second
+    test = contrast(first, second)
+    assert test.least == pytest.approx(min(by_hand(levels, order) for order in itertools.permutations(values)))
+    assert ("p =" in str(test)) == (test.least <= LEVEL) and ("too few" in str(test)) == (test.least > LEVEL)
+
+
+@pytest.mark.parametrize("n", range(1, 9))
+def test_pairs_that_can_carry_no_p_have_none(n):
+    test = paired(range(2, n + 2), [1] * n)
+    assert test.least == test.p == least_of_pairs(n)
+    assert ("p = " in str(test)) == (n >= 6)
+    assert "too few values" in str(paired([1] * 20, [1] * 20)), "no pair differs"
 
 
 @pytest.mark.parametrize(("pairs", "p"), [(1, 1.0), (2, 0.5), (3, 0.25), (4, 0.125), (5, 0.0625), (6, 0.03125)])

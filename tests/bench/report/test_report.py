@@ -45,6 +45,7 @@ from experiments.claims.readings import READINGS
 from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
+from tests.helpers.browser import CHROMIUM, browser
 from tools.numbers import blocks, kept
 
 COUNTS = (
@@ -145,7 +146,10 @@ def test_every_claim_has_a_tile_that_leads_to_its_evidence(result, page):
     found = tiles(page)
     counts = {claim.id: claim.count for claim in (*result.claims, *result.own_claims)}
     assert list(found) == list(counts)
-    cards = {page.elements[at][1]["id"]: page.elements[at][1]["class"] for at in page.of("claim")}
+    cards = {}
+    for at in page.of("claim"):  # a folded one has its id inside, so that a link to it unfolds it
+        inside = next(attrs for _, attrs, _ in page.elements[at:] if "id" in attrs)
+        cards[inside["id"]] = page.elements[at][1]["class"]
     for claim, (text, style, target) in found.items():
         count = counts[claim]
         assert text == f"{SIGNS[count.kind]} {count.label}" and style.split() == ["tile", count.kind]
@@ -175,8 +179,10 @@ def test_links_lead_somewhere_and_no_id_comes_twice(text, page):
     assert {"claims", "readings", "behaviours", "sensitivity", "robot", "glossary"} <= set(
         re.findall(r'href="#([^"]*)"', contents)
     )
-    sections = {attrs["aria-labelledby"] for tag, attrs, _ in page.elements if "aria-labelledby" in attrs}
-    assert sections <= set(re.findall(r'href="#([^"]*)"', contents)), "every chapter is in the contents"
+    chapters = [page.elements[at:] for at in page.of("chapter")]
+    ids = {next(attrs["id"] for tag, attrs, _ in after if "id" in attrs and tag != "section") for after in chapters}
+    assert len(ids) == len(chapters) > 5
+    assert ids <= set(re.findall(r'href="#([^"]*)"', contents)), "every chapter is in the contents"
 
 
 def own_experiment(folder, name):
@@ -212,6 +218,35 @@ def test_the_page_needs_no_script_and_every_picture_has_words(text, page):
     assert not [name for _, attrs, _ in page.elements for name in attrs if name.startswith("on")]
     assert all(attrs.get("alt") for tag, attrs, _ in page.elements if tag == "img")
     assert "prefers-color-scheme: dark" in text and "@media print" in text
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
+def test_evidence_is_folded_on_the_screen_and_open_in_print(result, text, tmp_path):
+    """On a phone the folded page has a third of its length at most; a link unfolds what it leads to; tiles filter."""
+    (tmp_path / "report.html").write_text(text)
+    counts = {claim.id: claim.count for claim in (*result.claims, *result.own_claims)}
+    seen = "e => e.checkVisibility({contentVisibilityProperty: true})"
+    tiles_seen = f"[...document.querySelectorAll('.tile')].filter({seen}).map(e => e.hash.slice(1))"
+    with browser(tmp_path / "profile") as tab:
+        tab.show((tmp_path / "report.html").as_uri(), 390, 844, phone=True)
+        tab.until("document.readyState == 'complete'")
+        height = "document.documentElement.scrollHeight"
+        folded = tab.ask(height)
+        assert tab.ask("document.documentElement.scrollWidth") <= 390
+        assert not tab.ask(f"({seen})(document.getElementById('C15'))")
+        tab.ask("document.querySelector('a.tile[href=\"#C15\"]').click()")
+        assert tab.until(f"({seen})(document.getElementById('C15'))")
+        assert tab.ask(tiles_seen) == list(counts)
+        tab.ask("document.getElementById('filter-broken').click()")
+        broken = [claim for claim, count in counts.items() if count.fails and count.kind not in ("holds", "unjudged")]
+        assert tab.ask(tiles_seen) == broken
+        tab.ask("document.getElementById('filter-all').click()")
+        tab.ask("document.querySelectorAll('details').forEach(e => e.open = true)")
+        assert folded <= tab.ask(height) / 3
+        tab.ask("document.querySelectorAll('details').forEach(e => e.open = false)")
+        tab.call("Emulation.setEmulatedMedia", media="print")
+        closed = f"[...document.querySelectorAll('.unfolded')].filter(e => !({seen})(e)).length"
+        assert tab.ask(closed) == 0
 
 
 def test_a_reading_that_all_claims_share_is_told_once_outside_its_chapter(text):

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from experiments.bench import registry
-from experiments.bench.judging.claim_files import claim_ids
-from experiments.bench.judging.claims import words
+from experiments.bench.judging.claims import title_of, words
 from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
+from experiments.bench.judging.miniature import miniature
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.reproduce import Reproduction
 
+Filter = Literal["kept", "broken", "unjudged"]
+"""Whether a claim holds, or held in all replicates of few; or fails in any without a word that it holds; or has no
+word for want of replicates that could be judged."""
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 SILENT = "The model hardly answers translations either, so that it keeps the claim by being silent."
 UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
@@ -30,16 +35,26 @@ class Tile:
         The claim in a few words.
     count
         In how many replicates it held.
+    picture
+        The readings that decided it against their bound, as an SVG element; empty where there are none.
     """
 
     id: str
     title: str
     count: Count
+    picture: str = ""
 
     @property
     def kind(self) -> Kind:
         """The name of the tile's style class."""
         return self.count.kind
+
+    @property
+    def filter(self) -> Filter:
+        """The choice of the page's filter that it is shown under."""
+        if self.kind == "unjudged":
+            return "unjudged"
+        return "broken" if self.count.fails and self.count.word != "holds" else "kept"
 
     @property
     def label(self) -> str:
@@ -135,6 +150,8 @@ class Overview:
         The claims about the robot under each eye and drive.
     legend
         The kinds of tiles that this page has, each with its sign and what it means.
+    filters
+        Choice of the filter -> how many tiles it shows; those alone that show any.
     """
 
     totals: list[str]
@@ -145,12 +162,12 @@ class Overview:
     amount: Amount
     eyes: list[EyeRow]
     legend: list[tuple[Kind, str, str]]
+    filters: dict[Filter, int]
 
 
 def tile(claim: Verdict) -> Tile:
     """Return the tile of a claim."""
-    title = words(claim.id).title if claim.id in claim_ids() else claim.says
-    return Tile(claim.id, title, claim.count)
+    return Tile(claim.id, title_of(claim), claim.count, miniature(claim.decisions))
 
 
 def overview(result: Reproduction) -> Overview:
@@ -174,6 +191,7 @@ def overview(result: Reproduction) -> Overview:
         _amount(result),
         _eyes(result),
         [(kind, SIGNS[kind], meaning) for kind, meaning in MEANINGS.items() if kind in kinds],
+        dict(Counter(shown_tile.filter for shown_tile in (*tiles, *own_tiles))),
     )
 
 

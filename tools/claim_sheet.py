@@ -1,0 +1,102 @@
+"""All claims as one picture, ``docs/claims.svg``: each with its word and the readings that decided it.
+
+`tools.numbers` draws it from ``docs/results.json``, which it is a pure function of: `tests/tools/test_numbers.py` holds
+the one against the other. It has no letters or colours of its own: these are those of the report.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+import textwrap
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+from experiments.bench.judging.claims import words
+from experiments.bench.judging.count import SIGNS, Count
+from experiments.bench.judging.miniature import HEIGHT, WIDTH, miniature
+from experiments.bench.judging.stored import decision, decision_entry
+from experiments.bench.judging.verdict import Decision
+
+COLUMN, ROW, GAP, TEXT_PX = 384, 68, 10, 198
+"""Width of a claim's place and height of it, space around the picture and between text and edge, width of text; px."""
+LETTERS = 27
+"""Of a line of the claim's title."""
+COLUMNS = 2
+NUMBERS = ("reading", "bound", "needs", "unit", "scale")
+"""What is kept of a check: all but its words."""
+STYLE = """
+text { font-family: system-ui, sans-serif; fill: var(--text); font-size: 13px }
+.mini text { font-size: 12px }
+.ground { fill: var(--ground) }
+.name { font-weight: 600 }
+"""
+
+
+def kept(drawn: Decision) -> dict[str, Any]:
+    """Return what ``docs/results.json`` keeps of a decision: the numbers alone, as `decisions_of` reads them."""
+    entry = decision_entry(drawn)
+    numbers = entry["check"] and {name: entry["check"][name] for name in NUMBERS}
+    return {"verdict": entry["verdict"], "check": numbers}
+
+
+def decisions_of(claim: Mapping[str, Any]) -> list[Decision]:
+    """Return what decided a claim in each replicate, from its entry in the results; none of results from before."""
+    rows = claim.get("decisions", ())
+    return [decision({**row, "check": row["check"] and {"says": "", **row["check"]}}) for row in rows]
+
+
+def has_readings(results: Mapping[str, Any]) -> bool:
+    """Whether the results keep what decided in each replicate."""
+    return any(map(decisions_of, (*results["claims"], *results["behaviours"])))
+
+
+def sheet(results: Mapping[str, Any]) -> str:
+    """Return the picture as an SVG file, light or dark as its reader's screen is.
+
+    Parameters
+    ----------
+    results
+        What ``docs/results.json`` holds.
+    """
+    claims = [*results["claims"], *results["behaviours"]]
+    rows = -(-len(claims) // COLUMNS)
+    wide, high = COLUMN * COLUMNS + 2 * GAP, rows * ROW + 2 * GAP
+    places = [_place(claim, GAP + at // rows * COLUMN, GAP + at % rows * ROW) for at, claim in enumerate(claims)]
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}" width="{wide}" height="{high}">\n'
+        f"<style>{_style()}</style>\n"
+        f'<rect class="ground" width="{wide}" height="{high}"/>\n' + "\n".join(places) + "\n</svg>\n"
+    )
+
+
+def _place(claim: Mapping[str, Any], x: int, y: int) -> str:
+    count = Count(**claim["count"])
+    head = f"{claim['id']} {SIGNS[count.kind]} {count.label}"
+    lines = textwrap.wrap(words(claim["id"]).title, LETTERS)
+    texts = [
+        f'<text class="name {count.kind}" x="{x}" y="{y + 18}">{html.escape(head)}</text>',
+        *(f'<text x="{x}" y="{y + 36 + 16 * at}">{html.escape(line)}</text>' for at, line in enumerate(lines[:2])),
+    ]
+    picture = miniature(decisions_of(claim))
+    place = f'<svg x="{x + TEXT_PX}" y="{y + 4}" width="{WIDTH:g}" height="{HEIGHT:g}"'
+    return "".join([*texts, picture.replace("<svg", place, 1)])
+
+
+def _style() -> str:
+    """The report's colours, and its rules for the parts of a picture and for the words of verdicts."""
+    text = files("experiments.bench.reproduction").joinpath("page/style.css").read_text(encoding="utf-8")
+    light, dark = re.findall(r":root \{.*?\}", text, re.DOTALL)
+    rules = re.findall(r"^\.mini \..*$", text, re.MULTILINE)
+    kinds = [f".name.{kind} {{ fill: var(--{kind}-ink) }}" for kind in SIGNS]
+    return "\n".join([light, f"@media (prefers-color-scheme: dark) {{ {dark} }}", *rules, *kinds, STYLE])
+
+
+def described(claims: Sequence[Mapping[str, Any]]) -> str:
+    """Return the words that stand in the picture's place for who cannot see it."""
+    return (
+        f"The {len(claims)} claims, each with a mark for every replicate at the reading that decided there: a dot where"
+        " the claim holds, a cross where it fails, a ring where it could not be judged; the line is the bound, and its"
+        " tinted side keeps it"
+    )
