@@ -5,7 +5,7 @@ The only module that uses what Rerun keeps to itself: see `send_layout`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import cv2
@@ -16,7 +16,7 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from dsnn import ResponseSeries
-from experiments.bench.figures.series import levels, lines
+from experiments.bench.figures.series import Colour, Level, ends, heading, levels, lines
 
 APPLICATION = "colias-sim"
 ROBOT_RADIUS_CM = 2.0
@@ -27,6 +27,10 @@ TIMELINE = "sim_time"
 """The timeline that every layout opens with: seconds of a trial, an episode, a clip or a video."""
 PAPER = rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False)
 """Background of plots: the palette is for a light background."""
+LINKED = rrb.TimeAxis(link="LinkToGlobal")
+"""Axis of time of every plot: to zoom one is to zoom all."""
+MOST_LANES = 6
+"""Lanes below each other; more are in columns."""
 
 
 def recorded(
@@ -105,6 +109,29 @@ def video(recording: rr.RecordingStream, entity: str, images: Images, times: lis
     recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
 
 
+def coloured(
+    recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn], colours: Sequence[Colour]
+) -> None:
+    """Log pictures, (T, R, C), whose 256 values are shown in ``colours``: a byte a pixel, as grey ones have."""
+    describe_coloured(recording, entity, images.shape[1:], colours)
+    send_coloured(recording, entity, images, times)
+
+
+def describe_coloured(
+    recording: rr.RecordingStream, entity: str, shape: tuple[int, ...], colours: Sequence[Colour]
+) -> None:
+    """Log what stays of pictures (R, C) as `coloured` has them."""
+    infos = [rr.AnnotationInfo(id=value, color=colour) for value, colour in enumerate(colours)]
+    layout = rr.components.ImageFormat(width=shape[1], height=shape[0], color_model="L", channel_datatype="U8")
+    recording.log(entity, rr.AnnotationContext(infos), static=True)
+    recording.log(entity, rr.SegmentationImage.from_fields(format=layout, opacity=1.0), static=True)
+
+
+def send_coloured(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
+    """Log pictures, (T, R, C), after `describe_coloured`."""
+    recording.send_columns(entity, times, rr.SegmentationImage.columns(buffer=images.reshape(len(images), -1)))
+
+
 def jpegs(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn], quality: int) -> None:
     """Grey frames, (T, R, C), as JPEG of a ``quality`` up to 100."""
     blobs = [cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes() for image in images]
@@ -112,8 +139,8 @@ def jpegs(recording: rr.RecordingStream, entity: str, images: Images, times: lis
     recording.send_columns(entity, times, rr.EncodedImage.columns(blob=blobs))
 
 
-class Answered(Protocol):
-    """Answers of a model to the frames of a recording."""
+class Answering(Protocol):
+    """A model whose answers a recording shows."""
 
     @property
     def model(self) -> str:
@@ -130,6 +157,10 @@ class Answered(Protocol):
         """Each channel's spiking threshold on its potential, if it has one."""
         ...
 
+
+class Answered(Answering, Protocol):
+    """Answers of a model to the frames of a recording."""
+
     @property
     def series(self) -> ResponseSeries:
         """An entry for each frame."""
@@ -137,32 +168,114 @@ class Answered(Protocol):
 
 
 def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:
-    """Potentials, spikes and azimuth of each model at ``time_s`` (T,), and their thresholds as grey lines."""
-    frames = np.arange(len(time_s))
-    times, models = timelines(time_s, frames), [answer.model for answer in answers]
+    """Log potentials, thresholds, spikes and azimuth of each model at ``time_s``, (T,)."""
+    describe_answers(recording, answers)
+    frames, models = np.arange(len(time_s)), [answer.model for answer in answers]
     for answer in answers:
+        send_answers(recording, answer, models, answer.series, time_s, frames)
+    send_thresholds(recording, answers, time_s[[0, -1]], frames[[0, -1]])
+
+
+def describe_answers(recording: rr.RecordingStream, answering: Sequence[Answering]) -> None:
+    """Log the looks of the models' series, and of their thresholds."""
+    models = [answer.model for answer in answering]
+    for answer in answering:
         for line in lines(answer.model, answer.channels, models):
-            values = getattr(answer.series, line.field)
             recording.log(line.entity, line.style(), static=True)
+    for level in _levels(answering):
+        recording.log(level.entity, level.style(), static=True)
+
+
+def send_answers(
+    recording: rr.RecordingStream, answering: Answering, models: Sequence[str], series: ResponseSeries, time_s: Floats,
+    frames: npt.NDArray[np.int64],
+) -> None:  # fmt: skip
+    """Log a model's answers.
+
+    Parameters
+    ----------
+    recording
+        The stream.
+    answering
+        The model.
+    models
+        The labels of all models of the recording.
+    series
+        Its answers, T of them.
+    time_s, frames
+        Time and number of each, (T,).
+    """
+    times = timelines(time_s, frames)
+    for line in lines(answering.model, answering.channels, models):
+        values = getattr(series, line.field)
+        if line.row is None:
             recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
-    ends = timelines(time_s[[0, -1]], frames[[0, -1]])
-    for level in levels({answer.model: answer.thresholds for answer in answers}):
-        recording.log(level.entity, level.style(), level.owners(), static=True)
-        recording.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
+        elif (spiking := values > 0).any():
+            height = np.full(int(spiking.sum()), line.row)
+            recording.send_columns(
+                line.entity, timelines(time_s[spiking], frames[spiking]), rr.Scalars.columns(scalars=height)
+            )
+
+
+def send_thresholds(
+    recording: rr.RecordingStream, answering: Sequence[Answering], time_s: Floats, frames: npt.NDArray[np.int64]
+) -> None:
+    """Log the models' thresholds at the two ends of a span of time, (2,): a line through them is drawn."""
+    for level in _levels(answering):
+        columns = rr.Scalars.columns(scalars=[level.value, level.value])
+        recording.send_columns(level.entity, timelines(time_s, frames), columns)
+
+
+def _levels(answering: Sequence[Answering]) -> list[Level]:
+    return levels({answer.model: answer.thresholds for answer in answering})
 
 
 def plot(origin: str, name: str, limit: float | None = None) -> rrb.TimeSeriesView:
-    """Return a view of the series below ``origin``, from ``-limit`` to ``limit`` where there is one."""
+    """Return a view of the series below ``origin``, from ``-limit`` to ``limit`` where there is one.
+
+    A legend that covers the traces is shown only where several series have to be told apart by it.
+    """
     axis = None if limit is None else rrb.ScalarAxis(range=(-limit, limit))
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_y=axis, background=PAPER)
+    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=LINKED, axis_y=axis, background=PAPER)
 
 
-def plots(channels: Iterable[str]) -> rrb.Horizontal:
-    """Return the views of `potentials`; one of the azimuth where a model declares it among its ``channels``."""
-    views = [plot("potential", "membrane potential", 1.05), plot("spikes", "spikes per frame", 3.2)]
-    if "azimuth" in channels:
-        views.append(plot("azimuth", "azimuth, -1 left to 1 right", 1.05))
-    return rrb.Horizontal(*views, column_shares=[3, 2, 2][: len(views)])
+def lanes(answering: Sequence[Answering], below: str = "") -> rrb.Container | rrb.TimeSeriesView:
+    """Return the views of `potentials`: a lane for each model, all of one axis of time.
+
+    Parameters
+    ----------
+    answering
+        The models.
+    below
+        Where the series were logged, as ``run/``; empty: at the root.
+
+    Returns
+    -------
+    rerun.blueprint.Container or rerun.blueprint.TimeSeriesView
+        Lanes below each other, in columns where they are many.
+    """
+    views = [_lane(answer, below) for answer in answering]
+    columns = -(-len(views) // MOST_LANES)
+    height = -(-len(views) // columns)
+    stacks = [views[first : first + height] for first in range(0, len(views), height)]
+    stacked = [rrb.Vertical(*stack) if len(stack) > 1 else stack[0] for stack in stacks]
+    return rrb.Horizontal(*stacked) if len(stacked) > 1 else stacked[0]
+
+
+def _lane(answer: Answering, below: str) -> rrb.TimeSeriesView | rrb.Horizontal:
+    """Return the lane of a model, with its azimuth beside it where it declares one."""
+    name = rr.escape_entity_path_part(answer.model)
+    parts = [f"/{below}{part}/{name}/**" for part in ("potential", "threshold", "raster")]
+    lane = rrb.TimeSeriesView(
+        origin=f"/{below}potential/{name}", contents=parts,
+        name=heading(answer.model, answer.channels, answer.thresholds), axis_x=LINKED,
+        axis_y=rrb.ScalarAxis(range=ends(answer.channels), zoom_lock=True), background=PAPER,
+        plot_legend=rrb.PlotLegend(visible=False),
+    )  # fmt: skip
+    if "azimuth" not in answer.channels:
+        return lane
+    azimuth = plot(f"/{below}azimuth/{name}", f"{answer.model}: azimuth, -1 left to 1 right", 1.05)
+    return rrb.Horizontal(lane, azimuth, column_shares=[3, 1])
 
 
 def page(*views: rrb.View | rrb.Container, shares: Sequence[float]) -> rrb.Blueprint:

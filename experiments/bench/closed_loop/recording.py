@@ -19,9 +19,9 @@ from experiments.bench.figures.series import LIMIT_COLOUR, rgb
 from experiments.bench.recording import (
     ROBOT_RADIUS_CM,
     jpegs,
+    lanes,
     page,
     plot,
-    plots,
     potentials,
     recorded,
     timelines,
@@ -63,6 +63,10 @@ class _Neurons:
     thresholds: Mapping[str, float | None] = field(default_factory=dict)
 
 
+def _neurons(episode: Episode, series: ResponseSeries) -> _Neurons:
+    return _Neurons(episode.model, episode.channels, series)
+
+
 def _write(episode: Episode, recording: rr.RecordingStream) -> None:
     end = "touched something" if episode.touched else "time"
     outcome: dict[str, Any] = {"behaviour": episode.name, "env": episode.env, "seed": episode.seed, "ended by": end,
@@ -72,8 +76,7 @@ def _write(episode: Episode, recording: rr.RecordingStream) -> None:
     if len(episode.frames):
         jpegs(recording, "camera", episode.frames, times, JPEG_QUALITY)
     if episode.series is not None:
-        neurons = _Neurons(episode.model, episode.channels, episode.series)
-        potentials(recording, [neurons], episode.time_s)
+        potentials(recording, [_neurons(episode, episode.series)], episode.time_s)
     _arena(recording, episode, times)
     wheels = {"left": episode.wheels[:, 0], "right": episode.wheels[:, 1]}
     rewards = {name: values for name, values in episode.infos.items() if name.startswith("reward_")}
@@ -130,4 +133,4 @@ def _blueprint(episode: Episode) -> rrb.Blueprint:
         return page(above, driven, shares=[3, 1])
     camera = rrb.Spatial2DView(origin="camera", name="observer's view")
     top = rrb.Horizontal(camera, above) if len(episode.frames) else above
-    return page(top, rrb.Vertical(plots(episode.channels), driven), shares=[3, 2])
+    return page(top, rrb.Vertical(lanes([_neurons(episode, episode.series)]), driven), shares=[3, 2])

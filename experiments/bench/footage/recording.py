@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,14 +25,24 @@ import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
-from dsnn import Response
+from dsnn import Response, ResponseSeries
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.terminal import program
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.series import Line, levels, lines, rgb
+from experiments.bench.figures.series import rgb
 from experiments.bench.footage.video import Picture
-from experiments.bench.recording import APPLICATION, page, plots, send_layout, timelines
+from experiments.bench.recording import (
+    APPLICATION,
+    Floats,
+    describe_answers,
+    lanes,
+    page,
+    send_answers,
+    send_layout,
+    send_thresholds,
+    timelines,
+)
 from experiments.bench.store.places import fresh, naming, part
 
 QUALITY = 80
@@ -58,6 +68,15 @@ class _Chunk:
     images: list[bytes] = field(default_factory=list)
 
 
+@dataclass(frozen=True, slots=True)
+class _Answering:
+    """A model as recordings have it."""
+
+    model: str
+    channels: tuple[str, ...]
+    thresholds: Mapping[str, float | None]
+
+
 class LiveLog:
     """One stream to a viewer or a file: pictures with an arrow along HS and one along VS, potentials, spikes.
 
@@ -73,7 +92,7 @@ class LiveLog:
         self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
-        self._levels = levels({model.label: model.thresholds for model in models})
+        self._answering = [_Answering(model.label, model.channels, model.thresholds) for model in models]
         self._describe()
 
     @classmethod
@@ -153,8 +172,6 @@ class LiveLog:
         stream, tints = self._stream, colours(model.label for model in self._models)
         stream.log("picture", rr.EncodedImage.from_fields(media_type="image/jpeg"), static=True)
         for place, model in enumerate(self._models):
-            for line in self._lines(place):
-                stream.log(line.entity, line.style(), static=True)
             arrows = [system for system in ("hs", "vs") if system in model.channels]
             if arrows:
                 tint = [rgb(tints[model.label])] * len(arrows)
@@ -163,17 +180,12 @@ class LiveLog:
                     origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii
                 )
                 stream.log(_direction(model), arrows_shown, static=True)
-        for level in self._levels:
-            stream.log(level.entity, level.style(), level.owners(), static=True)
+        describe_answers(stream, self._answering)
 
     def _origin(self, place: int) -> tuple[float, float]:
         """Return where the arrows of a model begin: the models' places share the picture's middle row."""
         width, height = self._size
         return width * (place + 1) / (len(self._models) + 1), height / 2
-
-    def _lines(self, place: int) -> list[Line]:
-        model = self._models[place]
-        return lines(model.label, model.channels, [model.label for model in self._models])
 
     def _send(self) -> None:
         chunk, self._chunk = self._chunk, _Chunk()
@@ -185,24 +197,23 @@ class LiveLog:
             known = [i for i, answers in enumerate(chunk.answers) if answers[place] is not None]
             if known:
                 present = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
-                self._answers(place, present, timelines(*(column[known] for column in when)))
+                self._answers(place, present, when[0][known], when[1][known])
         # A level at the ends of the chunk draws its line.
-        ends = timelines(*(column[[0, -1]] for column in when))
-        for level in self._levels:
-            self._stream.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
+        send_thresholds(self._stream, self._answering, *(column[[0, -1]] for column in when))
 
-    def _answers(self, place: int, answers: Sequence[Response], times: list[rr.TimeColumn]) -> None:
-        send, model = self._stream.send_columns, self._models[place]
-        for line in self._lines(place):
-            values = [float(getattr(answer, line.field)) for answer in answers]
-            send(line.entity, times, rr.Scalars.columns(scalars=values))
+    def _answers(
+        self, place: int, answers: Sequence[Response], time_s: Floats, frames: npt.NDArray[np.int64]
+    ) -> None:  # fmt: skip
+        model, labels = self._models[place], [model.label for model in self._models]
+        series = ResponseSeries.from_responses(answers)
+        send_answers(self._stream, self._answering[place], labels, series, time_s, frames)
         axes = [(system, axis) for system, axis in (("hs", (1, 0)), ("vs", (0, 1))) if system in model.channels]
         if not axes:
             return
         vectors = np.array([[np.multiply(getattr(a, system), axis) for system, axis in axes] for a in answers])
         vectors = arrow_lengths(vectors, self._size)
         arrows = rr.Arrows2D.columns(vectors=vectors.reshape(-1, 2)).partition([len(axes)] * len(answers))
-        send(_direction(model), times, arrows)
+        self._stream.send_columns(_direction(model), timelines(time_s, frames), arrows)
 
 
 def arrow_lengths(potentials: npt.NDArray[np.float64], size: tuple[int, int]) -> npt.NDArray[np.float64]:
@@ -223,7 +234,7 @@ def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.B
     bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
     return page(
         rrb.Spatial2DView(origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds),
-        plots(channel for model in models for channel in model.channels),
+        lanes([_Answering(model.label, model.channels, model.thresholds) for model in models]),
         shares=[2, 1],
     )
 

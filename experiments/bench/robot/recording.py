@@ -17,29 +17,35 @@ import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
-from colias_sim.config import CameraConfig
-from experiments.bench.figures.series import LIMIT_COLOUR
+from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.shapes import Shape, robot_shapes
+from colias_sim.simulation import TRIAL_ROBOTS
+from experiments.bench.figures.series import LIMIT_COLOUR, OFF, ON, STILL, Colour, mixed
 from experiments.bench.recording import (
-    ROBOT_RADIUS_CM,
+    MOST_LANES,
     Floats,
+    coloured,
+    lanes,
     page,
     plot,
-    plots,
     potentials,
     recorded,
     timelines,
     video,
 )
 from experiments.bench.robot import surroundings
-from experiments.bench.robot.pictures.media import Media
-from experiments.bench.robot.trial import TrialResult
+from experiments.bench.robot.pictures.media import MAP_SCALES, Media
+from experiments.bench.robot.trial import TrialResult, scene_of
 from scenes import ARENA_RADIUS_CM, ARENAS
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
 
-ROBOT_HEIGHT_CM = 3.0
-MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
+MAP_TITLES = {
+    "p": "change (retina P)", "la": "ON and OFF (lamina LA)", "f_on": "ON (after FDSR)", "f_off": "OFF (after FDSR)"
+}  # fmt: skip
+MAP_FULL = {"p": 40.0, "la": 40.0, "f_on": 1.0, "f_off": 1.0}
+"""Layer map -> the value, in its own unit, that has the full colour."""
 
 
 def record(result: TrialResult) -> bytes:
@@ -58,8 +64,10 @@ def _write(result: TrialResult, media: Media, recording: rr.RecordingStream) -> 
     _properties(recording, result)
     times = timelines(result.columns.sim_time_s, np.arange(result.frames))
     eyes = {eye_entity(eye): images for eye, images in media.pictures.items()}
-    for entity, images in {**eyes, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
+    for entity, images in eyes.items():
         video(recording, entity, images, times)
+    for name, images in media.maps.items():
+        coloured(recording, f"maps/{name}", images, times, map_colours(name))
     for eye in exposing(media):
         entity = f"exposure/{eye or 'camera'}"
         name = f"exposure time{f' of {eye}' if eye else ''}, ms; a row each {media.row_time_us[eye]:g} us"
@@ -109,11 +117,12 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
 def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
     """Log both robots in centimetres: the observer at the origin with its view, the stimulus moving."""
     columns, camera = result.columns, result.spec.settings.camera
+    scene = scene_of(result.spec.condition, result.spec.settings)
     recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     recording.log("scene/floor", _floor(), static=True)
     if obstacles := surroundings.obstacles(result.spec.settings.scene.arena):
         recording.log("scene/obstacles", _obstacles(obstacles), static=True)
-    recording.log("scene/observer", _body((46, 120, 80)), static=True)
+    recording.log("scene/observer", *_look(TRIAL_ROBOTS["observer"], scene), static=True)
     recording.log(
         "scene/observer/eye",
         rr.Transform3D(translation=[camera.forward_cm, 0, camera.up_cm], mat3x3=[[0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
@@ -122,7 +131,7 @@ def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.Ti
         ),
         static=True,
     )
-    recording.log("scene/stimulus", _body((25, 25, 25)), static=True)
+    recording.log("scene/stimulus", *_look(TRIAL_ROBOTS["stimulus"], scene), static=True)
     _move(
         recording, "scene/observer", columns.observer_x_cm, columns.observer_y_cm, columns.observer_heading_deg, times
     )
@@ -146,14 +155,27 @@ def _plane(camera: CameraConfig) -> float:
     return 4.0 / max(1.0, camera.width / camera.focal_px)
 
 
-def _body(colour: tuple[int, int, int]) -> rr.Cylinders3D:
-    return rr.Cylinders3D(
-        lengths=[ROBOT_HEIGHT_CM],
-        radii=[ROBOT_RADIUS_CM],
-        centers=[[0, 0, ROBOT_HEIGHT_CM / 2]],
-        colors=[colour],
-        fill_mode="solid",
-    )
+def _look(variant: str, scene: SceneConfig) -> list[rr.AsComponents]:
+    """Return the solids of a robot, in cm."""
+    by_kind: dict[str, list[Shape]] = {}
+    for shape in robot_shapes(variant, scene):
+        by_kind.setdefault(shape.kind, []).append(shape)
+    looks: list[rr.AsComponents] = []
+    for kind, shapes in by_kind.items():
+        half = 100 * np.array([shape.half_size for shape in shapes])
+        placed: dict[str, Any] = {
+            "centers": 100 * np.array([shape.centre for shape in shapes]),
+            "quaternions": np.array([shape.turn for shape in shapes]),
+            "colors": [shape.colour for shape in shapes],
+            "fill_mode": "solid",
+        }
+        if kind == "cylinder":
+            looks.append(rr.Cylinders3D(lengths=2 * half[:, 2], radii=half[:, 0], **placed))
+        elif kind == "box":
+            looks.append(rr.Boxes3D(half_sizes=half, **placed))
+        else:
+            looks.append(rr.Ellipsoids3D(half_sizes=half, **placed))
+    return looks
 
 
 def _floor() -> rr.LineStrips3D:
@@ -173,33 +195,39 @@ def _obstacles(obstacles: Sequence[Obstacle]) -> rr.LineStrips3D:
     return rr.LineStrips3D(strips, colors=[LIMIT_COLOUR], radii=[0.1])
 
 
+def map_colours(name: str) -> list[Colour]:
+    """Return the colours of a layer map's 256 values: warm where it became brighter, cool where darker, else dark."""
+    gain, zero = MAP_SCALES[name]
+    full = MAP_FULL[name]
+    strength = [(value - zero) / (gain * full) for value in range(256)]
+    if name == "f_off":
+        strength = [-share for share in strength]
+    return [mixed(STILL, ON if share > 0 else OFF, min(abs(share), 1.0)) for share in strength]
+
+
 def blueprint(result: TrialResult) -> rrb.Blueprint:
-    """A layout that opens ready to read: what the robot sees, where things are, what the network says."""
+    """A layout that opens ready to read: where things are, what the robot sees, what the model's layers make of it,
+    and beneath it what each model answers.
+    """
     media = result.media
     eyes = [
-        rrb.Spatial2DView(origin=eye_entity(eye), name=f"{eye or 'camera'} (Y, 8 bit)")
+        rrb.Spatial2DView(origin=eye_entity(eye), name=f"what the robot sees{f' ({eye})' if eye else ''}")
         for eye in (media.pictures if media else ("",))
     ]
-    views: list[rrb.Horizontal | rrb.TimeSeriesView] = [
-        rrb.Horizontal(
-            *eyes,
-            rrb.Spatial3DView(
-                origin="scene",
-                name="arena (cm)",
-                background=(214, 214, 210),
-                eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
-            ),
-            column_shares=[*[2] * len(eyes), 3],
-        ),
-        plots(channel for answer in result.answers for channel in answer.channels),
-    ]
-    shares = [3, 2]
-    if media is not None and exposing(media):
-        views.append(plot("exposure", "exposure time of each row (ms)"))
-        shares.append(1)
+    arena = rrb.Spatial3DView(
+        origin="scene", name="arena (circles: 10, 20 and 45 cm)", background=(214, 214, 210),
+        eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
+    )  # fmt: skip
+    top: list[rrb.View | rrb.Container] = [arena, *eyes]
+    shares = [5.0, *[4.0] * len(eyes)]
     if media is not None and media.maps:
         whose = result.answers[0].model  # a trial keeps the layer maps of its first model
-        maps = [rrb.Spatial2DView(origin=f"maps/{k}", name=f"{whose}: {MAP_TITLES[k]}") for k in media.maps]
-        views.append(rrb.Horizontal(*maps))
-        shares.append(2)
-    return page(*views, shares=shares)
+        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=f"{whose}: {MAP_TITLES[name]}") for name in media.maps]
+        top.append(rrb.Grid(*maps, grid_columns=2))
+        shares.append(5.0)
+    views: list[rrb.View | rrb.Container] = [rrb.Horizontal(*top, column_shares=shares), lanes(result.answers)]
+    heights = [4.0, 3.0 + min(len(result.answers), MOST_LANES) / 2]
+    if media is not None and exposing(media):
+        views.append(plot("exposure", "exposure time of each row (ms)"))
+        heights.append(1.0)
+    return page(*views, shares=heights)
