@@ -181,7 +181,8 @@ def describe_answers(recording: rr.RecordingStream, answering: Sequence[Answerin
     models = [answer.model for answer in answering]
     for answer in answering:
         for line in lines(answer.model, answer.channels, models):
-            recording.log(line.entity, line.style(), static=True)
+            if line.shown:
+                recording.log(line.entity, line.style(), static=True)
     for level in _levels(answering):
         recording.log(level.entity, level.style(), static=True)
 

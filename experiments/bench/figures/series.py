@@ -14,8 +14,8 @@ LIMIT_COLOUR = (140, 140, 140)
 THRESHOLD = "threshold/"
 """Where thresholds are logged, each model's below its name."""
 Colour = tuple[int, int, int]
-LINE_WIDTH, DOT_SIZE = 1.5, 2.0
-"""Width of series, in points of the screen."""
+LINE_WIDTH, DOT_SIZE, MARK_SIZE = 1.5, 2.0, 3.0
+"""Width of series, of their dots, and of the marks of spikes, in points of the screen."""
 DOTS = {
     "hs": rr.components.MarkerShape.Square,
     "vs": rr.components.MarkerShape.Circle,
@@ -51,7 +51,9 @@ class Line:
     dots
         The shape of its dots; ``None``: it is a line.
     row
-        Height in the lane of a row of spikes; ``None``: the series shows the values of its field.
+        Height in the lane of a row of spikes; ``None``: the series has the values of its field.
+    shown
+        Whether a view draws it. The number of spikes of each frame is there to be read.
     """
 
     entity: str
@@ -61,12 +63,13 @@ class Line:
     width: float
     dots: rr.components.MarkerShape | None = None
     row: float | None = None
+    shown: bool = True
 
     def style(self) -> rr.SeriesLines | rr.SeriesPoints:
         """Return how a viewer draws it."""
         if self.dots is None:
             return rr.SeriesLines(colors=self.colour, names=self.title, widths=self.width)
-        size = DOT_SIZE * self.width / LINE_WIDTH
+        size = (DOT_SIZE if self.row is None else MARK_SIZE) * self.width / LINE_WIDTH
         return rr.SeriesPoints(colors=self.colour, names=self.title, markers=self.dots, marker_sizes=size)
 
 
@@ -104,7 +107,7 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
         dots, tone = (None, colour) if channel == first else (DOTS[channel], _shade(colour, SHADES[channel]))
         series.append(Line(f"potential/{name}/{channel}", title, channel, tone, width, dots))
         field, row = f"{channel}_spikes", _row(channel, channels)
-        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", field, tone, width, dots))
+        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", field, tone, width, dots, shown=False))
         series.append(Line(f"raster/{name}/{channel}", f"{title} spikes", field, tone, width, DOTS[channel], row))
     return series
 

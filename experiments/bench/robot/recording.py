@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
 
 MAP_TITLES = {
-    "p": "change (retina P)", "la": "ON and OFF (lamina LA)", "f_on": "ON (after FDSR)", "f_off": "OFF (after FDSR)"
+    "p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"
 }  # fmt: skip
 MAP_FULL = {"p": 40.0, "la": 40.0, "f_on": 1.0, "f_off": 1.0}
 """Layer map -> the value, in its own unit, that has the full colour."""
@@ -199,7 +199,8 @@ def map_colours(name: str) -> list[Colour]:
     """Return the colours of a layer map's 256 values: warm where it became brighter, cool where darker, else dark."""
     gain, zero = MAP_SCALES[name]
     full = MAP_FULL[name]
-    strength = [(value - zero) / (gain * full) for value in range(256)]
+    clipped = max(zero, 0.0)  # the values below are noise
+    strength = [(value - clipped) / (gain * full) for value in range(256)]
     if name == "f_off":
         strength = [-share for share in strength]
     return [mixed(STILL, ON if share > 0 else OFF, min(abs(share), 1.0)) for share in strength]

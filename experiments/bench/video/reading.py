@@ -259,8 +259,8 @@ class _Found:
             if whose:
                 owners[level] = (*owners.get(level, ()), *whose)
         traces = [
-            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *joined, entity in self._dotted,
-                  _model(entity), entity.rpartition("/")[2])
+            Trace(entity.partition("/")[0], *self._styles.get(look := self._look(entity), (entity, GREY)), *joined,
+                  look in self._dotted, _model(entity), entity.rpartition("/")[2])
             for entity, joined in series.items() if not entity.startswith(drawn)
         ]  # fmt: skip
         tracks = [
@@ -279,6 +279,10 @@ class _Found:
         return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks),
                     tuple(sorted({*levels.values()})), tuple(self._eyes), self._view_deg, self._properties,
                     owners, obstacles=self._obstacles)  # fmt: skip
+
+    def _look(self, entity: str) -> str:
+        """Return the entity whose style a series has: spikes that are not drawn, that of their potential."""
+        return entity if entity in self._styles else entity.replace("spikes/", "potential/", 1)
 
 
 def _model(entity: str) -> str:
