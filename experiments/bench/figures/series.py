@@ -165,7 +165,8 @@ class Level:
     def entity(self) -> str:
         """Return where it is logged."""
         sign = "plus" if self.value > 0 else "minus"
-        return f"{THRESHOLD}{rr.escape_entity_path_part(self.model)}/{sign}_{abs(self.value):g}".replace(".", "_")
+        size = f"{abs(self.value):g}".replace(".", "_")
+        return f"{THRESHOLD}{rr.escape_entity_path_part(self.model)}/{sign}_{size}"
 
     def style(self) -> rr.SeriesLines:
         """Return how a viewer draws it."""
