@@ -231,13 +231,16 @@ def _levels(answering: Sequence[Answering]) -> list[Level]:
     return levels({answer.model: answer.thresholds for answer in answering})
 
 
-def plot(origin: str, name: str, limit: float | None = None) -> rrb.TimeSeriesView:
+def plot(origin: str, name: str, limit: float | None = None, *, legend: bool = False) -> rrb.TimeSeriesView:
     """Return a view of the series below ``origin``, from ``-limit`` to ``limit`` where there is one.
 
-    A legend that covers the traces is shown only where several series have to be told apart by it.
+    A ``legend`` covers a part of the traces: it is for series that no heading can name.
     """
     axis = None if limit is None else rrb.ScalarAxis(range=(-limit, limit))
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=LINKED, axis_y=axis, background=PAPER)
+    key = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend)
+    return rrb.TimeSeriesView(
+        origin=origin, name=name, axis_x=LINKED, axis_y=axis, background=PAPER, plot_legend=key
+    )  # fmt: skip
 
 
 def lanes(answering: Sequence[Answering], below: str = "") -> rrb.Container | rrb.TimeSeriesView:
