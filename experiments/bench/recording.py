@@ -184,7 +184,7 @@ def describe_answers(recording: rr.RecordingStream, answering: Sequence[Answerin
             if line.shown:
                 recording.log(line.entity, line.style(), static=True)
     for level in _levels(answering):
-        recording.log(level.entity, level.style(), static=True)
+        recording.log(level.entity, level.style(), level.owners(), static=True)
 
 
 def send_answers(
@@ -243,22 +243,22 @@ def plot(origin: str, name: str, limit: float | None = None, *, legend: bool = F
     )  # fmt: skip
 
 
-def lanes(answering: Sequence[Answering], below: str = "") -> rrb.Container | rrb.TimeSeriesView:
+def lanes(answering: Sequence[Answering], run: str = "") -> rrb.Container | rrb.TimeSeriesView:
     """Return the views of `potentials`: a lane for each model, all of one axis of time.
 
     Parameters
     ----------
     answering
         The models.
-    below
-        Where the series were logged, as ``run/``; empty: at the root.
+    run
+        The name below which their series are, and which headings begin with; empty: at the root.
 
     Returns
     -------
     rerun.blueprint.Container or rerun.blueprint.TimeSeriesView
         Lanes below each other, in columns where they are many.
     """
-    views = [_lane(answer, below) for answer in answering]
+    views = [_lane(answer, run) for answer in answering]
     columns = -(-len(views) // MOST_LANES)
     height = -(-len(views) // columns)
     stacks = [views[first : first + height] for first in range(0, len(views), height)]
@@ -266,19 +266,22 @@ def lanes(answering: Sequence[Answering], below: str = "") -> rrb.Container | rr
     return rrb.Horizontal(*stacked) if len(stacked) > 1 else stacked[0]
 
 
-def _lane(answer: Answering, below: str) -> rrb.TimeSeriesView | rrb.Horizontal:
+def _lane(answer: Answering, run: str) -> rrb.TimeSeriesView | rrb.Horizontal:
     """Return the lane of a model, with its azimuth beside it where it declares one."""
+    root, prefix = (f"/{rr.escape_entity_path_part(run)}", f"{run}: ") if run else ("", "")
     name = rr.escape_entity_path_part(answer.model)
-    parts = [f"/{below}{part}/{name}/**" for part in ("potential", "threshold", "raster")]
     lane = rrb.TimeSeriesView(
-        origin=f"/{below}potential/{name}", contents=parts,
-        name=heading(answer.model, answer.channels, answer.thresholds), axis_x=LINKED,
-        axis_y=rrb.ScalarAxis(range=ends(answer.channels), zoom_lock=True), background=PAPER,
+        origin=f"{root}/potential/{name}",
+        contents=[f"{root}/{part}/{name}/**" for part in ("potential", "threshold", "raster")],
+        name=prefix + heading(answer.model, answer.channels, answer.thresholds),
+        axis_x=LINKED,
+        axis_y=rrb.ScalarAxis(range=ends(answer.channels), zoom_lock=True),
+        background=PAPER,
         plot_legend=rrb.PlotLegend(visible=False),
-    )  # fmt: skip
+    )
     if "azimuth" not in answer.channels:
         return lane
-    azimuth = plot(f"/{below}azimuth/{name}", f"{answer.model}: azimuth, -1 left to 1 right", 1.05)
+    azimuth = plot(f"{root}/azimuth/{name}", f"{prefix}{answer.model}: azimuth, -1 left to 1 right", 1.05)
     return rrb.Horizontal(lane, azimuth, column_shares=[3, 1])
 
 

@@ -13,6 +13,8 @@ from experiments.bench.figures.palette import LINES, marks
 LIMIT_COLOUR = (140, 140, 140)
 THRESHOLD = "threshold/"
 """Where thresholds are logged, each model's below its name."""
+CHANNELS_OF = "channels"
+"""The component of a threshold that lists the channels whose it is: `Level.owners`."""
 Colour = tuple[int, int, int]
 LINE_WIDTH, DOT_SIZE, MARK_SIZE = 1.5, 2.0, 3.0
 """Width of series, of their dots, and of the marks of spikes, in points of the screen."""
@@ -172,6 +174,10 @@ class Level:
         """Return how a viewer draws it."""
         title = f"threshold {self.value:g} of {self.model} ({', '.join(map(_name, self.channels))})"
         return rr.SeriesLines(colors=self.colour, names=title, widths=1.0)
+
+    def owners(self) -> rr.AnyValues:
+        """Return what tells a reader of the recording which channels it is of."""
+        return rr.AnyValues(**{CHANNELS_OF: list(self.channels)})
 
 
 def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:

@@ -206,6 +206,12 @@ def map_colours(name: str) -> list[Colour]:
     return [mixed(STILL, ON if share > 0 else OFF, min(abs(share), 1.0)) for share in strength]
 
 
+def arena_view(origin: str, name: str) -> rrb.Spatial3DView:
+    """Return the view of both robots in their arena, from behind the observer."""
+    eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
+    return rrb.Spatial3DView(origin=origin, name=name, background=(214, 214, 210), eye_controls=eye)
+
+
 def blueprint(result: TrialResult) -> rrb.Blueprint:
     """A layout that opens ready to read: where things are, what the robot sees, what the model's layers make of it,
     and beneath it what each model answers.
@@ -215,10 +221,7 @@ def blueprint(result: TrialResult) -> rrb.Blueprint:
         rrb.Spatial2DView(origin=eye_entity(eye), name=f"what the robot sees{f' ({eye})' if eye else ''}")
         for eye in (media.pictures if media else ("",))
     ]
-    arena = rrb.Spatial3DView(
-        origin="scene", name="arena (circles: 10, 20 and 45 cm)", background=(214, 214, 210),
-        eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
-    )  # fmt: skip
+    arena = arena_view("scene", "arena (circles: 10, 20 and 45 cm)")
     top: list[rrb.View | rrb.Container] = [arena, *eyes]
     shares = [5.0, *[4.0] * len(eyes)]
     if media is not None and media.maps:

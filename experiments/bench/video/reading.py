@@ -255,12 +255,12 @@ class _Found:
         levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(drawn)}
         owners: dict[float, tuple[str, ...]] = {}
         for entity, level in levels.items():
-            whose = (_model(entity),) if entity.startswith(THRESHOLD) else self._owners.get(entity, ())
+            whose = (model_of(entity),) if entity.startswith(THRESHOLD) else self._owners.get(entity, ())
             if whose:
                 owners[level] = (*owners.get(level, ()), *whose)
         traces = [
             Trace(entity.partition("/")[0], *self._styles.get(look := self._look(entity), (entity, GREY)), *joined,
-                  look in self._dotted, _model(entity), entity.rpartition("/")[2])
+                  look in self._dotted, model_of(entity), entity.rpartition("/")[2])
             for entity, joined in series.items() if not entity.startswith(drawn)
         ]  # fmt: skip
         tracks = [
@@ -285,7 +285,7 @@ class _Found:
         return entity if entity in self._styles else entity.replace("spikes/", "potential/", 1)
 
 
-def _model(entity: str) -> str:
+def model_of(entity: str) -> str:
     """Read the label of the model whose answer is there: the second part of the path, which escapes some letters."""
     label = re.findall(r"(?:\\.|[^/])+", entity)[1]
     return re.sub(r"\\(.)", r"\1", label)
