@@ -5,7 +5,8 @@ The only module that uses what Rerun keeps to itself: see `send_layout`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import cv2
@@ -16,6 +17,7 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from dsnn import ResponseSeries
+from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.series import Colour, Level, ends, heading, levels, lines
 
 APPLICATION = "colias-sim"
@@ -103,28 +105,32 @@ def timelines(sim_time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeC
 
 def video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
     """Grey frames, (T, R, C)."""
-    count, rows, columns = images.shape
-    shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
-    recording.log(entity, rr.Image.from_fields(format=shape), static=True)
-    recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
+    describe_video(recording, entity, images.shape[1:])
+    send_video(recording, entity, images, times)
 
 
-def coloured(
-    recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn], colours: Sequence[Colour]
-) -> None:
-    """Log pictures, (T, R, C), whose 256 values are shown in ``colours``: a byte a pixel, as grey ones have."""
-    describe_coloured(recording, entity, images.shape[1:], colours)
-    send_coloured(recording, entity, images, times)
+def describe_video(recording: rr.RecordingStream, entity: str, shape: tuple[int, ...]) -> None:
+    """Log what stays of grey frames (R, C)."""
+    recording.log(entity, rr.Image.from_fields(format=_format(shape)), static=True)
+
+
+def send_video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
+    """Log grey frames, (T, R, C), after `describe_video`."""
+    recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(len(images), -1)))
+
+
+def _format(shape: tuple[int, ...]) -> rr.components.ImageFormat:
+    rows, columns = shape
+    return rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
 
 
 def describe_coloured(
     recording: rr.RecordingStream, entity: str, shape: tuple[int, ...], colours: Sequence[Colour]
 ) -> None:
-    """Log what stays of pictures (R, C) as `coloured` has them."""
+    """Log what stays of pictures (R, C) whose 256 values are shown in ``colours``: a byte a pixel, as of grey ones."""
     infos = [rr.AnnotationInfo(id=value, color=colour) for value, colour in enumerate(colours)]
-    layout = rr.components.ImageFormat(width=shape[1], height=shape[0], color_model="L", channel_datatype="U8")
     recording.log(entity, rr.AnnotationContext(infos), static=True)
-    recording.log(entity, rr.SegmentationImage.from_fields(format=layout, opacity=1.0), static=True)
+    recording.log(entity, rr.SegmentationImage.from_fields(format=_format(shape), opacity=1.0), static=True)
 
 
 def send_coloured(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
@@ -165,6 +171,20 @@ class Answered(Answering, Protocol):
     def series(self) -> ResponseSeries:
         """An entry for each frame."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A model as recordings have it: see `Answering`."""
+
+    model: str
+    channels: tuple[str, ...]
+    thresholds: Mapping[str, float | None]
+
+
+def described(models: Iterable[ConfiguredModel]) -> list[Model]:
+    """Return models as recordings have them."""
+    return [Model(model.label, model.channels, model.thresholds) for model in models]
 
 
 def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:

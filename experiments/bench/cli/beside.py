@@ -13,7 +13,7 @@ import rerun.blueprint as rrb
 from dsnn.model import CHANNELS
 from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.figures.series import CHANNELS_OF, THRESHOLD
-from experiments.bench.recording import lanes, page, recorded
+from experiments.bench.recording import Model, lanes, page, recorded
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.recording import arena_view
 from experiments.bench.store.places import regular
@@ -27,15 +27,6 @@ EQUAL = {"trial": ("seed", *CONDITION_COLUMNS), "episode": ("seed", "env")}
 PICTURES = ("EncodedImage:blob", "Image:buffer")
 
 
-@dataclass(frozen=True, slots=True)
-class _Model:
-    """A model of a recording."""
-
-    model: str
-    channels: tuple[str, ...]
-    thresholds: Mapping[str, float | None]
-
-
 @dataclass(slots=True)
 class _Contents:
     """Contents of a recording that decide its layout."""
@@ -46,9 +37,9 @@ class _Contents:
     channels: dict[str, set[str]] = field(default_factory=dict)
     thresholds: dict[str, dict[str, float | None]] = field(default_factory=dict)
 
-    def models(self) -> list[_Model]:
+    def models(self) -> list[Model]:
         return [
-            _Model(model, tuple(sorted(channels, key=CHANNELS.index)), self.thresholds.get(model, {}))
+            Model(model, tuple(sorted(channels, key=CHANNELS.index)), self.thresholds.get(model, {}))
             for model, channels in self.channels.items()
         ]
 

@@ -43,6 +43,7 @@ def view(
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.store.record import recordings_in
     from experiments.bench.video.source import recording
+    from experiments.bench.viewer import require_screen
     from scenes import ARENA_ENDINGS, ARENAS
 
     if len(paths) > MOST_RUNS:
@@ -59,7 +60,7 @@ def view(
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
     if not web:
-        viewer.require_screen(f"view {path}: ", "use --web")
+        require_screen(f"view {path}: ", "use --web")
     return viewer.show(files, web=web, instead="use --web")
 
 
@@ -69,10 +70,11 @@ def _view_both(first: Path, second: Path, trial: int | None, web: bool) -> int:
     from experiments.bench.cli.beside import side_by_side
     from experiments.bench.engine import interrupts
     from experiments.bench.engine.terminal import error_console
+    from experiments.bench.viewer import require_screen
 
     title, data = side_by_side(first, second, trial)
     if not web:
-        viewer.require_screen(f"view {first} {second}: ", "use --web")
+        require_screen(f"view {first} {second}: ", "use --web")
     error_console.print(title, soft_wrap=True, markup=False)
     with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         file = Path(folder) / "both.rrd"

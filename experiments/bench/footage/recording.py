@@ -10,12 +10,10 @@ import ctypes
 import math
 import os
 import select
-import socket
 import subprocess
-import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,9 +24,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from dsnn import Response, ResponseSeries
+from experiments.bench import viewer
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.terminal import program
 from experiments.bench.figures.palette import colours
 from experiments.bench.figures.series import rgb
 from experiments.bench.footage.video import Picture
@@ -36,6 +34,7 @@ from experiments.bench.recording import (
     APPLICATION,
     Floats,
     describe_answers,
+    described,
     lanes,
     page,
     send_answers,
@@ -53,8 +52,6 @@ PIPE_BYTES = 2**16
 LONGEST_ARROW_AT = 0.5
 """Potential from which an arrow is as long as it gets. Models spike from some 0.15 on, and rarely go beyond 0.5."""
 VIEWER_EVERY_S, VIEWER_IMAGES_PER_S = 0.1, 20.0
-VIEWER_START_S, VIEWER_SETTLES_S = 20.0, 1.0
-VIEWER_MEMORY = "1GB"  # the viewer then drops the oldest data: a camera may run for days
 
 
 @dataclass(slots=True)
@@ -68,15 +65,6 @@ class _Chunk:
     images: list[bytes] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
-class _Answering:
-    """A model as recordings have it."""
-
-    model: str
-    channels: tuple[str, ...]
-    thresholds: Mapping[str, float | None]
-
-
 class LiveLog:
     """One stream to a viewer or a file: pictures with an arrow along HS and one along VS, potentials, spikes.
 
@@ -85,14 +73,14 @@ class LiveLog:
 
     def __init__(
         self, stream: rr.RecordingStream, models: Sequence[ConfiguredModel], size: tuple[int, int],
-        viewer: subprocess.Popen[bytes] | None = None, file: _File | None = None,
+        process: subprocess.Popen[bytes] | None = None, file: _File | None = None,
     ) -> None:  # fmt: skip
-        self._stream, self._models, self._size, self._viewer = stream, models, size, viewer
+        self._stream, self._models, self._size, self._viewer = stream, models, size, process
         self._file = file
         self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
-        self._answering = [_Answering(model.label, model.channels, model.thresholds) for model in models]
+        self._answering = described(models)
         self._describe()
 
     @classmethod
@@ -109,18 +97,14 @@ class LiveLog:
 
         It gets every potential, and images as often as an eye can follow. Raises `UsageError` where it cannot open.
         """
-        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        if not viewer.has_screen():
             raise UsageError("watch: the viewer needs a screen (DISPLAY is not set): give --no-view, or --record FILE")
-        port = _free_port()
-        command = [*program(), "--bind", "127.0.0.1", "--port", f"{port}"]
-        command += ["--memory-limit", VIEWER_MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
-        # A session of its own: Ctrl-C is meant for the watching, not for the viewer.
-        quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
-        viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
-        _await(viewer, port)
+        process, address = viewer.opened(
+            "watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE"
+        )
         stream = rr.RecordingStream(APPLICATION)
-        stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size, models))
-        return cls(stream, models, size, viewer)
+        stream.connect_grpc(viewer.url(address), default_blueprint=blueprint(size, models))
+        return cls(stream, models, size, process)
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
         """Take a frame and the models' answers to it. A viewer that was closed is not missed.
@@ -234,7 +218,7 @@ def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.B
     bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
     return page(
         rrb.Spatial2DView(origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds),
-        lanes([_Answering(model.label, model.channels, model.thresholds) for model in models]),
+        lanes(described(models)),
         shares=[2, 1],
     )
 
@@ -301,22 +285,3 @@ class _File:
         left = memoryview(block)
         while left:
             left = left[self._disk.write(left) :]
-
-
-def _await(viewer: subprocess.Popen[bytes], port: int) -> None:
-    """Wait until the viewer listens, and a moment longer: it listens before it finds that it has no window."""
-    deadline = time.monotonic() + VIEWER_START_S
-    while viewer.poll() is None and time.monotonic() < deadline:
-        with socket.socket() as probe:
-            listens = probe.connect_ex(("127.0.0.1", port)) == 0
-        time.sleep(VIEWER_SETTLES_S if listens else 0.05)
-        if listens and viewer.poll() is None:
-            return
-    viewer.terminate()
-    raise UsageError("watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE")
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
