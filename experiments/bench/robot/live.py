@@ -32,6 +32,9 @@ EVERY_S = 0.1
 FLUSH_S = 5.0
 """How long the viewer may take to receive the end of a trial."""
 
+_LAID_OUT: set[str] = set()
+"""Addresses of the viewers that this process has sent a layout to."""
+
 
 class LiveTrial:
     """The stream of one trial, a recording of its own in the viewer: the frames of its first eye, and what the models
@@ -77,6 +80,7 @@ class LiveTrial:
             self._gone = True
         finally:
             stream.disconnect()
+            rr.init(APPLICATION, init_logging=False)  # or the stream's threads stay: see `recorded`
 
     def _send(self, trial: RunningTrial) -> None:
         first, end = self._sent, len(trial.frames)
@@ -101,8 +105,15 @@ class LiveTrial:
     def _begun(self, media: Media, answering: Sequence[Model]) -> rr.RecordingStream:
         """Return a new stream to the viewer, with all that stays."""
         stream = rr.RecordingStream(APPLICATION)
-        stream.connect_grpc(viewer.url(self._address))
-        send_layout(stream, recording.layout(media, answering))
+        layout, address = recording.layout(media, answering), viewer.url(self._address)
+        if self._address not in _LAID_OUT:
+            # Before anything else arrives: the viewer would make up a layout of its own, and keep that. A stream of the
+            # layout's own stays alive after this, with its threads, so that the process does it once.
+            stream.connect_grpc(address, default_blueprint=layout)
+            _LAID_OUT.add(self._address)
+        else:
+            stream.connect_grpc(address)
+            send_layout(stream, layout)
         stream.send_recording_name(recording.title(self._spec))
         describe_answers(stream, answering)
         recording.describe_trial(stream, self._spec, media)
