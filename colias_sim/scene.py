@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import mujoco
@@ -117,10 +116,8 @@ def compose(
     if eye_of not in list(robots) or any(variant not in list(ROBOTS) for variant in robots.values()):
         raise ValueError(f"robots are {dict(robots)}, camera of '{eye_of}': variants are {', '.join(ROBOTS)}")
     for name, variant in robots.items():
-        child = _robot_spec(ROBOTS[variant], robot, camera)
+        child = robot_spec(variant, robot, camera, scene)
         child.option.timestep = spec.option.timestep
-        if variant != "colias":
-            set_shell(child, scene)
         if name == eye_of:
             _mark_own_body(child)
         spec.worldbody.add_frame().attach_body(child.body("base"), f"{name}/", "")
@@ -296,8 +293,15 @@ def _mark_own_body(spec: mujoco.MjSpec) -> None:
             geom.group = OWN_BODY_GROUP
 
 
-def _robot_spec(path: Path, robot: RobotConfig, camera: CameraConfig) -> mujoco.MjSpec:
-    spec = mujoco.MjSpec.from_file(str(path))
+def robot_spec(variant: str, robot: RobotConfig, camera: CameraConfig, scene: SceneConfig) -> mujoco.MjSpec:
+    """Return a robot by itself, as it goes into a scene; a ``colias`` has no shell that the scene's settings are of."""
+    spec = _driving(mujoco.MjSpec.from_file(str(ROBOTS[variant])), robot, camera)
+    if variant != "colias":
+        set_shell(spec, scene)
+    return spec
+
+
+def _driving(spec: mujoco.MjSpec, robot: RobotConfig, camera: CameraConfig) -> mujoco.MjSpec:
     base = spec.body("base")
     if not spec.actuators:  # parked for good
         return spec

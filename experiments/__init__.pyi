@@ -6,6 +6,7 @@ from .bench.clips.experiment import Figure as Figure
 from .bench.clips.experiment import OfflineExperiment as OfflineExperiment
 from .bench.closed_loop.behaviour import Behaviour as Behaviour
 from .bench.closed_loop.behaviour import Wheels as Wheels
+from .bench.closed_loop.wrapper import RecordRerun as RecordRerun
 from .bench.engine.errors import UsageError as UsageError
 from .bench.judging.checks import Check as Check
 from .bench.judging.checks import decide as decide
@@ -68,6 +69,7 @@ __all__ = [
     "OfflineExperiment",
     "Outcome",
     "Path",
+    "RecordRerun",
     "Run",
     "Score",
     "Study",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,8 +25,11 @@ class CheckedModel:
     for ``sys.exit`` in the model, ``RuntimeError``.
     """
 
-    def __init__(self, name: str, model: Any, channels: Sequence[str]) -> None:
+    def __init__(
+        self, name: str, model: Any, channels: Sequence[str], thresholds: Mapping[str, float | None] | None = None
+    ) -> None:  # fmt: skip
         self.name, self.channels = name, tuple(channels)
+        self.thresholds = dict(thresholds or {})
         self.inner = model
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
@@ -57,7 +60,9 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
         On an unknown name, naming the nearest; on a file that declares no model; on what is none of these.
     """
     entry = _entry(model)
+    thresholds: dict[str, float | None] = {}
     if entry is not None:
+        thresholds = {channel: entry.threshold(channel, entry.robot) for channel in entry.channels}
         name, channels, built = entry.name, entry.channels, _called(lambda: entry.build(shape, entry.robot))
     elif callable(model):
         name, channels = getattr(model, "__name__", type(model).__name__), CHANNELS
@@ -69,7 +74,7 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
         )
     if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
         raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
-    return CheckedModel(name, built, channels)
+    return CheckedModel(name, built, channels, thresholds)
 
 
 def arena_text(path: Path) -> str:

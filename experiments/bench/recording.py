@@ -6,6 +6,7 @@ The only module that uses what Rerun keeps to itself: see `send_layout`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import cv2
@@ -16,7 +17,8 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from dsnn import ResponseSeries
-from experiments.bench.figures.series import levels, lines
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.figures.series import Colour, Level, ends, heading, levels, lines
 
 APPLICATION = "colias-sim"
 ROBOT_RADIUS_CM = 2.0
@@ -27,6 +29,10 @@ TIMELINE = "sim_time"
 """The timeline that every layout opens with: seconds of a trial, an episode, a clip or a video."""
 PAPER = rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False)
 """Background of plots: the palette is for a light background."""
+LINKED = rrb.TimeAxis(link="LinkToGlobal")
+"""Axis of time of every plot: to zoom one is to zoom all."""
+MOST_LANES = 6
+"""Lanes below each other; more are in columns."""
 
 
 def recorded(
@@ -99,10 +105,37 @@ def timelines(sim_time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeC
 
 def video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
     """Grey frames, (T, R, C)."""
-    count, rows, columns = images.shape
-    shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
-    recording.log(entity, rr.Image.from_fields(format=shape), static=True)
-    recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
+    describe_video(recording, entity, images.shape[1:])
+    send_video(recording, entity, images, times)
+
+
+def describe_video(recording: rr.RecordingStream, entity: str, shape: tuple[int, ...]) -> None:
+    """Log what stays of grey frames (R, C)."""
+    recording.log(entity, rr.Image.from_fields(format=_format(shape)), static=True)
+
+
+def send_video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
+    """Log grey frames, (T, R, C), after `describe_video`."""
+    recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(len(images), -1)))
+
+
+def _format(shape: tuple[int, ...]) -> rr.components.ImageFormat:
+    rows, columns = shape
+    return rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+
+
+def describe_coloured(
+    recording: rr.RecordingStream, entity: str, shape: tuple[int, ...], colours: Sequence[Colour]
+) -> None:
+    """Log what stays of pictures (R, C) whose 256 values are shown in ``colours``: a byte a pixel, as of grey ones."""
+    infos = [rr.AnnotationInfo(id=value, color=colour) for value, colour in enumerate(colours)]
+    recording.log(entity, rr.AnnotationContext(infos), static=True)
+    recording.log(entity, rr.SegmentationImage.from_fields(format=_format(shape), opacity=1.0), static=True)
+
+
+def send_coloured(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
+    """Log pictures, (T, R, C), after `describe_coloured`."""
+    recording.send_columns(entity, times, rr.SegmentationImage.columns(buffer=images.reshape(len(images), -1)))
 
 
 def jpegs(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn], quality: int) -> None:
@@ -112,8 +145,8 @@ def jpegs(recording: rr.RecordingStream, entity: str, images: Images, times: lis
     recording.send_columns(entity, times, rr.EncodedImage.columns(blob=blobs))
 
 
-class Answered(Protocol):
-    """Answers of a model to the frames of a recording."""
+class Answering(Protocol):
+    """A model whose answers a recording shows."""
 
     @property
     def model(self) -> str:
@@ -130,39 +163,146 @@ class Answered(Protocol):
         """Each channel's spiking threshold on its potential, if it has one."""
         ...
 
+
+class Answered(Answering, Protocol):
+    """Answers of a model to the frames of a recording."""
+
     @property
     def series(self) -> ResponseSeries:
         """An entry for each frame."""
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A model as recordings have it: see `Answering`."""
+
+    model: str
+    channels: tuple[str, ...]
+    thresholds: Mapping[str, float | None]
+
+
+def described(models: Iterable[ConfiguredModel]) -> list[Model]:
+    """Return models as recordings have them."""
+    return [Model(model.label, model.channels, model.thresholds) for model in models]
+
+
 def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:
-    """Potentials, spikes and azimuth of each model at ``time_s`` (T,), and their thresholds as grey lines."""
-    frames = np.arange(len(time_s))
-    times, models = timelines(time_s, frames), [answer.model for answer in answers]
+    """Log potentials, thresholds, spikes and azimuth of each model at ``time_s``, (T,)."""
+    describe_answers(recording, answers)
+    frames, models = np.arange(len(time_s)), [answer.model for answer in answers]
     for answer in answers:
+        send_answers(recording, answer, models, answer.series, time_s, frames)
+    send_thresholds(recording, answers, time_s[[0, -1]], frames[[0, -1]])
+
+
+def describe_answers(recording: rr.RecordingStream, answering: Sequence[Answering]) -> None:
+    """Log the looks of the models' series, and of their thresholds."""
+    models = [answer.model for answer in answering]
+    for answer in answering:
         for line in lines(answer.model, answer.channels, models):
-            values = getattr(answer.series, line.field)
-            recording.log(line.entity, line.style(), static=True)
-            recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
-    ends = timelines(time_s[[0, -1]], frames[[0, -1]])
-    for level in levels({answer.model: answer.thresholds for answer in answers}):
+            if line.shown:
+                recording.log(line.entity, line.style(), static=True)
+    for level in _levels(answering):
         recording.log(level.entity, level.style(), level.owners(), static=True)
-        recording.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
 
 
-def plot(origin: str, name: str, limit: float | None = None) -> rrb.TimeSeriesView:
-    """Return a view of the series below ``origin``, from ``-limit`` to ``limit`` where there is one."""
+def send_answers(
+    recording: rr.RecordingStream, answering: Answering, models: Sequence[str], series: ResponseSeries, time_s: Floats,
+    frames: npt.NDArray[np.int64],
+) -> None:  # fmt: skip
+    """Log a model's answers.
+
+    Parameters
+    ----------
+    recording
+        The stream.
+    answering
+        The model.
+    models
+        The labels of all models of the recording.
+    series
+        Its answers, T of them.
+    time_s, frames
+        Time and number of each, (T,).
+    """
+    times = timelines(time_s, frames)
+    for line in lines(answering.model, answering.channels, models):
+        values = getattr(series, line.field)
+        if line.row is None:
+            recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
+        elif (spiking := values > 0).any():
+            height = np.full(int(spiking.sum()), line.row)
+            recording.send_columns(
+                line.entity, timelines(time_s[spiking], frames[spiking]), rr.Scalars.columns(scalars=height)
+            )
+
+
+def send_thresholds(
+    recording: rr.RecordingStream, answering: Sequence[Answering], time_s: Floats, frames: npt.NDArray[np.int64]
+) -> None:
+    """Log the models' thresholds at the two ends of a span of time, (2,): a line through them is drawn."""
+    for level in _levels(answering):
+        columns = rr.Scalars.columns(scalars=[level.value, level.value])
+        recording.send_columns(level.entity, timelines(time_s, frames), columns)
+
+
+def _levels(answering: Sequence[Answering]) -> list[Level]:
+    return levels({answer.model: answer.thresholds for answer in answering})
+
+
+def plot(origin: str, name: str, limit: float | None = None, *, legend: bool = False) -> rrb.TimeSeriesView:
+    """Return a view of the series below ``origin``, from ``-limit`` to ``limit`` where there is one.
+
+    A ``legend`` covers a part of the traces: it is for series that no heading can name.
+    """
     axis = None if limit is None else rrb.ScalarAxis(range=(-limit, limit))
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_y=axis, background=PAPER)
+    key = rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend)
+    return rrb.TimeSeriesView(
+        origin=origin, name=name, axis_x=LINKED, axis_y=axis, background=PAPER, plot_legend=key
+    )  # fmt: skip
 
 
-def plots(channels: Iterable[str]) -> rrb.Horizontal:
-    """Return the views of `potentials`; one of the azimuth where a model declares it among its ``channels``."""
-    views = [plot("potential", "membrane potential", 1.05), plot("spikes", "spikes per frame", 3.2)]
-    if "azimuth" in channels:
-        views.append(plot("azimuth", "azimuth, -1 left to 1 right", 1.05))
-    return rrb.Horizontal(*views, column_shares=[3, 2, 2][: len(views)])
+def lanes(answering: Sequence[Answering], run: str = "") -> rrb.Container | rrb.TimeSeriesView:
+    """Return the views of `potentials`: a lane for each model, all of one axis of time.
+
+    Parameters
+    ----------
+    answering
+        The models.
+    run
+        The name below which their series are, and which headings begin with; empty: at the root.
+
+    Returns
+    -------
+    rerun.blueprint.Container or rerun.blueprint.TimeSeriesView
+        Lanes below each other, in columns where they are many.
+    """
+    views = [_lane(answer, run) for answer in answering]
+    columns = -(-len(views) // MOST_LANES)
+    height = -(-len(views) // columns)
+    stacks = [views[first : first + height] for first in range(0, len(views), height)]
+    stacked = [rrb.Vertical(*stack) if len(stack) > 1 else stack[0] for stack in stacks]
+    return rrb.Horizontal(*stacked) if len(stacked) > 1 else stacked[0]
+
+
+def _lane(answer: Answering, run: str) -> rrb.TimeSeriesView | rrb.Horizontal:
+    """Return the lane of a model, with its azimuth beside it where it declares one."""
+    root, prefix = (f"/{rr.escape_entity_path_part(run)}", f"{run}: ") if run else ("", "")
+    name = rr.escape_entity_path_part(answer.model)
+    lane = rrb.TimeSeriesView(
+        origin=f"{root}/potential/{name}",
+        contents=[f"{root}/{part}/{name}/**" for part in ("potential", "threshold", "raster")],
+        name=prefix + heading(answer.model, answer.channels, answer.thresholds),
+        axis_x=LINKED,
+        axis_y=rrb.ScalarAxis(range=ends(answer.channels), zoom_lock=True),
+        background=PAPER,
+        plot_legend=rrb.PlotLegend(visible=False),
+    )
+    if "azimuth" not in answer.channels:
+        return lane
+    azimuth = plot(f"{root}/azimuth/{name}", f"{prefix}{answer.model}: azimuth, -1 left to 1 right", 1.05)
+    return rrb.Horizontal(lane, azimuth, column_shares=[3, 1])
 
 
 def page(*views: rrb.View | rrb.Container, shares: Sequence[float]) -> rrb.Blueprint:

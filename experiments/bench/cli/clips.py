@@ -124,15 +124,15 @@ def play(
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:
-    from experiments.bench.cli import viewer
     from experiments.bench.engine.errors import UsageError
+    from experiments.bench.viewer import require_screen
 
     if not view and record is None:
         raise UsageError("--no-view: give a file to --record too, or nothing comes of it")
     if record is not None and record.suffix != ".rrd":
         raise UsageError(f"--record {record}: the file's name should end in .rrd")
     if view:
-        viewer.require_screen("play: ", INSTEAD)
+        require_screen("play: ", INSTEAD)
 
 
 def _show(played: Played, record: Path | None, view: bool) -> int:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 REPEATED = ("run", "study", "map", "tune", "behave")
 """Commands whose runs can be repeated."""
 CALL = "experiments.run"
-NOT_AGAIN = {"other_code": False, "cluster": None}
+NOT_AGAIN = {"other_code": False, "cluster": None, "live": False, "viewer": None}
 """Options of the command that say nothing of its numbers."""
 DIGITS = 64
 """Hexadecimal digits of a digest."""

@@ -54,6 +54,14 @@ def run_experiment(
     ] = "one",
     pictures: OwnPictures = None,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Stream trials into a Rerun viewer while they run: the open one, or a new one."),
+    ] = False,
+    viewer: Annotated[
+        str | None,
+        typer.Option(metavar="HOST:PORT", help="Stream them to the viewer at this address, which implies --live."),
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check everything, say what would be done, and write nothing.")
     ] = False,
@@ -86,7 +94,7 @@ def run_experiment(
 
         say(planned(declared, asked), folder, recordings, other_code)
         return 0
-    report = perform(declared, asked, folder, means, recordings=recordings)
+    report = perform(declared, asked, folder, means, recordings=recordings, live=viewer or live)
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))
     broken = tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+MOST_RUNS = 2
+"""Runs that are shown side by side."""
 
 
 def register(app: typer.Typer) -> None:
@@ -16,29 +20,66 @@ def register(app: typer.Typer) -> None:
 
 
 def view(
-    path: Annotated[
-        Path, typer.Argument(help="A run's folder, one .rrd file, a scene's name, or an arena's .xml or .py file.")
+    paths: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="PATH [OTHER]", show_default=False,
+            help="A run's folder, an .rrd file, a scene's name, or an arena's .xml or .py file; or two runs.",
+        ),
     ],
+    trial: Annotated[
+        int | None, typer.Option(help="Show this trial or episode alone; of two runs otherwise the first recorded one.")
+    ] = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
-) -> int:
+) -> int:  # fmt: skip
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
+
+    Of two runs a trial of the first stands beside the trial of the second that has the same seed and condition, on one
+    timeline.
 
     The viewer, or with --web its server, ends with this command.
     """
     from experiments.bench.cli import viewer
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.store.record import recordings_in
+    from experiments.bench.video.source import recording
+    from experiments.bench.viewer import require_screen
     from scenes import ARENA_ENDINGS, ARENAS
 
+    if len(paths) > MOST_RUNS:
+        raise UsageError(f"view: {len(paths)} paths; legal is one, or two runs to be seen side by side")
+    if len(paths) == MOST_RUNS:
+        return _view_both(paths[0], paths[1], trial, web)
+    path = paths[0]
     if (str(path) in ARENAS and not path.exists()) or path.suffix in ARENA_ENDINGS:
+        if trial is not None:
+            raise UsageError(f"--trial {trial}: {path} is a scene, which has no trials")
         _view_scene(str(path))
         return 0
-    files = [path] if path.is_file() else recordings_in(path)
+    files = [recording(path, trial)] if trial is not None else [path] if path.is_file() else recordings_in(path)
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
     if not web:
-        viewer.require_screen(f"view {path}: ", "use --web")
+        require_screen(f"view {path}: ", "use --web")
     return viewer.show(files, web=web, instead="use --web")
+
+
+def _view_both(first: Path, second: Path, trial: int | None, web: bool) -> int:
+    """Show a trial of a run beside the equal trial of another."""
+    from experiments.bench.cli import viewer
+    from experiments.bench.cli.beside import side_by_side
+    from experiments.bench.engine import interrupts
+    from experiments.bench.engine.terminal import error_console
+    from experiments.bench.viewer import require_screen
+
+    title, data = side_by_side(first, second, trial)
+    if not web:
+        require_screen(f"view {first} {second}: ", "use --web")
+    error_console.print(title, soft_wrap=True, markup=False)
+    with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
+        file = Path(folder) / "both.rrd"
+        file.write_bytes(data)
+        return viewer.show([file], web=web, instead="use --web")
 
 
 def _view_scene(arena: str) -> None:

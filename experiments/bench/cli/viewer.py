@@ -23,12 +23,6 @@ PATIENCE_S = 5.0
 ENDING = ("SIGTERM", "SIGHUP")
 
 
-def require_screen(what: str, instead: str) -> None:
-    """Raise `UsageError` where there is no screen to open a window on; ``instead`` says what to do then."""
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise UsageError(f"{what}Rerun's viewer needs a screen (DISPLAY is not set): {instead}")
-
-
 def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
     """Open recordings in Rerun, listening on 127.0.0.1 only, and wait until it is closed; returns its exit status.
 

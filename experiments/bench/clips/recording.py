@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 
 from dsnn.stimuli import Truth
 from experiments.bench.clips.play import Played
-from experiments.bench.recording import jpegs, page, plots, potentials, recorded, timelines, video
+from experiments.bench.recording import jpegs, lanes, page, potentials, recorded, timelines, video
 
 BOX_COLOUR = (214, 39, 40)
 
@@ -54,4 +54,4 @@ def _object(recording: rr.RecordingStream, truths: Sequence[Truth], times: list[
 
 def _blueprint(played: Played) -> rrb.Blueprint:
     view = rrb.Spatial2DView(origin="clip", name=played.name)
-    return page(view, plots(channel for answer in played.answers for channel in answer.channels), shares=[3, 2])
+    return page(view, lanes(played.answers), shares=[3, 2])

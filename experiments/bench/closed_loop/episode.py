@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
@@ -93,6 +93,8 @@ class Episode:
     frames: npt.NDArray[np.uint8]
     obstacles: tuple[Obstacle, ...] = ()
     """What stands in the arena."""
+    thresholds: Mapping[str, float | None] = field(default_factory=dict)
+    """Spiking threshold of each channel of the vision model, if it has one."""
 
     @property
     def steps(self) -> int:
@@ -182,7 +184,7 @@ def _play(wrapped: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images
     env = wrapped.unwrapped
     assert isinstance(env, ColiasEnv)
     observation, _ = wrapped.reset(seed=seed)
-    keep = _Keeper(env, images)
+    keep = EpisodeKeeper(env, images)
     over = touched = False
     while not over:
         observation, reward, touched, truncated, info = wrapped.step(agent(observation))
@@ -192,8 +194,8 @@ def _play(wrapped: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images
     return keep.episode(name, wrapped.spec.id, seed, touched)
 
 
-class _Keeper:
-    """Collects an episode."""
+class EpisodeKeeper:
+    """Collects an episode of an env, step by step; ``images`` says whether what the robot sees is kept."""
 
     def __init__(self, env: ColiasEnv[Any], images: bool) -> None:
         self._env, self._images = env, images
@@ -204,7 +206,13 @@ class _Keeper:
         self._infos: dict[str, list[float]] = {}
         self._frames: list[npt.NDArray[np.uint8]] = []
 
+    @property
+    def steps(self) -> int:
+        """Tell how many there are so far."""
+        return len(self._rewards)
+
     def step(self, reward: float, info: Mapping[str, Any]) -> None:
+        """Keep what is so after a step."""
         for name, pose in self._env.poses.items():
             self._poses[name].append(_readable(pose))
         self._wheels.append(self._env.wheels)
@@ -217,6 +225,7 @@ class _Keeper:
             self._frames.append(self._env.luma)
 
     def episode(self, name: str, env_id: str, seed: int, touched: bool) -> Episode:
+        """Return the episode so far."""
         count, interval = len(self._rewards), self._env.options.frame_skip / 30.0
         return Episode(
             name, env_id, self._env.options, seed, touched,
@@ -230,6 +239,7 @@ class _Keeper:
             infos={name: np.array(values) for name, values in self._infos.items()},
             frames=np.stack(self._frames) if self._frames else np.zeros((0, 72, 99), np.uint8),
             obstacles=self._env.obstacles,
+            thresholds=dict(getattr(self._env.model, "thresholds", {})),
         )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -19,9 +19,9 @@ from experiments.bench.figures.series import LIMIT_COLOUR, rgb
 from experiments.bench.recording import (
     ROBOT_RADIUS_CM,
     jpegs,
+    lanes,
     page,
     plot,
-    plots,
     potentials,
     recorded,
     timelines,
@@ -35,17 +35,18 @@ LEFT, RIGHT = rgb(HUES[1]), rgb(HUES[6])
 """Colours of the wheels."""
 
 
-def record(episode: Episode) -> bytes:
+def record(episode: Episode, title: str = "") -> bytes:
     """Return the bytes of the .rrd file: the observer's view, the arena from above with tracks, the neurons,
     the wheels and the rewards.
 
-    Frames are JPEG. Raises ``ValueError`` on an episode without a step.
+    Frames are JPEG. An episode with a ``title`` cannot be played again by its behaviour's name and its seed, so that it
+    is like no other. Raises ``ValueError`` on an episode without a step.
     """
     if episode.steps == 0:
         raise ValueError("an episode without a step cannot be recorded")
     name = f"{episode.name} in {_short(episode)}, seed {episode.seed}"
     identity = f"{episode.name}-{_short(episode)}-{episode.seed}"
-    return recorded(partial(_write, episode), _blueprint(episode), name, identity)
+    return recorded(partial(_write, episode), _blueprint(episode), title or name, None if title else identity)
 
 
 def _short(episode: Episode) -> str:
@@ -55,12 +56,16 @@ def _short(episode: Episode) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Neurons:
-    """Answers of the env's vision model; its thresholds are not drawn."""
+    """Answers of the env's vision model."""
 
     model: str
     channels: tuple[str, ...]
     series: ResponseSeries
-    thresholds: Mapping[str, float | None] = field(default_factory=dict)
+    thresholds: Mapping[str, float | None]
+
+
+def _neurons(episode: Episode, series: ResponseSeries) -> _Neurons:
+    return _Neurons(episode.model, episode.channels, series, episode.thresholds)
 
 
 def _write(episode: Episode, recording: rr.RecordingStream) -> None:
@@ -72,8 +77,7 @@ def _write(episode: Episode, recording: rr.RecordingStream) -> None:
     if len(episode.frames):
         jpegs(recording, "camera", episode.frames, times, JPEG_QUALITY)
     if episode.series is not None:
-        neurons = _Neurons(episode.model, episode.channels, episode.series)
-        potentials(recording, [neurons], episode.time_s)
+        potentials(recording, [_neurons(episode, episode.series)], episode.time_s)
     _arena(recording, episode, times)
     wheels = {"left": episode.wheels[:, 0], "right": episode.wheels[:, 1]}
     rewards = {name: values for name, values in episode.infos.items() if name.startswith("reward_")}
@@ -125,9 +129,12 @@ def _blueprint(episode: Episode) -> rrb.Blueprint:
         origin="arena", name="arena from above (cm)", background=(214, 214, 210),
         visual_bounds=rrb.VisualBounds2D(x_range=(-48, 48), y_range=(-48, 48)),
     )  # fmt: skip
-    driven = rrb.Horizontal(plot("wheels", "wheels, share of 35 cm/s", 1.05), plot("reward", "reward's terms"))
+    driven = rrb.Horizontal(
+        *(plot(f"wheels/{side}", f"{side} wheel, share of 35 cm/s", 1.05) for side in ("left", "right")),
+        plot("reward", "terms of the reward", legend=True),
+    )
     if episode.series is None:
         return page(above, driven, shares=[3, 1])
-    camera = rrb.Spatial2DView(origin="camera", name="observer's view")
+    camera = rrb.Spatial2DView(origin="camera", name="what the robot sees")
     top = rrb.Horizontal(camera, above) if len(episode.frames) else above
-    return page(top, rrb.Vertical(plots(episode.channels), driven), shares=[3, 2])
+    return page(top, rrb.Vertical(lanes([_neurons(episode, episode.series)]), driven), shares=[3, 2])

@@ -11,39 +11,51 @@ from dsnn.model import SPIKING
 from experiments.bench.figures.palette import LINES, marks
 
 LIMIT_COLOUR = (140, 140, 140)
+THRESHOLD = "threshold/"
+"""Where thresholds are logged, each model's below its name."""
+CHANNELS_OF = "channels"
+"""The component of a threshold that lists the channels whose it is: `Level.owners`."""
 Colour = tuple[int, int, int]
-LINE_WIDTH, DOT_SIZE = 1.5, 2.0
-"""Width of series, in points of the screen."""
+LINE_WIDTH, DOT_SIZE, MARK_SIZE = 1.5, 2.0, 3.0
+"""Width of series, of their dots, and of the marks of spikes, in points of the screen."""
 DOTS = {
     "hs": rr.components.MarkerShape.Square,
     "vs": rr.components.MarkerShape.Circle,
     "looming": rr.components.MarkerShape.Up,
 }
 """Channel -> its dots, where another channel of the same model has the line."""
+DOT_NAMES = {"hs": "squares", "vs": "dots", "looming": "triangles"}
+"""Channel -> what its dots are called."""
 SHADES = {"hs": 255, "vs": 255, "looming": 0}
 """Channel -> the grey that its dots' colour is mixed with: white, or black."""
 SHADE = 0.45
 """Share of that grey."""
-OWNERS = "models"
-"""The component of a threshold that lists its models: `Level.owners`."""
-MOST_NAMED = 3
-"""Models that the name of a threshold lists."""
+LEVEL_SHADE = 0.35
+"""Share of white in the colour of a threshold: it is its model's, and lighter than the potential."""
+TOP, ROW = 1.05, 0.16
+"""Upper end of potentials in a lane, and the distance of the rows of spikes above it."""
+ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
+"""Colours of brighter, darker and unchanged pixels: warm, cool and dark."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A series of a recording's plots.
+    """A series of a recording: a potential, an azimuth, the number of spikes of each frame, or a row of spikes.
 
     Parameters
     ----------
     entity, title
         Where it is logged, and what the plot's key calls it.
     field
-        The `dsnn.Response` field that it shows.
+        The `dsnn.Response` field that it shows; of a row of spikes, the field that says where there are some.
     colour, width
         Those of its model: figures have line styles, for which a recording has widths.
     dots
         The shape of its dots; ``None``: it is a line.
+    row
+        Height in the lane of a row of spikes; ``None``: the series has the values of its field.
+    shown
+        Whether a view draws it. The number of spikes of each frame is there to be read.
     """
 
     entity: str
@@ -52,12 +64,14 @@ class Line:
     colour: Colour
     width: float
     dots: rr.components.MarkerShape | None = None
+    row: float | None = None
+    shown: bool = True
 
     def style(self) -> rr.SeriesLines | rr.SeriesPoints:
         """Return how a viewer draws it."""
         if self.dots is None:
             return rr.SeriesLines(colors=self.colour, names=self.title, widths=self.width)
-        size = DOT_SIZE * self.width / LINE_WIDTH
+        size = (DOT_SIZE if self.row is None else MARK_SIZE) * self.width / LINE_WIDTH
         return rr.SeriesPoints(colors=self.colour, names=self.title, markers=self.dots, marker_sizes=size)
 
 
@@ -70,7 +84,8 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     """Return the series of a model's declared channels.
 
     A model has one colour, that of the figures. Its first spiking channel is a line, the others are dots in lighter
-    (VS) and darker (looming) shades of the colour.
+    (VS) and darker (looming) shades of the colour. A channel has its potential, its spikes per frame, and a row of
+    marks where there are spikes, above the potentials.
 
     Parameters
     ----------
@@ -87,83 +102,129 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     first = next((channel for channel in channels if channel in SPIKING), "")
     series = []
     for channel in channels:
-        title = prefix + _said(channel)
+        title = prefix + _name(channel)
         if channel not in SPIKING:
             series.append(Line(f"{channel}/{name}", title, channel, colour, width))
             continue
         dots, tone = (None, colour) if channel == first else (DOTS[channel], _shade(colour, SHADES[channel]))
         series.append(Line(f"potential/{name}/{channel}", title, channel, tone, width, dots))
-        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", f"{channel}_spikes", tone, width, dots))
+        field, row = f"{channel}_spikes", _row(channel, channels)
+        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", field, tone, width, dots, shown=False))
+        series.append(Line(f"raster/{name}/{channel}", f"{title} spikes", field, tone, width, DOTS[channel], row))
     return series
 
 
-def _shade(colour: Colour, grey: int) -> Colour:
-    red, green, blue = (round((1 - SHADE) * part + SHADE * grey) for part in colour)
+def _row(channel: str, channels: Sequence[str]) -> float:
+    """Return the height of a channel's row of spikes: the first is the lowest."""
+    return TOP + ROW * (0.5 + [known for known in channels if known in SPIKING].index(channel))
+
+
+def ends(channels: Sequence[str]) -> tuple[float, float]:
+    """Return the lower and the upper end of the lane of a model with these channels.
+
+    Potentials of looming are not negative; above all potentials there is a row of spikes for each channel.
+    """
+    spiking = [channel for channel in channels if channel in SPIKING]
+    return -0.05 if spiking == ["looming"] else -TOP, TOP + ROW * max(len(spiking), 1)
+
+
+def _shade(colour: Colour, grey: int, share: float = SHADE) -> Colour:
+    return mixed(colour, (grey, grey, grey), share)
+
+
+def mixed(colour: Colour, other: Colour, share: float) -> Colour:
+    """Return a colour with a ``share`` of another in it."""
+    red, green, blue = (round((1 - share) * part + share * more) for part, more in zip(colour, other, strict=True))
     return red, green, blue
 
 
-def _said(channel: str) -> str:
+def _name(channel: str) -> str:
     return channel.upper() if channel in ("hs", "vs") else channel
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """A line at a threshold.
+    """A line at a threshold of a model.
 
     Parameters
     ----------
+    model
+        The model's label.
     value
         On the potential.
-    title
-        Says whose threshold it is.
-    models
-        The labels of all models whose it is.
+    channels
+        The channels of the model whose threshold it is.
+    colour
+        The model's, lighter.
     """
 
+    model: str
     value: float
-    title: str
-    models: tuple[str, ...] = ()
+    channels: tuple[str, ...]
+    colour: Colour
 
     @property
     def entity(self) -> str:
         """Return where it is logged."""
         sign = "plus" if self.value > 0 else "minus"
-        return f"potential/threshold/{sign}_{abs(self.value):g}".replace(".", "_")
+        size = f"{abs(self.value):g}".replace(".", "_")
+        return f"{THRESHOLD}{rr.escape_entity_path_part(self.model)}/{sign}_{size}"
 
     def style(self) -> rr.SeriesLines:
         """Return how a viewer draws it."""
-        return rr.SeriesLines(colors=LIMIT_COLOUR, names=self.title, widths=1.0)
+        title = f"threshold {self.value:g} of {self.model} ({', '.join(map(_name, self.channels))})"
+        return rr.SeriesLines(colors=self.colour, names=title, widths=1.0)
 
     def owners(self) -> rr.AnyValues:
-        """Return what tells a reader of the recording whose it is: the title names some models alone."""
-        return rr.AnyValues(models=list(self.models))
+        """Return what tells a reader of the recording which channels it is of."""
+        return rr.AnyValues(**{CHANNELS_OF: list(self.channels)})
 
 
 def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
-    """Return the thresholds to draw, lowest first: of either sign for HS and VS, of looming the positive one alone.
+    """Return the thresholds to draw, of each model the lowest first.
 
     Parameters
     ----------
     thresholds
-        Model -> channel -> its threshold. Equal ones are one line, which names their models.
+        Model -> channel -> its threshold: of HS and VS it counts with either sign, of looming the positive one alone.
     """
-    signs = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}
-    owners: dict[float, dict[str, list[str]]] = {}
+    signs, looks = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}, marks(thresholds)
+    drawn = []
     for model, channels in thresholds.items():
+        of_value: dict[float, list[str]] = {}
         for channel, level in channels.items():
             if channel in signs and level is not None:
                 for sign in signs[channel]:
-                    owners.setdefault(sign * level, {}).setdefault(model, []).append(channel)
-    return [Level(value, _whose(value, owners[value], thresholds), tuple(owners[value])) for value in sorted(owners)]
+                    of_value.setdefault(sign * level, []).append(channel)
+        colour = _shade(rgb(looks[model].colour), 255, LEVEL_SHADE)
+        drawn += [Level(model, value, tuple(of_value[value]), colour) for value in sorted(of_value)]
+    return drawn
 
 
-def _whose(
-    value: float, owners: Mapping[str, Sequence[str]], thresholds: Mapping[str, Mapping[str, float | None]]
-) -> str:
-    """Say whose threshold it is: models, and their channels where these have several thresholds."""
-    names = []
-    for model, channels in owners.items():
-        several = len({level for level in thresholds[model].values() if level is not None}) > 1
-        names.append(f"{model} ({', '.join(map(_said, channels))})" if several else model)
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{'' if value > 0 else '-'}T = {abs(value):g} of {', '.join(names[:MOST_NAMED])}{more}"
+def heading(model: str, channels: Sequence[str], thresholds: Mapping[str, float | None]) -> str:
+    """Return the heading of a model's lane, which does the work of a legend: one would cover the traces.
+
+    Parameters
+    ----------
+    model
+        Its label.
+    channels
+        Those that it declares.
+    thresholds
+        Channel -> its threshold.
+    """
+    spiking = [channel for channel in channels if channel in SPIKING]
+    shapes = ["line", *(DOT_NAMES[channel] for channel in spiking[1:])]
+    words = [", ".join(f"{_name(channel)} ({shape})" for channel, shape in zip(spiking, shapes, strict=False))]
+    of_value: dict[float, list[str]] = {}
+    for channel in spiking:
+        if (level := thresholds.get(channel)) is not None:
+            of_value.setdefault(level, []).append(channel)
+    for level, owners in of_value.items():
+        sign = "" if owners == ["looming"] else "±"
+        words.append(
+            f"threshold {sign}{level:g}" + (f" of {', '.join(map(_name, owners))}" if len(of_value) > 1 else "")
+        )
+    if of_value:
+        words.append("marks on top: spikes")
+    return f"{model}: {'; '.join(words)}"

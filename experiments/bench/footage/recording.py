@@ -10,9 +10,7 @@ import ctypes
 import math
 import os
 import select
-import socket
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Sequence
@@ -25,14 +23,25 @@ import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
-from dsnn import Response
+from dsnn import Response, ResponseSeries
+from experiments.bench import viewer
 from experiments.bench.engine.errors import UsageError, require_posix
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.terminal import program
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.series import Line, levels, lines, rgb
+from experiments.bench.figures.series import rgb
 from experiments.bench.footage.video import Picture
-from experiments.bench.recording import APPLICATION, page, plots, send_layout, timelines
+from experiments.bench.recording import (
+    APPLICATION,
+    Floats,
+    describe_answers,
+    described,
+    lanes,
+    page,
+    send_answers,
+    send_layout,
+    send_thresholds,
+    timelines,
+)
 from experiments.bench.store.places import fresh, naming, part
 
 QUALITY = 80
@@ -43,8 +52,6 @@ PIPE_BYTES = 2**16
 LONGEST_ARROW_AT = 0.5
 """Potential from which an arrow is as long as it gets. Models spike from some 0.15 on, and rarely go beyond 0.5."""
 VIEWER_EVERY_S, VIEWER_IMAGES_PER_S = 0.1, 20.0
-VIEWER_START_S, VIEWER_SETTLES_S = 20.0, 1.0
-VIEWER_MEMORY = "1GB"  # the viewer then drops the oldest data: a camera may run for days
 
 
 @dataclass(slots=True)
@@ -66,14 +73,14 @@ class LiveLog:
 
     def __init__(
         self, stream: rr.RecordingStream, models: Sequence[ConfiguredModel], size: tuple[int, int],
-        viewer: subprocess.Popen[bytes] | None = None, file: _File | None = None,
+        process: subprocess.Popen[bytes] | None = None, file: _File | None = None,
     ) -> None:  # fmt: skip
-        self._stream, self._models, self._size, self._viewer = stream, models, size, viewer
+        self._stream, self._models, self._size, self._viewer = stream, models, size, process
         self._file = file
         self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
-        self._levels = levels({model.label: model.thresholds for model in models})
+        self._answering = described(models)
         self._describe()
 
     @classmethod
@@ -94,18 +101,14 @@ class LiveLog:
 
         It gets every potential, and images as often as an eye can follow. Raises `UsageError` where it cannot open.
         """
-        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        if not viewer.has_screen():
             raise UsageError("watch: the viewer needs a screen (DISPLAY is not set): give --no-view, or --record FILE")
-        port = _free_port()
-        command = [*program(), "--bind", "127.0.0.1", "--port", f"{port}"]
-        command += ["--memory-limit", VIEWER_MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
-        # A session of its own: Ctrl-C is meant for the watching, not for the viewer.
-        quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
-        viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
-        _await(viewer, port)
+        process, address = viewer.opened(
+            "watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE"
+        )
         stream = rr.RecordingStream(APPLICATION)
-        stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size, models))
-        return cls(stream, models, size, viewer)
+        stream.connect_grpc(viewer.url(address), default_blueprint=blueprint(size, models))
+        return cls(stream, models, size, process)
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
         """Take a frame and the models' answers to it. A viewer that was closed is not missed.
@@ -157,8 +160,6 @@ class LiveLog:
         stream, tints = self._stream, colours(model.label for model in self._models)
         stream.log("picture", rr.EncodedImage.from_fields(media_type="image/jpeg"), static=True)
         for place, model in enumerate(self._models):
-            for line in self._lines(place):
-                stream.log(line.entity, line.style(), static=True)
             arrows = [system for system in ("hs", "vs") if system in model.channels]
             if arrows:
                 tint = [rgb(tints[model.label])] * len(arrows)
@@ -167,17 +168,12 @@ class LiveLog:
                     origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii
                 )
                 stream.log(_direction(model), arrows_shown, static=True)
-        for level in self._levels:
-            stream.log(level.entity, level.style(), level.owners(), static=True)
+        describe_answers(stream, self._answering)
 
     def _origin(self, place: int) -> tuple[float, float]:
         """Return where the arrows of a model begin: the models' places share the picture's middle row."""
         width, height = self._size
         return width * (place + 1) / (len(self._models) + 1), height / 2
-
-    def _lines(self, place: int) -> list[Line]:
-        model = self._models[place]
-        return lines(model.label, model.channels, [model.label for model in self._models])
 
     def _send(self) -> None:
         chunk, self._chunk = self._chunk, _Chunk()
@@ -189,24 +185,23 @@ class LiveLog:
             known = [i for i, answers in enumerate(chunk.answers) if answers[place] is not None]
             if known:
                 present = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
-                self._answers(place, present, timelines(*(column[known] for column in when)))
+                self._answers(place, present, when[0][known], when[1][known])
         # A level at the ends of the chunk draws its line.
-        ends = timelines(*(column[[0, -1]] for column in when))
-        for level in self._levels:
-            self._stream.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
+        send_thresholds(self._stream, self._answering, *(column[[0, -1]] for column in when))
 
-    def _answers(self, place: int, answers: Sequence[Response], times: list[rr.TimeColumn]) -> None:
-        send, model = self._stream.send_columns, self._models[place]
-        for line in self._lines(place):
-            values = [float(getattr(answer, line.field)) for answer in answers]
-            send(line.entity, times, rr.Scalars.columns(scalars=values))
+    def _answers(
+        self, place: int, answers: Sequence[Response], time_s: Floats, frames: npt.NDArray[np.int64]
+    ) -> None:  # fmt: skip
+        model, labels = self._models[place], [model.label for model in self._models]
+        series = ResponseSeries.from_responses(answers)
+        send_answers(self._stream, self._answering[place], labels, series, time_s, frames)
         axes = [(system, axis) for system, axis in (("hs", (1, 0)), ("vs", (0, 1))) if system in model.channels]
         if not axes:
             return
         vectors = np.array([[np.multiply(getattr(a, system), axis) for system, axis in axes] for a in answers])
         vectors = arrow_lengths(vectors, self._size)
         arrows = rr.Arrows2D.columns(vectors=vectors.reshape(-1, 2)).partition([len(axes)] * len(answers))
-        send(_direction(model), times, arrows)
+        self._stream.send_columns(_direction(model), timelines(time_s, frames), arrows)
 
 
 def arrow_lengths(potentials: npt.NDArray[np.float64], size: tuple[int, int]) -> npt.NDArray[np.float64]:
@@ -227,7 +222,7 @@ def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.B
     bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
     return page(
         rrb.Spatial2DView(origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds),
-        plots(channel for model in models for channel in model.channels),
+        lanes(described(models)),
         shares=[2, 1],
     )
 
@@ -294,22 +289,3 @@ class _File:
         left = memoryview(block)
         while left:
             left = left[self._disk.write(left) :]
-
-
-def _await(viewer: subprocess.Popen[bytes], port: int) -> None:
-    """Wait until the viewer listens, and a moment longer: it listens before it finds that it has no window."""
-    deadline = time.monotonic() + VIEWER_START_S
-    while viewer.poll() is None and time.monotonic() < deadline:
-        with socket.socket() as probe:
-            listens = probe.connect_ex(("127.0.0.1", port)) == 0
-        time.sleep(VIEWER_SETTLES_S if listens else 0.05)
-        if listens and viewer.poll() is None:
-            return
-    viewer.terminate()
-    raise UsageError("watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE")
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -15,7 +15,7 @@ import rerun.blueprint as rrb
 from dsnn import ResponseSeries
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.measured.rows import Given
-from experiments.bench.recording import plots, potentials, recorded, timelines, video
+from experiments.bench.recording import lanes, page, potentials, recorded, timelines, video
 
 Images = npt.NDArray[np.uint8]
 
@@ -73,12 +73,4 @@ def _write(
 
 def _blueprint(models: Sequence[_Shown], pictured: bool) -> rrb.Blueprint:
     views = [rrb.Spatial2DView(origin="camera", name="camera of the robot (Y, 8 bit)")] if pictured else []
-    return rrb.Blueprint(
-        rrb.Vertical(
-            *views,
-            plots(channel for model in models for channel in model.channels),
-            row_shares=[3, 2] if pictured else [1],
-        ),
-        rrb.TimePanel(state="collapsed", timeline="sim_time"),
-        collapse_panels=True,
-    )
+    return page(*views, lanes(models), shares=[3, 2] if pictured else [1])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from experiments.bench import registry
+from experiments.bench import registry, viewer
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.plan import plan as clips_plan
@@ -68,9 +68,11 @@ class RunRequest:
 
 def perform(
     experiment: Experiment | OfflineExperiment, asked: RunRequest, folder: Path, resources: Resources, *,
-    recordings: bool,
+    recordings: bool, live: bool | str = False,
 ) -> Report | OfflineReport:  # fmt: skip
     """Plan, run and conclude an experiment of either kind.
+
+    ``live`` streams trials into a viewer while they run, see `viewer_for`.
 
     Raises
     ------
@@ -80,6 +82,7 @@ def perform(
         There are tables in ``folder``, and nothing that tells of which run.
     """
     plan = planned(experiment, asked)
+    address = viewer_for(experiment, live, resources)
     for note in missing_models(plan):
         error_console.print(note, soft_wrap=True, markup=False)
     if isinstance(plan, OfflinePlan):
@@ -90,7 +93,52 @@ def perform(
             return clips_run.run(plan, folder, pool, resources, record=record)
     from experiments.bench.robot import run as robot_run
 
-    return robot_run.run(plan, folder, resources, recordings=recordings)
+    return robot_run.run(plan, folder, resources, recordings=recordings, viewer=address)
+
+
+def viewer_for(experiment: Experiment | OfflineExperiment, live: bool | str, resources: Resources) -> str | None:
+    """Find the viewer that trials are streamed to, or open one.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    live
+        The viewer's address, HOST:PORT. True: the one that listens at Rerun's own port of this machine, otherwise a new
+        one, which stays open. False: none.
+    resources
+        What the trials run on.
+
+    Returns
+    -------
+    str or None
+        Its address.
+
+    Raises
+    ------
+    UsageError
+        There is none, or nothing to stream.
+    """
+    if live is False:
+        return None
+    if isinstance(experiment, OfflineExperiment):
+        raise UsageError(f"--live: {experiment.name} shows clips; legal is an experiment with the robot")
+    if resources.cluster is not None:
+        raise UsageError("--live: a viewer listens on this machine alone; legal is --workers, not --cluster")
+    instead = "leave --live out and use colias view RUN --web, or open one elsewhere and give its address to --viewer"
+    usual = f"{viewer.HOST}:{viewer.PORT}"
+    if live is not True:
+        address = viewer.parsed(live)
+        if not viewer.listens(address):
+            raise UsageError(f"--viewer {address}: no Rerun viewer listens there; start one with: rerun --bind HOST")
+    elif viewer.listens(usual):
+        address = usual
+    else:
+        viewer.require_screen("--live: ", instead)
+        _, address = viewer.opened(f"--live: Rerun's viewer did not open on this screen: {instead}")
+    if not resources.quiet:
+        error_console.print(f"live: each trial is a recording of the viewer at {address}", soft_wrap=True, markup=False)
+    return address
 
 
 def planned(experiment: Experiment | OfflineExperiment, asked: RunRequest) -> Plan | OfflinePlan:
@@ -140,6 +188,7 @@ def run(
     pictures: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
+    live: bool | str = False,
     workers: int | None = None,
     cluster: str | None = None,
     other_code: bool = False,
@@ -176,6 +225,8 @@ def run(
         is missing is done.
     recordings
         Whether to write a Rerun recording of each trial.
+    live
+        Whether to stream trials into a Rerun viewer while they run; or the viewer's address, ``"127.0.0.1:9876"``.
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
@@ -221,6 +272,7 @@ def run(
         worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet), other
     )
     record = flag("recordings", recordings)
+    streamed = live if isinstance(live, str) else flag("live", live)
 
     def call() -> dict[str, Any]:
         arguments = {
@@ -240,7 +292,7 @@ def run(
         return commands.called("experiments.run", given)
 
     with commands.noting(call):
-        report = perform(declared, asked, place, resources, recordings=record)
+        report = perform(declared, asked, place, resources, recordings=record, live=streamed)
     tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
     return load(place)
 

@@ -17,29 +17,38 @@ import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
-from colias_sim.config import CameraConfig
-from experiments.bench.figures.series import LIMIT_COLOUR
+from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.shapes import Shape, robot_shapes
+from colias_sim.simulation import TRIAL_ROBOTS
+from experiments.bench.figures.series import LIMIT_COLOUR, OFF, ON, STILL, Colour, mixed
 from experiments.bench.recording import (
-    ROBOT_RADIUS_CM,
-    Floats,
+    MOST_LANES,
+    Answering,
+    describe_coloured,
+    describe_video,
+    lanes,
     page,
     plot,
-    plots,
     potentials,
     recorded,
+    send_coloured,
+    send_video,
     timelines,
-    video,
 )
 from experiments.bench.robot import surroundings
-from experiments.bench.robot.pictures.media import Media
-from experiments.bench.robot.trial import TrialResult
+from experiments.bench.robot.experiment import TrialSpec
+from experiments.bench.robot.pictures.media import MAP_SCALES, Media
+from experiments.bench.robot.trial import FrameColumns, TrialResult, scene_of
 from scenes import ARENA_RADIUS_CM, ARENAS
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
 
-ROBOT_HEIGHT_CM = 3.0
-MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
+MAP_TITLES = {
+    "p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"
+}  # fmt: skip
+MAP_FULL = {"p": 40.0, "la": 40.0, "f_on": 1.0, "f_off": 1.0}
+"""Layer map -> the value, in its own unit, that has the full colour."""
 
 
 def record(result: TrialResult) -> bytes:
@@ -49,24 +58,79 @@ def record(result: TrialResult) -> bytes:
     """
     if result.media is None:
         raise ValueError(f"trial {result.spec.index} kept no media to record")
-    spec = result.spec
-    name = f"{spec.index:04d} {spec.condition.label()}, repeat {spec.repeat}"
-    return recorded(partial(_write, result, result.media), blueprint(result), name, _identity(result))
+    view = layout(result.media, result.answers)
+    return recorded(partial(_write, result, result.media), view, title(result.spec), _identity(result))
+
+
+def title(spec: TrialSpec) -> str:
+    """Return the name of a trial's recording."""
+    return f"{spec.index:04d} {spec.condition.label()}, repeat {spec.repeat}"
 
 
 def _write(result: TrialResult, media: Media, recording: rr.RecordingStream) -> None:
     _properties(recording, result)
-    times = timelines(result.columns.sim_time_s, np.arange(result.frames))
-    eyes = {eye_entity(eye): images for eye, images in media.pictures.items()}
-    for entity, images in {**eyes, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
-        video(recording, entity, images, times)
-    for eye in exposing(media):
-        entity = f"exposure/{eye or 'camera'}"
-        name = f"exposure time{f' of {eye}' if eye else ''}, ms; a row each {media.row_time_us[eye]:g} us"
-        recording.log(entity, rr.SeriesLines(names=name, widths=1.5), static=True)
-        recording.send_columns(entity, times, rr.Scalars.columns(scalars=media.exposure_ms[eye]))
+    describe_trial(recording, result.spec, media)
+    send_frames(recording, media, result.columns, np.arange(result.frames))
     potentials(recording, result.answers, result.columns.sim_time_s)
-    _scene(recording, result, times)
+    path = np.column_stack([result.columns.stimulus_x_cm, result.columns.stimulus_y_cm, np.zeros(result.frames)])
+    recording.log("scene/path", rr.LineStrips3D([path], colors=[LIMIT_COLOUR], radii=[0.05]), static=True)
+
+
+def describe_trial(recording: rr.RecordingStream, spec: TrialSpec, media: Media) -> None:
+    """Log what stays of a trial: formats of its pictures, the arena, and what the robots look like, in cm."""
+    for eye, images in media.pictures.items():
+        describe_video(recording, eye_entity(eye), images.shape[1:])
+    for name, images in media.maps.items():
+        describe_coloured(recording, f"maps/{name}", images.shape[1:], map_colours(name))
+    for eye in exposing(media):
+        name = f"exposure time{f' of {eye}' if eye else ''}, ms; a row each {media.row_time_us[eye]:g} us"
+        recording.log(f"exposure/{eye or 'camera'}", rr.SeriesLines(names=name, widths=1.5), static=True)
+    camera, scene = spec.settings.camera, scene_of(spec.condition, spec.settings)
+    recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    recording.log("scene/floor", _floor(), static=True)
+    if obstacles := surroundings.obstacles(scene.arena):
+        recording.log("scene/obstacles", _obstacles(obstacles), static=True)
+    for robot in ("observer", "stimulus"):
+        recording.log(f"scene/{robot}", *_look(TRIAL_ROBOTS[robot], scene), static=True)
+    recording.log(
+        "scene/observer/eye",
+        rr.Transform3D(translation=[camera.forward_cm, 0, camera.up_cm], mat3x3=[[0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
+        rr.Pinhole(
+            resolution=[camera.width, camera.height], focal_length=camera.focal_px, image_plane_distance=_plane(camera)
+        ),
+        static=True,
+    )
+
+
+def send_frames(
+    recording: rr.RecordingStream, media: Media, columns: FrameColumns, frames: npt.NDArray[np.int64]
+) -> None:
+    """Log frames of a trial after `describe_trial`: pictures, exposure times, and where the robots are.
+
+    Parameters
+    ----------
+    recording
+        The stream.
+    media
+        The pictures, (T, R, C).
+    columns
+        Time and poses, (T,).
+    frames
+        The frames' numbers, (T,).
+    """
+    times = timelines(columns.sim_time_s, frames)
+    for eye, images in media.pictures.items():
+        send_video(recording, eye_entity(eye), images, times)
+    for name, images in media.maps.items():
+        send_coloured(recording, f"maps/{name}", images, times)
+    for eye in exposing(media):
+        scalars = rr.Scalars.columns(scalars=media.exposure_ms[eye])
+        recording.send_columns(f"exposure/{eye or 'camera'}", times, scalars)
+    for robot in ("observer", "stimulus"):
+        x, y, heading = (getattr(columns, f"{robot}_{name}") for name in ("x_cm", "y_cm", "heading_deg"))
+        half, zero = np.radians(heading) / 2, np.zeros_like(x)
+        place, turn = np.column_stack([x, y, zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        recording.send_columns(f"scene/{robot}", times, rr.Transform3D.columns(translation=place, quaternion=turn))
 
 
 def eye_entity(eye: str) -> str:
@@ -106,54 +170,32 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
     )
 
 
-def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
-    """Log both robots in centimetres: the observer at the origin with its view, the stimulus moving."""
-    columns, camera = result.columns, result.spec.settings.camera
-    recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    recording.log("scene/floor", _floor(), static=True)
-    if obstacles := surroundings.obstacles(result.spec.settings.scene.arena):
-        recording.log("scene/obstacles", _obstacles(obstacles), static=True)
-    recording.log("scene/observer", _body((46, 120, 80)), static=True)
-    recording.log(
-        "scene/observer/eye",
-        rr.Transform3D(translation=[camera.forward_cm, 0, camera.up_cm], mat3x3=[[0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
-        rr.Pinhole(
-            resolution=[camera.width, camera.height], focal_length=camera.focal_px, image_plane_distance=_plane(camera)
-        ),
-        static=True,
-    )
-    recording.log("scene/stimulus", _body((25, 25, 25)), static=True)
-    _move(
-        recording, "scene/observer", columns.observer_x_cm, columns.observer_y_cm, columns.observer_heading_deg, times
-    )
-    _move(
-        recording, "scene/stimulus", columns.stimulus_x_cm, columns.stimulus_y_cm, columns.stimulus_heading_deg, times
-    )
-    path = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.zeros(result.frames)])
-    recording.log("scene/path", rr.LineStrips3D([path], colors=[LIMIT_COLOUR], radii=[0.05]), static=True)
-
-
-def _move(
-    recording: rr.RecordingStream, entity: str, x: Floats, y: Floats, heading: Floats, times: list[rr.TimeColumn]
-) -> None:
-    half, zero = np.radians(heading) / 2, np.zeros_like(x)
-    place, turn = np.column_stack([x, y, zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
-    recording.send_columns(entity, times, rr.Transform3D.columns(translation=place, quaternion=turn))
-
-
 def _plane(camera: CameraConfig) -> float:
     """Tell how far out to draw the view: near enough to leave the stimulus visible."""
     return 4.0 / max(1.0, camera.width / camera.focal_px)
 
 
-def _body(colour: tuple[int, int, int]) -> rr.Cylinders3D:
-    return rr.Cylinders3D(
-        lengths=[ROBOT_HEIGHT_CM],
-        radii=[ROBOT_RADIUS_CM],
-        centers=[[0, 0, ROBOT_HEIGHT_CM / 2]],
-        colors=[colour],
-        fill_mode="solid",
-    )
+def _look(variant: str, scene: SceneConfig) -> list[rr.AsComponents]:
+    """Return the solids of a robot, in cm."""
+    by_kind: dict[str, list[Shape]] = {}
+    for shape in robot_shapes(variant, scene):
+        by_kind.setdefault(shape.kind, []).append(shape)
+    looks: list[rr.AsComponents] = []
+    for kind, shapes in by_kind.items():
+        half = 100 * np.array([shape.half_size for shape in shapes])
+        placed: dict[str, Any] = {
+            "centers": 100 * np.array([shape.centre for shape in shapes]),
+            "quaternions": np.array([shape.turn for shape in shapes]),
+            "colors": [shape.colour for shape in shapes],
+            "fill_mode": "solid",
+        }
+        if kind == "cylinder":
+            looks.append(rr.Cylinders3D(lengths=2 * half[:, 2], radii=half[:, 0], **placed))
+        elif kind == "box":
+            looks.append(rr.Boxes3D(half_sizes=half, **placed))
+        else:
+            looks.append(rr.Ellipsoids3D(half_sizes=half, **placed))
+    return looks
 
 
 def _floor() -> rr.LineStrips3D:
@@ -173,33 +215,41 @@ def _obstacles(obstacles: Sequence[Obstacle]) -> rr.LineStrips3D:
     return rr.LineStrips3D(strips, colors=[LIMIT_COLOUR], radii=[0.1])
 
 
-def blueprint(result: TrialResult) -> rrb.Blueprint:
-    """A layout that opens ready to read: what the robot sees, where things are, what the network says."""
-    media = result.media
+def map_colours(name: str) -> list[Colour]:
+    """Return the colours of a layer map's 256 values: warm where it became brighter, cool where darker, else dark."""
+    gain, zero = MAP_SCALES[name]
+    full = MAP_FULL[name]
+    clipped = max(zero, 0.0)  # the values below are noise
+    strength = [(value - clipped) / (gain * full) for value in range(256)]
+    if name == "f_off":
+        strength = [-share for share in strength]
+    return [mixed(STILL, ON if share > 0 else OFF, min(abs(share), 1.0)) for share in strength]
+
+
+def arena_view(origin: str, name: str) -> rrb.Spatial3DView:
+    """Return the view of both robots in their arena, from behind the observer."""
+    eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
+    return rrb.Spatial3DView(origin=origin, name=name, background=(214, 214, 210), eye_controls=eye)
+
+
+def layout(media: Media, answering: Sequence[Answering]) -> rrb.Blueprint:
+    """Return a layout that opens ready to read: where things are, what the robot sees, what the layers of the first
+    model make of it, and beneath it what each model answers.
+    """
     eyes = [
-        rrb.Spatial2DView(origin=eye_entity(eye), name=f"{eye or 'camera'} (Y, 8 bit)")
-        for eye in (media.pictures if media else ("",))
+        rrb.Spatial2DView(origin=eye_entity(eye), name=f"what the robot sees{f' ({eye})' if eye else ''}")
+        for eye in media.pictures
     ]
-    views: list[rrb.Horizontal | rrb.TimeSeriesView] = [
-        rrb.Horizontal(
-            *eyes,
-            rrb.Spatial3DView(
-                origin="scene",
-                name="arena (cm)",
-                background=(214, 214, 210),
-                eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
-            ),
-            column_shares=[*[2] * len(eyes), 3],
-        ),
-        plots(channel for answer in result.answers for channel in answer.channels),
-    ]
-    shares = [3, 2]
-    if media is not None and exposing(media):
-        views.append(plot("exposure", "exposure time of each row (ms)"))
-        shares.append(1)
-    if media is not None and media.maps:
-        whose = result.answers[0].model  # a trial keeps the layer maps of its first model
-        maps = [rrb.Spatial2DView(origin=f"maps/{k}", name=f"{whose}: {MAP_TITLES[k]}") for k in media.maps]
-        views.append(rrb.Horizontal(*maps))
-        shares.append(2)
-    return page(*views, shares=shares)
+    top: list[rrb.View | rrb.Container] = [arena_view("scene", "arena (circles: 10, 20 and 45 cm)"), *eyes]
+    shares = [5.0, *[4.0] * len(eyes)]
+    if media.maps:
+        whose = answering[0].model  # a trial keeps the layer maps of its first model
+        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=f"{whose}: {MAP_TITLES[name]}") for name in media.maps]
+        top.append(rrb.Grid(*maps, grid_columns=2))
+        shares.append(5.0)
+    views: list[rrb.View | rrb.Container] = [rrb.Horizontal(*top, column_shares=shares), lanes(answering)]
+    heights = [4.0, 3.0 + min(len(answering), MOST_LANES) / 2]
+    if exposing(media):
+        views.append(plot("exposure", "exposure time of each row (ms)", legend=len(media.pictures) > 1))
+        heights.append(1.0)
+    return page(*views, shares=heights)

@@ -17,7 +17,7 @@ from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, notes
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
 from experiments.bench.robot.trajectory import nominal
-from experiments.bench.robot.trial import TrialResult, run_trial
+from experiments.bench.robot.trial import TrialResult, Watch, run_trial
 from experiments.bench.store.drawing import drawn_here
 from experiments.bench.store.rows import TrialRecord, recording_of
 
@@ -31,6 +31,8 @@ class Keep:
 
     recordings: bool = True
     frames: bool = True
+    viewer: str | None = None
+    """Address, HOST:PORT, of a viewer that trials are streamed to while they run."""
 
 
 TABLES_ONLY = Keep(recordings=False)
@@ -39,7 +41,7 @@ ROWS_ONLY = Keep(recordings=False, frames=False)
 
 def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
     """Run one trial in a worker, with its recording if that is kept."""
-    result = simulated(spec, keep_media=keep.recordings)
+    result = simulated(spec, keep_media=keep.recordings) if keep.viewer is None else _streamed(spec, keep.viewer)
     recorded = None
     if keep.recordings:
         from experiments.bench.robot import recording  # not before: Rerun takes its time to load
@@ -49,11 +51,21 @@ def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
     return drawn_here(finished(result, recorded, frames=keep.frames))
 
 
-def simulated(spec: TrialSpec, *, keep_media: bool) -> TrialResult:
-    """Run one trial in a worker, on one thread. ``keep_media`` keeps its pictures."""
+def _streamed(spec: TrialSpec, address: str) -> TrialResult:
+    from experiments.bench.robot.live import LiveTrial  # not before: Rerun takes its time to load
+
+    live = LiveTrial(spec, address)
+    try:
+        return simulated(spec, keep_media=True, watch=live.see)
+    finally:
+        live.close()
+
+
+def simulated(spec: TrialSpec, *, keep_media: bool, watch: Watch | None = None) -> TrialResult:
+    """Run one trial in a worker, on one thread. ``keep_media`` keeps its pictures; ``watch`` sees each frame."""
     cv2.setNumThreads(1)  # more threads cost a second core for a sixth of the time
     with threadpool_limits(1):
-        return run_trial(spec, keep_media=keep_media)
+        return run_trial(spec, keep_media=keep_media, watch=watch)
 
 
 def seconds(spec: TrialSpec) -> float:
@@ -83,7 +95,9 @@ def batch(plan: Plan, keep: Keep) -> Batch[TrialSpec]:
     )
 
 
-def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Report:
+def run(
+    plan: Plan, out: Path, resources: Resources, *, recordings: bool, viewer: str | None = None
+) -> Report:  # fmt: skip
     """Run a checked plan's trials with a pool of its own.
 
     Parameters
@@ -96,13 +110,15 @@ def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Rep
         Workers, or a cluster.
     recordings
         Whether to record each trial for Rerun.
+    viewer
+        Address, HOST:PORT, of a viewer that trials are streamed to while they run.
 
     Returns
     -------
     Report
         What the run amounts to, as its files say.
     """
-    opened_batch = batch(plan, Keep(recordings))
+    opened_batch = batch(plan, Keep(recordings, viewer=viewer))
     with resources.pool() as pool, closing(opened_batch.open(out, resources)) as folder:
         failures = opened_batch.fill(folder, pool, resources)
         from experiments.bench.robot.summary import conclude  # not before: workers do without matplotlib

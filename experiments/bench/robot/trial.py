@@ -6,7 +6,7 @@ import dataclasses
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -142,23 +142,23 @@ def scene_of(condition: Condition, settings: Settings) -> SceneConfig:
     return dataclasses.replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
 
 
-def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
+def run_trial(spec: TrialSpec, *, keep_media: bool = False, watch: Watch | None = None) -> TrialResult:
     """Run one trial; the same specification gives the same result, wall time aside, in any process.
 
     ``keep_media`` also returns camera frames and the first model's layer maps, for a recording. Raises
     `TrialError` if the stimulus does not get to the end of its path, or every model breaks. A stimulus that drives
     open loop stops by time, wherever it is then. Where models see through other eyes
-    (`experiments.bench.robot.pictures.eyes`), the trial is simulated for each.
+    (`experiments.bench.robot.pictures.eyes`), the trial is simulated for each. ``watch`` sees it after each frame.
     """
     began = time.perf_counter()
     settings = spec.settings
     by_eye = models_by_eye(settings.models)
-    seen = {eye: _see(spec, camera(settings, eye), models, keep_media) for eye, models in by_eye.items()}
+    seen = {eye: _see(spec, eye, models, keep_media, watch) for eye, models in by_eye.items()}
     wall_s = time.perf_counter() - began
     first = next(iter(seen.values()))
     if any(runner.poses != first.poses for runner in seen.values()):
         raise TrialError("the robots moved otherwise before the other eye: this is a defect of the bench")
-    columns = _columns(first.frames, first.poses, settings)
+    columns = columns_of(first.frames, first.poses, settings)
     parts = parts_of(spec.condition, settings.camera, columns)
     runners = {runner.label: runner for eye in seen.values() for runner in eye.watching}
     watching = [runners[model.label] for model in settings.models]
@@ -269,13 +269,21 @@ class RunningTrial:
         return frame, answers
 
 
-def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], keep_media: bool) -> RunningTrial:
+def _see(
+    spec: TrialSpec, eye: str, models: Sequence[ConfiguredModel], keep_media: bool, watch: Watch | None
+) -> RunningTrial:  # fmt: skip
     """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
     first = models[0] if keep_media and models[0] is spec.settings.models[0] else None
-    trial = RunningTrial(spec, eye, models, showing=first)
+    trial = RunningTrial(spec, camera(spec.settings, eye), models, showing=first)
     while not trial.drive.over:
         trial.step()
+        if watch is not None:
+            watch(eye, trial)
     return trial
+
+
+Watch = Callable[[str, RunningTrial], None]
+"""Watcher of a running trial: it gets the eye's name and the trial after each frame, and changes nothing."""
 
 
 def _result(
@@ -379,7 +387,8 @@ def answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows | None
     )
 
 
-def _columns(frames: list[Frame], poses: list[tuple[Pose, Pose]], settings: Settings) -> FrameColumns:
+def columns_of(frames: list[Frame], poses: list[tuple[Pose, Pose]], settings: Settings) -> FrameColumns:
+    """Return time and poses of frames, from them and the poses of stimulus and observer after each."""
     forward = settings.camera.forward_cm / 100
     stimulus, observer = [p for p, _ in poses], [p for _, p in poses]
     return FrameColumns(

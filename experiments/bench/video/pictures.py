@@ -13,12 +13,11 @@ import pyarrow as pa
 import rerun as rr
 
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.figures.series import OFF, ON, STILL
 from experiments.bench.store.places import regular
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
-ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
-"""Colours of brighter, darker and unchanged pixels: warm, cool and dark."""
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
 

@@ -20,14 +20,15 @@ import rerun as rr
 
 from colias_sim.config import CameraConfig
 from experiments.bench.engine.errors import UsageError, explained
-from experiments.bench.figures.series import OWNERS
+from experiments.bench.figures.series import THRESHOLD
 from experiments.bench.store.places import regular
 from experiments.bench.video.pictures import Floats, times_of
 
 Colour = tuple[int, int, int]
 PLACES = ("potential", "azimuth", "spikes")
 """Where recordings log what models answered: the first part of an entity's path."""
-THRESHOLD = "potential/threshold/"
+OLDER_THRESHOLD, OWNERS = "potential/threshold/", "models"
+"""Where older recordings logged thresholds, each for all models that have it, and what lists these."""
 MAPS = "maps/"
 """Pictures that no video shows."""
 GREY: Colour = (90, 90, 90)
@@ -195,7 +196,7 @@ class _Found:
         elif "EncodedImage:blob" in names or "Image:buffer" in names:
             if not entity.startswith(MAPS):
                 self._eyes.setdefault(entity, []).append(times_of(batch))
-        elif "Scalars:scalars" in names and entity.startswith(PLACES):
+        elif "Scalars:scalars" in names and entity.startswith((*PLACES, THRESHOLD)):
             self._scalars.setdefault(entity, []).append((times_of(batch), _flat(batch, "Scalars:scalars")))
         elif "Transform3D:translation" in names:
             self._take_pose(entity, batch)
@@ -250,12 +251,17 @@ class _Found:
     def reel(self, path: Path) -> Reel:
         """Put together what was found."""
         series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
-        levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(THRESHOLD)}
-        owners = {level: self._owners[entity] for entity, level in levels.items() if entity in self._owners}
+        drawn = (THRESHOLD, OLDER_THRESHOLD)
+        levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(drawn)}
+        owners: dict[float, tuple[str, ...]] = {}
+        for entity, level in levels.items():
+            whose = (model_of(entity),) if entity.startswith(THRESHOLD) else self._owners.get(entity, ())
+            if whose:
+                owners[level] = (*owners.get(level, ()), *whose)
         traces = [
-            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *joined, entity in self._dotted,
-                  _model(entity), entity.rpartition("/")[2])
-            for entity, joined in series.items() if not entity.startswith(THRESHOLD)
+            Trace(entity.partition("/")[0], *self._styles.get(look := self._look(entity), (entity, GREY)), *joined,
+                  look in self._dotted, model_of(entity), entity.rpartition("/")[2])
+            for entity, joined in series.items() if not entity.startswith(drawn)
         ]  # fmt: skip
         tracks = [
             Track(robot.rpartition("/")[2], self._colours.get(robot, GREY), *_joined(parts))
@@ -274,8 +280,12 @@ class _Found:
                     tuple(sorted({*levels.values()})), tuple(self._eyes), self._view_deg, self._properties,
                     owners, obstacles=self._obstacles)  # fmt: skip
 
+    def _look(self, entity: str) -> str:
+        """Return the entity whose style a series has: spikes that are not drawn, that of their potential."""
+        return entity if entity in self._styles else entity.replace("spikes/", "potential/", 1)
 
-def _model(entity: str) -> str:
+
+def model_of(entity: str) -> str:
     """Read the label of the model whose answer is there: the second part of the path, which escapes some letters."""
     label = re.findall(r"(?:\\.|[^/])+", entity)[1]
     return re.sub(r"\\(.)", r"\1", label)

@@ -160,7 +160,7 @@ def test_play_records_frames_object_potentials_and_thresholds(colias):
     (hs,) = entity(recording, "/potential/dsnn/hs")
     expected = DSNN(clip.shape, DSNNParams.offline(t_sp=0.3)).run(frame.luma for frame in clip)
     np.testing.assert_array_equal(np.concatenate(column(hs, "Scalars")), expected.hs)
-    (threshold,) = entity(recording, "/potential/threshold/minus_0_3")
+    (threshold,) = entity(recording, "/threshold/dsnn/minus_0_3")
     assert column(threshold, "Scalars") == [[-0.3], [-0.3]]
     again = colias("play", "plain", "--record", "a.rrd", "--no-view")
     assert (again.returncode, again.stderr.count("\n")) == (2, 1)

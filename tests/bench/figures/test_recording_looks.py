@@ -16,10 +16,10 @@ from experiments.bench.closed_loop import recording as closed_loop_recording
 from experiments.bench.closed_loop.episode import Episode
 from experiments.bench.engine.models import choose
 from experiments.bench.figures.palette import LINES, marks
-from experiments.bench.figures.series import levels, lines, rgb
+from experiments.bench.figures.series import ends, heading, levels, lines, rgb
 from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
 from experiments.bench.footage.video import Picture
-from experiments.bench.recording import TIMELINE, page, plots, potentials, recorded
+from experiments.bench.recording import TIMELINE, lanes, page, potentials, recorded
 
 COUNT = 5
 LABELS = ("dsnn", "emd", "lgmd1", "hybrid", "t4t5", "lplc2", "mine")
@@ -53,17 +53,18 @@ def colour(found: dict[str, list]) -> tuple[int, ...]:
 
 
 def written(path: Path, models=LABELS) -> Path:
+    channels = {"lgmd1": ("looming",), "hybrid": ("hs", "vs", "looming", "azimuth")}
+    own = {"dsnn": 0.16, "mine": 0.3}
+    answers = [
+        SimpleNamespace(model=model, channels=channels.get(model, ("hs", "vs")), series=series(),
+                        thresholds={"hs": own.get(model, 0.2), "vs": own.get(model, 0.2)})
+        for model in models
+    ]  # fmt: skip
+
     def write(recording):
-        channels = {"lgmd1": ("looming",), "hybrid": ("hs", "vs", "looming", "azimuth")}
-        own = {"dsnn": 0.16, "mine": 0.3}
-        answers = [
-            SimpleNamespace(model=model, channels=channels.get(model, ("hs", "vs")), series=series(),
-                            thresholds={"hs": own.get(model, 0.2), "vs": own.get(model, 0.2)})
-            for model in models
-        ]  # fmt: skip
         potentials(recording, answers, np.arange(COUNT) / 30.0)
 
-    path.write_bytes(recorded(write, page(plots(["hs"]), shares=[1]), "looks"))
+    path.write_bytes(recorded(write, page(lanes(answers), shares=[1]), "looks"))
     return path
 
 
@@ -71,21 +72,67 @@ def test_a_model_has_the_colour_of_the_figures_in_all_its_plots(tmp_path):
     held = static(written(tmp_path / "looks.rrd"))
     for model, mark in marks(LABELS).items():
         first = "looming" if model == "lgmd1" else "hs"
-        assert {colour(held[f"/{plot}/{model}/{first}"]) for plot in ("potential", "spikes")} == {rgb(mark.colour)}
+        assert {colour(held[f"/{plot}/{model}/{first}"]) for plot in ("potential", "raster")} == {rgb(mark.colour)}
     assert colour(held["/azimuth/hybrid"]) == colour(held["/potential/hybrid/hs"])
     lighter, own, darker = (sum(colour(held[f"/potential/hybrid/{name}"])) for name in ("vs", "hs", "looming"))
     assert lighter > own > darker, "other channels are dots in shades of it"
 
 
-def test_thresholds_name_their_models(tmp_path):
+def saturation(rgb_colour: tuple[int, ...]) -> float:
+    return max(rgb_colour) - min(rgb_colour)
+
+
+def test_a_threshold_is_its_model_s_and_has_its_colour_lighter(tmp_path):
     held = static(written(tmp_path / "looks.rrd"))
-    names = {found["names"][0] for entity, found in held.items() if "/threshold/" in entity}
-    assert {"T = 0.16 of dsnn", "-T = 0.16 of dsnn", "T = 0.3 of mine"} <= names
-    assert "T = 0.2 of emd, lgmd1, hybrid and 2 more" in names
+    names = {found["names"][0] for entity, found in held.items() if entity.startswith("/threshold/")}
+    assert {
+        "threshold 0.16 of dsnn (HS, VS)",
+        "threshold -0.16 of dsnn (HS, VS)",
+        "threshold 0.3 of mine (HS, VS)",
+    } <= names
+    for model, mark in marks(LABELS).items():
+        own = rgb(mark.colour)
+        for found in (found for entity, found in held.items() if entity.startswith(f"/threshold/{model}/")):
+            assert saturation(own) > 0 and sum(colour(found)) > sum(own)
+            assert np.argmax(colour(found)) == np.argmax(own) and np.argmin(colour(found)) == np.argmin(own)
     apart = levels({"hybrid": {"hs": 0.16, "vs": 0.16, "looming": 0.78}})
-    assert [level.title for level in apart] == [
-        "-T = 0.16 of hybrid (HS, VS)", "T = 0.16 of hybrid (HS, VS)", "T = 0.78 of hybrid (looming)"
+    assert [(level.value, level.channels) for level in apart] == [
+        (-0.16, ("hs", "vs")), (0.16, ("hs", "vs")), (0.78, ("looming",))
     ]  # fmt: skip
+
+
+def rows_of(path: Path, entity: str) -> dict[str, list]:
+    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
+    columns = [chunk.to_record_batch().select(["frame", "Scalars:scalars"]).to_pydict() for chunk in chunks]
+    return {"frame": [frame for batch in columns for frame in batch["frame"]],
+            "value": [value for batch in columns for (value,) in batch["Scalars:scalars"]]}  # fmt: skip
+
+
+def test_spikes_are_marks_where_there_are_some_above_every_potential(tmp_path):
+    counts = np.array([0, 2, 0, 1, 0])
+    given = ResponseSeries.from_responses([Response(1.0, -1.0, int(count), 0) for count in counts])
+    answer = SimpleNamespace(model="dsnn", channels=("hs", "vs"), series=given, thresholds={"hs": 0.2, "vs": 0.2})
+    path = tmp_path / "spikes.rrd"
+    path.write_bytes(
+        recorded(
+            lambda stream: potentials(stream, [answer], np.arange(COUNT) / 30), page(lanes([answer]), shares=[1]), ""
+        )
+    )
+    marked = rows_of(path, "/raster/dsnn/hs")
+    assert marked["frame"] == np.flatnonzero(counts).tolist()
+    lowest, highest = ends(answer.channels)
+    assert all(given.hs.max() < height < highest for height in marked["value"]) and lowest < given.vs.min()
+    assert rows_of(path, "/raster/dsnn/vs")["frame"] == []
+    assert rows_of(path, "/spikes/dsnn/hs")["value"] == counts.tolist(), "the counts themselves are there to be read"
+
+
+def test_the_heading_of_a_lane_does_the_work_of_a_legend():
+    assert heading("dsnn", ("hs", "vs"), {"hs": 0.2, "vs": 0.2}) == (
+        "dsnn: HS (line), VS (dots); threshold ±0.2; marks on top: spikes"
+    )
+    hybrid = heading("hybrid", ("hs", "looming", "azimuth"), {"hs": 0.2, "looming": 0.7})
+    assert "threshold ±0.2 of HS" in hybrid and "threshold 0.7 of looming" in hybrid and "looming (triangles)" in hybrid
+    assert heading("emd", ("hs",), {"hs": None}) == "emd: HS (line)"
 
 
 @pytest.mark.parametrize("own", [0, 3, 30])

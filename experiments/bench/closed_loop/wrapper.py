@@ -1,0 +1,129 @@
+"""Record what an env does for Rerun, whoever drives it: a wrapper."""
+
+from __future__ import annotations
+
+import os
+import string
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+
+from colias_sim.envs.base import ColiasEnv
+from experiments.bench.closed_loop.episode import EpisodeKeeper
+from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.store.places import fresh, naming, part
+
+NUMBER = "episode"
+"""The field of a path that is replaced with the number of the episode."""
+
+
+class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs):
+    """Record an env's episodes for Rerun's viewer: each is a file, written when it ends.
+
+    A recording has what the robot sees, the arena from above with the robots' tracks, what the vision model answers,
+    the wheels, and the terms of the reward. Observations, rewards and draws are those of the env without the wrapper.
+
+    Parameters
+    ----------
+    env
+        One of colias_sim's envs, or wrappers around one. Envs of a vector env are wrapped one by one.
+    path
+        The .rrd file: the first episode is recorded. With ``{episode}`` in it, such as ``"runs/{episode:03d}.rrd"``,
+        each episode is, in a file with its number, from 0. A file that is there is replaced.
+    episode_trigger
+        Says of an episode's number whether it is recorded, as that of Gymnasium's ``RecordVideo`` does.
+
+    Attributes
+    ----------
+    recorded
+        The files that were written, in order.
+
+    Raises
+    ------
+    UsageError
+        The env is none of colias_sim's, or the path is not legal; in one line. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> import colias_sim, experiments
+    >>> env = experiments.RecordRerun(gym.make("colias_sim/Pursuit-v0", observation="neural"), "episode.rrd")
+    """
+
+    def __init__(
+        self, env: gym.Env[Any, Any], path: str | os.PathLike[str],
+        episode_trigger: Callable[[int], bool] | None = None,
+    ) -> None:  # fmt: skip
+        gym.utils.RecordConstructorArgs.__init__(self, path=path, episode_trigger=episode_trigger)
+        inner = getattr(env, "unwrapped", env)
+        if not isinstance(inner, ColiasEnv):
+            hint = "; wrap each of its envs" if isinstance(env, gym.vector.VectorEnv) else ""
+            raise UsageError(f"RecordRerun: {type(inner).__name__} is no env of colias_sim{hint}")
+        super().__init__(env)
+        self._inner, self._path = inner, os.fspath(path)
+        several = _check(self._path)
+        self._trigger = episode_trigger or (lambda number: several or number == 0)
+        self._several = several
+        self._number = -1
+        self._keep: EpisodeKeeper | None = None
+        self.recorded: list[Path] = []
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; one that was begun before and has not ended is written as far as it got."""
+        self._write(touched=False)
+        begun = self.env.reset(seed=seed, options=options)
+        self._number += 1
+        self._keep = EpisodeKeeper(self._inner, images=True) if self._trigger(self._number) else None
+        return begun
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Take a step of the env; the last one of an episode writes its recording."""
+        taken = self.env.step(action)
+        _, reward, terminated, truncated, info = taken
+        if self._keep is not None:
+            terms = {name: value for name, value in info.items() if name.startswith("reward_")}
+            self._keep.step(float(reward), terms)
+            if terminated or truncated:
+                self._write(touched=terminated)
+        return taken
+
+    def close(self) -> None:
+        """Write what an episode has that did not end, and close the env."""
+        try:
+            self._write(touched=False)
+        finally:
+            self.env.close()
+
+    def _write(self, *, touched: bool) -> None:
+        keep, self._keep = self._keep, None
+        if keep is None or not keep.steps:
+            return
+        from experiments.bench.closed_loop.recording import record  # not before: Rerun takes its time to load
+
+        assert self._inner.spec is not None
+        seed = self._inner.np_random_seed
+        episode = keep.episode("agent", self._inner.spec.id, seed, touched)
+        data = record(episode, f"episode {self._number} in {episode.env.partition('/')[2]}")
+        place = Path(self._path.format(**{NUMBER: self._number}) if self._several else self._path)
+        with naming(place):
+            place.parent.mkdir(parents=True, exist_ok=True)
+            whole = fresh(part(place))
+            whole.write_bytes(data)
+            whole.replace(place)
+        self.recorded.append(place)
+
+
+def _check(path: Any) -> bool:
+    """Return whether a path has a place for the number of the episode; `UsageError` where it is not legal."""
+    legal = f"legal is a path that ends in .rrd, with {{{NUMBER}}} in it for a file of each episode"
+    if not isinstance(path, str) or not path.endswith(".rrd"):
+        raise UsageError(f"RecordRerun: {short(path)}: {legal}")
+    try:
+        fields = [name for _, name, _, _ in string.Formatter().parse(path) if name is not None]
+        if fields:
+            path.format(**{NUMBER: 0})
+    except (KeyError, IndexError, ValueError, AttributeError):
+        raise UsageError(f"RecordRerun: {short(path)}: {legal}") from None
+    return bool(fields)
