@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.figures.palette import HUES, LINES, Mark, level_colours, marks
+from experiments.bench.figures.palette import HUES, Mark, level_colours, marks
 from experiments.bench.figures.plotting import (
     STYLE,
     columns_of_key,
@@ -109,9 +109,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
 
 
 def _dots(mark: Mark, count: int) -> dict[str, Any]:
-    """Return markers along a line of ``count`` points for a model whose hue another model has, too; else none."""
-    if mark.line == LINES[0]:
-        return {}
+    """Return the model's markers along a line of ``count`` points."""
     return {"marker": mark.marker, "ms": 4, "markevery": max(count // 8, 1)}
 
 

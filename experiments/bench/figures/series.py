@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import rerun as rr
 
 from dsnn.model import SPIKING
-from experiments.bench.figures.palette import LINES, marks
+from experiments.bench.figures.palette import colours
 
 LIMIT_COLOUR = (140, 140, 140)
 Colour = tuple[int, int, int]
@@ -41,7 +41,7 @@ class Line:
     field
         The `dsnn.Response` field that it shows.
     colour, width
-        Those of its model: figures have line styles, for which a recording has widths.
+        Those of its model: figures have markers, for which a recording has widths.
     dots
         The shape of its dots; ``None``: it is a line.
     """
@@ -81,8 +81,10 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     models
         The labels of all models of the recording. Titles name the model where there are several.
     """
-    mark = marks(models)[model]
-    colour, width = rgb(mark.colour), LINE_WIDTH * (1 + LINES.index(mark.line))
+    tints = colours(models)
+    earlier = list(tints)[: list(tints).index(model)]
+    turn = sum(tints[other] == tints[model] for other in earlier)
+    colour, width = rgb(tints[model]), LINE_WIDTH * (1 + turn)
     name, prefix = rr.escape_entity_path_part(model), f"{model} " if len(models) > 1 else ""
     first = next((channel for channel in channels if channel in SPIKING), "")
     series = []

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
-from experiments.bench.figures.palette import LINES, MARKERS, Mark, level_colours, marks
+from experiments.bench.figures.palette import LINES, Mark, level_colours, marks
 from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
 from experiments.bench.judging.statistics import LEAST_FOR_BOOTSTRAP, summarise
 from experiments.bench.robot.rows import is_tracked, varying
@@ -55,6 +55,8 @@ ACROSS = 4
 """Most panels of traces in a row."""
 MOST_DOTTED = 4
 """Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
+FILLS: Sequence[Any] = ("full", "none", "left", "top", "right", "bottom")
+"""Fillings of markers, of conditions: as words have no line between them, line styles would not tell them apart."""
 SPREAD, NARROW = 0.62, 0.34
 """Width of all series at one level, as a share of the smallest gap between levels: of words, and of numbers."""
 NEAR = 0.08
@@ -67,15 +69,20 @@ class Series:
 
     Parameters
     ----------
-    label, mark
-        What tells it apart from the others, and how it is drawn.
+    label
+        What tells it apart from the others.
     rows
         Its trials.
+    mark
+        Its model's.
+    condition
+        Number of the combination of its other conditions: it has a line style and a filling of the marker.
     """
 
     label: str
     rows: Rows
     mark: Mark
+    condition: int
 
 
 def title(
@@ -185,9 +192,7 @@ def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
         for place, part in enumerate(parts):
             words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
             style = model_marks[model]
-            turn = (place + LINES.index(style.line) * len(parts)) % len(LINES)  # models of one hue stay apart
-            mark = style if len(parts) == 1 else Mark(style.colour, MARKERS[turn], LINES[turn])
-            series.append(Series(", ".join(words), part, mark))
+            series.append(Series(", ".join(words), part, style, place))
     return series
 
 
@@ -215,10 +220,11 @@ def _counts(
                 means.append(
                     (tick + shift, _level(axes, spikes, tick + shift, step, tint, one_series.mark, len(series)))
                 )
-        style = "none" if ordinal else one_series.mark.line
+        style = "none" if ordinal else LINES[one_series.condition % len(LINES)]
         line = "black" if colours else one_series.mark.colour
         axes.plot(*zip(*means, strict=True), color=line, lw=0.9, ls=style, label=one_series.label, zorder=2,
-                  marker=one_series.mark.marker if len(series) > 1 else None, ms=4)  # fmt: skip
+                  marker=one_series.mark.marker if len(series) > 1 else None, ms=4,
+                  fillstyle=FILLS[one_series.condition % len(FILLS)])  # fmt: skip
     axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=7 if len(levels) > 6 else 9)
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))

@@ -86,7 +86,7 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
         for place, (model, (x, heights)) in enumerate(shares.items()):
             mark, after = tints[model], list(shares.values())[place + 1 :]
             under = sum(_alike(heights, others) for _, others in after)
-            axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under, ls=mark.line,
+            axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under,
                       color=mark.colour)  # fmt: skip
         places = sorted({probe.x for probe in family.probes if probe.line == line})
         if places[0] > 0 and places[-1] / places[0] >= LEAST_RATIO:
@@ -96,7 +96,7 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.set_title(line, fontsize=9)
     panels[0].set_ylabel("response / largest")
     keys = [
-        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ls=tints[model].line, ms=3.5, lw=1.2,
+        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ms=3.5, lw=1.2,
                label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
         for model in channels
     ]  # fmt: skip

@@ -55,7 +55,7 @@ def test_every_model_has_a_key_and_a_panel_of_its_own(count):
     assert all(sum(len(line.get_xdata()) == 4 for line in axes.get_lines()) == 12 for axes in panels)
     if count > 1:
         assert series(counts) == list(models)
-        looks = {(line.get_color(), line.get_linestyle()) for line in counts.get_lines() if line.get_label() in models}
+        looks = {(line.get_color(), line.get_marker()) for line in counts.get_lines() if line.get_label() in models}
         assert len(looks) == count, "no two models look alike"
 
 

@@ -100,7 +100,7 @@ def _every_model(
                 varies,
                 column,
                 mark.colour,
-                mark.line,
+                "-",
                 plain(model_rows[0]["model"]),
                 1.1 + extra,
                 mark.marker,
