@@ -81,4 +81,4 @@ def _angles(axes: Axes, places: Sequence[float]) -> None:
     for angle in ANGLES_DEG:
         times = [place / math.tan(math.radians(angle / 2)) for place in places]
         axes.plot(places, times, color="0.6", lw=0.7, ls=":", zorder=1)
-        axes.annotate(f"{angle:g}°", (places[-1], times[-1]), fontsize=6, color="0.4", ha="left", va="center")
+        axes.annotate(f"{angle:g}°", (places[-1], times[-1]), fontsize=8, color="0.4", ha="left", va="center")

@@ -64,7 +64,7 @@ def draw(fitted: Fitted) -> Figure:
         count = fitted.anew[0].count()
         winner = f"the winner anew: {count} replicates, {fitted.word}"
         title = f"{fitted.fit.study.name}: {len(fitted.searched)} settings searched; {winner}\n{kept}\n{KEY}"
-        headline(drawn, title, 9)
+        headline(drawn, title)
     return drawn
 
 
@@ -133,7 +133,7 @@ def _tables(place: SubFigure, fitted: Fitted) -> None:
     _cells(turns, shares, [[f"{share:.2f}" for share in row] for row in shares], 0.6)
     turns.set_xticks(range(len(keys)), [plain(key.partition(".")[2]) for key in keys], rotation=20, ha="right")
     turns.set_yticks(range(len(names)), [plain(name) for name in names])
-    turns.set_title("what each claim turns on", fontsize=9, loc="left")
+    turns.set_title("what each claim turns on", fontsize=8, loc="left")
     _matrix(together, fitted)
 
 
@@ -152,11 +152,11 @@ def _matrix(axes: Axes, fitted: Fitted) -> None:
     _cells(axes, kept / every, [[f"{number:.0f}" for number in row] for row in kept], 0.6)
     axes.set_xticks(range(len(claims)), [plain(claim) for claim in claims])
     axes.set_yticks(range(len(claims)), [plain(claim) for claim in claims])
-    axes.set_title(f"kept together, of {every} settings", fontsize=9, loc="left")
+    axes.set_title(f"kept together, of {every} settings", fontsize=8, loc="left")
 
 
 def _cells(axes: Axes, values: np.ndarray, texts: Sequence[Sequence[str]], dark: float) -> None:
     for (row, column), value in np.ndenumerate(values):
-        axes.text(column, row, texts[row][column], ha="center", va="center", fontsize=7,
+        axes.text(column, row, texts[row][column], ha="center", va="center", fontsize=8,
                   color="white" if value > dark else "black", zorder=3)  # fmt: skip
     axes.tick_params(length=0)
