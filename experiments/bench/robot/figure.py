@@ -333,7 +333,7 @@ def _level(
     Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves. No interval of a count goes below 0. At a number,
     where there is no room beside it, trials of one count are one dot, with their area together.
     """
-    summary = summarise(spikes)
+    summary = summarise(spikes, 0.0)
     if dotted and step:
         beside = place - np.linspace(0.2, 0.55, len(spikes)) * step  # left of the mean, so that neither hides the other
         axes.scatter(beside, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
@@ -342,7 +342,7 @@ def _level(
         axes.scatter([place] * len(counts), list(counts), s=[DOT * many for many in counts.values()], color=tint,
                      alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)  # fmt: skip
     if summary.n >= LEAST_FOR_BOOTSTRAP:
-        error = [[summary.mean - max(summary.ci_low, 0.0)], [summary.ci_high - summary.mean]]
+        error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
         axes.errorbar(place, summary.mean, yerr=error, fmt="_", color="black" if alone else tint, capsize=2.5, lw=1.2,
                       zorder=4)  # fmt: skip
     return summary.mean
