@@ -33,7 +33,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
     counts = [count for of_kind in spikes.values() for count in of_kind]
     measured = f"{'; '.join(parts)} (T = {threshold:g})"
     highest_first = [check for _, check in sorted(checks, key=lambda pair: -pair[0])]
-    outcome = outcome_of(highest_first, spikes, measured, f"{mean_text(counts)} spikes a trial")
+    outcome = outcome_of(highest_first, spikes, measured, f"{mean_text(counts, lowest=0.0)} spikes a trial")
     outcome = replace(outcome, broken=sum(count > 0 for count in counts))
     if outcome.verdict == "holds" and len(tested) < len(kinds):
         return outcome.withheld("the other motion was not run")

@@ -136,7 +136,7 @@ def alike(figure: Figure) -> list[str]:
         looks: dict[Any, str] = {}
         for key in own:
             look = (key.get_color(), key.get_linestyle(), key.get_marker(), key.get_markerfacecolor(),
-                    key.get_linewidth(), str(key._dash_pattern), key.get_markersize())  # fmt: skip
+                    key.get_linewidth(), str(key._dash_pattern), key.get_markersize(), key.get_fillstyle())  # fmt: skip
             if look in looks:
                 found.append(f"{key.get_label()!r} and {looks[look]!r}")
             looks[look] = str(key.get_label())

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
-from experiments.bench.figures.palette import LINES, colours
+from experiments.bench.figures.palette import Mark, marks
 from experiments.bench.figures.plotting import STYLE, columns_of_key, extra_widths, plain
 
 Rows = Sequence[Mapping[str, Any]]
@@ -83,8 +83,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     models = list(dict.fromkeys(row["model"] for row in rows))
     polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
     motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda pair: (pair[0] != "rightward", *pair))
-    tints, left = colours(models), shares(rows)
-    styles = _styles(tints)
+    looks, left = marks(models), shares(rows)
     with mpl.rc_context(STYLE):
         bar = max(WIDTHS[2], BAR_WIDTH * (len(models) - 1))
         ratios = (WIDTHS[0], *[WIDTHS[1]] * len(motions), bar)
@@ -99,16 +98,15 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
             _icons(icons, polarity)
             for axes, (motion, speed) in zip(traces, motions, strict=True):
                 here = [row for row in edge_rows if (row["motion"], row["speed"]) == (motion, speed)]
-                _traces(axes, here, frames, tints, styles)
+                _traces(axes, here, frames, looks)
                 _limits(axes, thresholds)
                 axes.set_ylim(-1.12 * highest, 1.12 * highest)
-                axes.tick_params(labelsize=7, labelleft=axes is traces[0])
+                axes.tick_params(labelsize=8, labelleft=axes is traces[0])
                 axes.set_title(f"{motion}, {speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
-            _bars(bars, edge_rows, left, tints)
-        keys = [Line2D([], [], color=tint, lw=4.0 if model == DSNN else 1.8, alpha=0.45 if model == DSNN else 1.0,
-                       ls=styles[model], label=_named(model)) for model, tint in tints.items()]  # fmt: skip
+            _bars(bars, edge_rows, left, looks)
+        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()]
         limits = sorted({level for level in thresholds.values() if level is not None})
         if limits:
             levels = ", ".join(f"{level:g}" for level in limits)
@@ -126,26 +124,12 @@ def _named(model: str) -> str:
     return f"{model} ({NAMES[model]})" if model in NAMES else plain(model)
 
 
-def _styles(tints: Mapping[str, str]) -> dict[str, Any]:
-    """Solid for the network as it is; another for each of the others, as they lie on it or on each other.
-
-    Models of one colour have different styles, while there are any.
-    """
-    broken, styles, used = LINES[1:], {}, set()
-    for place, (model, tint) in enumerate((model, tint) for model, tint in tints.items() if model != DSNN):
-        turns = [(place + 1 + more) % len(broken) for more in range(len(broken))]
-        turn = next((turn for turn in turns if (tint, turn) not in used), turns[0])
-        used.add((tint, turn))
-        styles[model] = broken[turn]
-    return {**styles, DSNN: "-"}
-
-
 def _icons(axes: Axes, polarity: str) -> None:
     """Draw both objects that have such an edge, the edge marked; and luminance over time where the edge passes."""
     name, cases = CASES[polarity]
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
-    axes.set_title(name, fontsize=9, loc="left", color=INK, fontweight="bold")
+    axes.set_title(name, fontsize=8, loc="left", color=INK, fontweight="bold")
     for bottom, caption in zip((8.6, 4.4), cases, strict=True):
         dark, leading = caption.startswith("dark"), caption.endswith("leading edge")
         axes.add_patch(Rectangle((0.2, bottom), 9.4, 2.4, fc=SKY, ec="none"))
@@ -153,22 +137,29 @@ def _icons(axes: Axes, polarity: str) -> None:
         edge = 6.2 if leading else 3.2
         axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
         axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
-        axes.text(0.2, bottom - 0.15, caption, fontsize=7, va="top", color=INK)
+        axes.text(0.2, bottom - 0.15, caption, fontsize=8, va="top", color=INK)
     high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
     axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
     axes.plot([4.9, 4.9], [0.9, 2.2], color=MARK, lw=2.2)
-    axes.text(0.2, 0.55, "luminance where it passes", fontsize=7, va="top", color=INK)
+    axes.text(0.2, 0.55, "luminance where it passes", fontsize=8, va="top", color=INK)
 
 
-def _traces(axes: Axes, rows: Rows, frames: pa.Table, tints: Mapping[str, str], styles: Mapping[str, Any]) -> None:
+def _traces(axes: Axes, rows: Rows, frames: pa.Table, looks: Mapping[str, Mark]) -> None:
     """HS of every model over one clip."""
     trial, name, hs = (frames[column].to_numpy(zero_copy_only=False) for column in ("trial", "model", "hs"))
     axes.axhline(0.0, color="black", lw=0.4)
     curves = [hs[(trial == row["trial"]) & (name == row["model"])] for row in rows]
     for row, curve, extra in zip(rows, curves, extra_widths(curves, SAME), strict=True):
-        intact, time_s = row["model"] == DSNN, np.arange(len(curve)) / row["fps"]
-        axes.plot(time_s, curve, color=tints[row["model"]], lw=4.0 if intact else 1.8 + extra,
-                  alpha=0.45 if intact else 1.0, ls=styles[row["model"]], label=row["model"])  # fmt: skip
+        look = _look(row["model"], looks[row["model"]], len(curve), extra)
+        axes.plot(np.arange(len(curve)) / row["fps"], curve, label=row["model"], **look)
+
+
+def _look(model: str, mark: Mark, count: int, extra: float = 0.0) -> dict[str, Any]:
+    """Return how a line of ``count`` points is drawn: wide and pale for the network as it is, which others lie on."""
+    if model == DSNN:
+        return {"color": mark.colour, "lw": 4.0 + extra, "alpha": 0.45}
+    dots = {"marker": mark.marker, "ms": 3.0 + extra, "markevery": max(count // 6, 1)}
+    return {"color": mark.colour, "lw": 1.2 + extra, **dots}
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
@@ -178,25 +169,25 @@ def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
             axes.axhline(sign * level, color="black", ls=":", lw=0.8)
 
 
-def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], tints: Mapping[str, str]) -> None:
+def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: Mapping[str, Mark]) -> None:
     """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
-    others = [model for model in tints if model != DSNN and any((clip, model) in left for clip in clips)]
+    others = [model for model in looks if model != DSNN and any((clip, model) in left for clip in clips)]
     upright = 90 if len(others) > MOST_WRITTEN else 0
     for place, model in enumerate(others):
         shares = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
-        axes.bar(place, float(np.mean(shares)), width=0.62, color=tints[model], alpha=0.75)
+        axes.bar(place, float(np.mean(shares)), width=0.62, color=looks[model].colour, alpha=0.75)
         axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
         text = f"{min(shares):.1f}" if max(shares) - min(shares) < 0.05 else f"{min(shares):.1f} to {max(shares):.1f}"
-        axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=7, ha="center", va="bottom", rotation=upright)
+        axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=8, ha="center", va="bottom", rotation=upright)
     for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
         axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
-        axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=7,
+        axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=8,
                       color=MARK, ha="right", va="bottom")  # fmt: skip
     axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others],
-                    fontsize=7, rotation=upright)  # fmt: skip
+                    fontsize=8, rotation=upright)  # fmt: skip
     highest = max((100.0 * left[clip, model] for clip in clips for model in others if (clip, model) in left), default=0)
     axes.set(ylim=(0.0, max(118.0, highest + (60.0 if upright else 18.0))), xlim=(-0.5, len(others)))
     axes.set_yticks([0, 25, 50, 75, 100])
-    axes.tick_params(axis="y", labelsize=7)
+    axes.tick_params(axis="y", labelsize=8)
     axes.set_title("largest |HS|, % of intact", fontsize=8)

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.figures.palette import HUES, LINES, Mark, level_colours, marks
+from experiments.bench.figures.palette import HUES, Mark, level_colours, marks
 from experiments.bench.figures.plotting import (
     STYLE,
     columns_of_key,
@@ -74,7 +74,7 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
                 drawn = _contrast(rows, frames, thresholds)
             case _:
                 drawn = _peaks(drawing, rows, thresholds)
-        headline(drawn, title, 9)
+        headline(drawn, title)
     return drawn
 
 
@@ -109,9 +109,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
 
 
 def _dots(mark: Mark, count: int) -> dict[str, Any]:
-    """Return markers along a line of ``count`` points for a model whose hue another model has, too; else none."""
-    if mark.line == LINES[0]:
-        return {}
+    """Return the model's markers along a line of ``count`` points."""
     return {"marker": mark.marker, "ms": 4, "markevery": max(count // 8, 1)}
 
 
@@ -266,7 +264,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
                             for shade, line_rows in lines])  # fmt: skip
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
-            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=6)
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8)
             axes.set_xticks([], minor=True)
             axes.set_title(plain(wrapped(f"{model}, {title}", 2.7, 8)), fontsize=8)
             if title == ALONE:
@@ -322,7 +320,7 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             peaks = [max(row["peak_hs"], -row["trough_hs"]) for row in labels if row["model"] == model]
             if peaks:
                 axes.plot([min(peaks), max(peaks)], [place + lower] * 2, "-|", color=tint, lw=4, ms=9)
-    axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=7)
+    axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=8)
     axes.invert_yaxis()
     levels = sorted({t for m in models if (t := thresholds.get(m)) is not None})
     for level in levels:
@@ -350,7 +348,7 @@ def _threshold_keys(thresholds: Mapping[str, float | None], models: Sequence[str
             f" and {len(owners_of_level) - MOST_NAMED} more" if len(owners_of_level) > MOST_NAMED else ""
         )
         labels.append(f"{level:g}" + (f" of {whose}" if len(models) > 1 else ""))
-    label = plain(wrapped(f"T = {'; '.join(labels)}", 2.2, 7))
+    label = plain(wrapped(f"T = {'; '.join(labels)}", 2.2, 8))
     return [Line2D([], [], color="black", ls="--", lw=0.7, label=label)] if labels else []
 
 
@@ -361,5 +359,5 @@ def _system_keys() -> list[Line2D]:
 def _legend(drawn: Figure | SubFigure, keys: Sequence[Line2D]) -> None:
     """Put the keys below the panels, in as many columns as fit into the width of the whole figure."""
     labels = [line for key in keys for line in str(key.get_label()).split("\n")]
-    across = columns_of_key(labels, drawn.figure.get_size_inches()[0], 7)
-    drawn.legend(handles=list(keys), loc="outside lower center", ncols=across, frameon=False, fontsize=7)
+    across = columns_of_key(labels, drawn.figure.get_size_inches()[0], 8)
+    drawn.legend(handles=list(keys), loc="outside lower center", ncols=across, frameon=False, fontsize=8)

@@ -76,7 +76,7 @@ def draw(played: Played) -> Figure:
             parts = list(split)
         axes = np.atleast_1d(parts[0].subplots(1, len(panels), sharey=True))
         scoreboard(list(axes), panels, standings, {name: mark.colour for name, mark in looks.items()})
-        headline(parts[0], _title(played), 9)
+        headline(parts[0], _title(played))
         if lower:
             _paths(parts[1], played, looks)
     return drawn
@@ -103,7 +103,7 @@ def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:
     for axes in leftmost([panels]):
         axes.set_ylabel("y (cm)", fontsize=8)
     many = any(len(standing.rows) > 1 for standing in standings)
-    part.legend(handles=_keys(played, many=many), loc="outside lower center", ncols=4, frameon=False, fontsize=7)
+    part.legend(handles=_keys(played, many=many), loc="outside lower center", ncols=4, frameon=False, fontsize=8)
 
 
 def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None:
@@ -124,7 +124,7 @@ def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None
     axes.set(xlim=(-SHOWN_CM, SHOWN_CM), ylim=(-SHOWN_CM, SHOWN_CM), aspect="equal")
     axes.set_xticks([-40, -20, 0, 20, 40])
     axes.set_yticks([-40, -20, 0, 20, 40])
-    axes.tick_params(labelsize=7)
+    axes.tick_params(labelsize=8)
     axes.set_title(plain(wrapped(standing.name, TRACK_INCHES, 8)), fontsize=8)
 
 

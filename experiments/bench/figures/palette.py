@@ -1,8 +1,10 @@
-"""Marks that tell the models of a figure apart: a colour, a marker and a line style for each.
+"""Marks that tell the models of a picture apart: a colour and a marker for each.
 
-The ten hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
-protanopia (Machado, Oliveira and Fernandes 2009); `tests/bench/figures/test_palette.py` holds them to it. Up to ten
-series have a hue each; more share hues, and differ in line style. Greys are of baselines alone.
+The eight hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
+protanopia (Machado, Oliveira and Fernandes 2009), and that have a contrast of at least 3:1 both on white and on
+`DARK` (WCAG 2.1, 1.4.11); `tests/bench/figures/test_palette.py` holds them to it. One palette serves light and dark
+pages. More models than hues share hues and differ in their markers. Line styles tell HS from VS, and one condition
+from another; they never tell models apart. Grey is of baselines alone.
 """
 
 from __future__ import annotations
@@ -14,52 +16,54 @@ from typing import Any
 import numpy as np
 
 HUES: tuple[str, ...] = (
-    "#1137b1", "#fe8706", "#278100", "#85225e", "#dd3d74", "#7b5de6", "#118ca8", "#c19af7", "#5cc28a", "#004700",
+    "#3848f8", "#f86010", "#00a868", "#a810b8", "#f840c0", "#985000", "#207070", "#1098f8",
 )  # fmt: skip
-GREYS: tuple[str, ...] = ("#989898", "#383838", "#c8c8c8")
-"""Colour of models and behaviours that a figure shows for comparison alone."""
+GREYS: tuple[str, ...] = ("#808080",)
+"""Colour of models and behaviours that a picture shows for comparison alone."""
+MOST_LINES = len(HUES)
+"""Lines without markers or labels on one axes that are told apart: for more, there is a lane for each group."""
+WHITE, DARK = "#ffffff", "#121212"
+"""Backgrounds on which every hue and grey is seen."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
+"""Line styles of conditions, and of several channels of one model."""
 BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
-"""Colour of behaviours that are told the state of the world."""
+"""Beginning of the names of behaviours that are told the state of the world."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
     "emd-normalised", "three-arm", "three-arm-4q",
 )  # fmt: skip
-"""Models that have the same mark in every figure, the first ten of them the hues in their order.
-
-The others take hues of models that the figure does not show, the first that is free from a place of their own on.
-"""
+"""Models that have a mark of their own, which they have in every picture but as `marks` says."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Colour, marker and line style of a series.
+    """Colour and marker of a series.
 
     Parameters
     ----------
     colour
         As ``#rrggbb``.
-    marker, line
-        As matplotlib has them.
+    marker
+        As matplotlib has it.
     """
 
     colour: str
     marker: str
-    line: Any
 
 
 def marks(names: Iterable[str]) -> dict[str, Mark]:
-    """Return a mark for each name: ten series have ten colours, and no two have colour and line style in common.
+    """Return a mark for each name, no two alike while there are free ones. Up to `MOST_LINES` series have a hue each.
 
     Parameters
     ----------
     names
-        Labels of models or behaviours. Those in `NAMED` come first in the choice of hues, in its order. Others take
-        the hues that no model of this figure has; then hues come again with another line style.
+        Labels of models or behaviours. One of `NAMED` has its own mark in every picture; where few models are shown
+        and its hue is another's, it takes a free hue and keeps its marker. Other names are next in line, in their
+        order.
 
     Returns
     -------
@@ -67,24 +71,57 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
         In the order of ``names``.
     """
     listed = list(dict.fromkeys(names))
-    slots: dict[str, int] = {}
-    free = list(range(len(HUES) * len(LINES)))
-    for name in sorted(filter(NAMED.__contains__, listed), key=NAMED.index):
-        place = NAMED.index(name)
-        first = place if place < len(HUES) else place + 1 - len(HUES)  # not that of `dsnn`
-        slots[name] = min(free, key=lambda slot: (slot // len(HUES), (slot - first) % len(HUES)))
-        free.remove(slots[name])
-    unused = iter(free)
-    greys = iter(range(len(GREYS) * len(LINES)))
-    by_name: dict[str, Mark] = {}
-    for name in listed:
-        if name in BASELINES or name.startswith(PRIVILEGED):
-            slot, colours = next(greys), GREYS
-        else:
-            slot, colours = slots[name] if name in slots else next(unused), HUES
-        turn, hue = divmod(slot, len(colours))
-        by_name[name] = Mark(colours[hue], MARKERS[(slot + turn) % len(MARKERS)], LINES[turn])
-    return by_name
+    grey = [name for name in listed if name in BASELINES or name.startswith(PRIVILEGED)]
+    coloured = [name for name in listed if name not in grey]
+    known = sorted(filter(NAMED.__contains__, coloured), key=NAMED.index)
+    given: dict[str, Mark] = {}
+    for name in [*known, *(name for name in coloured if name not in NAMED)]:
+        given[name] = _next(_home(name), list(given.values()), apart=len(coloured) <= MOST_LINES)
+    for place, name in enumerate(grey):
+        turn, marker = divmod(place, len(MARKERS))
+        given[name] = Mark(GREYS[turn % len(GREYS)], MARKERS[marker])
+    return {name: given[name] for name in listed}
+
+
+def _home(name: str) -> Mark | None:
+    """Return the mark of one of `NAMED`. After one round of hues that of `dsnn`, which all are compared with, is left
+    out.
+    """
+    if name not in NAMED:
+        return None
+    place = NAMED.index(name)
+    if place < len(HUES):
+        return Mark(HUES[place], MARKERS[place % len(MARKERS)])
+    turn, hue = divmod(place - len(HUES), len(HUES) - 1)
+    return Mark(HUES[hue + 1], MARKERS[(hue + turn + 2) % len(MARKERS)])
+
+
+def _next(home: Mark | None, given: Sequence[Mark], *, apart: bool) -> Mark:
+    """Return the mark of a model beside those ``given``; where hues are kept ``apart``, of a hue that none has."""
+    used = [mark.colour for mark in given]
+    if home is not None and not (apart and home.colour in used):
+        return home
+    first = HUES.index(home.colour) if home else 0
+    colour = min(HUES, key=lambda hue: (used.count(hue), (HUES.index(hue) - first) % len(HUES)))
+    if home is not None:
+        return Mark(colour, home.marker)
+    start = HUES.index(colour) % len(MARKERS)
+    markers = [*MARKERS[start:], *MARKERS[:start]]
+    elsewhere, here = {mark.marker for mark in given}, {mark.marker for mark in given if mark.colour == colour}
+    free = [marker for marker in markers if marker not in elsewhere] if apart else []
+    return Mark(colour, [*free, *(marker for marker in markers if marker not in here), *markers][0])
+
+
+def lanes(names: Iterable[str]) -> list[list[str]]:
+    """Return the names in groups, for pictures of lines without markers: no two of a group have one colour."""
+    looks = marks(names)
+    groups: list[list[str]] = []
+    for name, mark in looks.items():
+        group = next((each for each in groups if all(looks[other].colour != mark.colour for other in each)), None)
+        if group is None:
+            groups.append(group := [])
+        group.append(name)
+    return groups
 
 
 def colours(names: Iterable[str]) -> dict[str, str]:

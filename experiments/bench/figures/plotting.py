@@ -24,8 +24,13 @@ from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.store.files import drawn_from
 from experiments.bench.store.places import replacing
 
+WIDTH, COLUMN = 7.16, 3.5
+"""Widths of figures, inches: of a page of two columns (IEEE), and of one column."""
+TYPE, TITLE = 8.0, 9.0
+"""Sizes of type, in points where a figure is `WIDTH` inches wide: the smallest of all, and that of titles."""
+
 STYLE: dict[Any, Any] = {
-    "font.size": 9,
+    "font.size": TYPE,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "figure.autolayout": False,
@@ -71,7 +76,7 @@ LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
 
 
-def headline(place: Figure | SubFigure, text: str, size: float = 10.0) -> None:
+def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:
     """Write ``text`` as the title of a figure, from its left edge, in as many lines as it takes."""
     whole = place.figure if isinstance(place, SubFigure) else place
     assert isinstance(whole, Figure)
@@ -146,10 +151,13 @@ def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
     return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
 
 
-def columns_of_key(labels: Sequence[str], inches: float, size: float) -> int:
-    """Return into how many columns a key of ``labels`` fits that is ``inches`` wide, in type of ``size`` points."""
+def columns_of_key(labels: Sequence[str], inches: float, size: float, handle: float = 2.0) -> int:
+    """Return into how many columns a key of ``labels`` fits that is ``inches`` wide, in type of ``size`` points.
+
+    Lines beside the labels are ``handle`` times the type's size long.
+    """
     longest = max((len(label) for label in labels), default=1)
-    return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 4.5))))
+    return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 2.5 + handle))))
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
@@ -259,7 +267,7 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
     else:
         axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.tick_params(axis="y", length=0)
-    axes.set_title(panel.title, fontsize=9, loc="left")
+    axes.set_title(panel.title, fontsize=8, loc="left")
     if panel.keys:
         _keys(axes, panel)
 
@@ -269,7 +277,7 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> N
     if not any(score is not None and math.isfinite(score.value) for score in scores):
         text = "none" if any(score is not None and math.isinf(score.value) for score in scores) else NOT_APPLYING
         axes.annotate(text, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
-                      fontsize=7, fontstyle="italic")  # fmt: skip
+                      fontsize=8, fontstyle="italic")  # fmt: skip
     if panel.column:
         values = [value for one in standing.rows if (value := one[panel.column]) is not None]
         axes.plot(values, [row + 0.3] * len(values), "|", color=tint, alpha=0.45, ms=5)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import rerun as rr
 
 from dsnn.model import SPIKING
-from experiments.bench.figures.palette import LINES, marks
+from experiments.bench.figures.palette import colours
 
 LIMIT_COLOUR = (140, 140, 140)
 THRESHOLD = "threshold/"
@@ -49,7 +49,7 @@ class Line:
     field
         The `dsnn.Response` field that it shows; of a row of spikes, the field that says where there are some.
     colour, width
-        Those of its model: figures have line styles, for which a recording has widths.
+        Those of its model: figures have markers, for which a recording has widths.
     dots
         The shape of its dots; ``None``: it is a line.
     row
@@ -96,8 +96,10 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     models
         The labels of all models of the recording. Titles name the model where there are several.
     """
-    mark = marks(models)[model]
-    colour, width = rgb(mark.colour), LINE_WIDTH * (1 + LINES.index(mark.line))
+    tints = colours(models)
+    earlier = list(tints)[: list(tints).index(model)]
+    turn = sum(tints[other] == tints[model] for other in earlier)
+    colour, width = rgb(tints[model]), LINE_WIDTH * (1 + turn)
     name, prefix = rr.escape_entity_path_part(model), f"{model} " if len(models) > 1 else ""
     first = next((channel for channel in channels if channel in SPIKING), "")
     series = []
@@ -188,7 +190,7 @@ def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
     thresholds
         Model -> channel -> its threshold: of HS and VS it counts with either sign, of looming the positive one alone.
     """
-    signs, looks = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}, marks(thresholds)
+    signs, tints = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}, colours(thresholds)
     drawn = []
     for model, channels in thresholds.items():
         of_value: dict[float, list[str]] = {}
@@ -196,7 +198,7 @@ def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
             if channel in signs and level is not None:
                 for sign in signs[channel]:
                     of_value.setdefault(sign * level, []).append(channel)
-        colour = _shade(rgb(looks[model].colour), 255, LEVEL_SHADE)
+        colour = _shade(rgb(tints[model]), 255, LEVEL_SHADE)
         drawn += [Level(model, value, tuple(of_value[value]), colour) for value in sorted(of_value)]
     return drawn
 

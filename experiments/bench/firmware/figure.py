@@ -61,13 +61,13 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
         caption = f"over by {budget.over:,} B" if budget.over else budget.memory
         colour = LIMIT if budget.fits_memory else BAD
         axes.annotate(caption, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
-                      fontsize=7, color=colour)  # fmt: skip
+                      fontsize=8, color=colour)  # fmt: skip
     chip = budgets[0].firmware.chip
     limit = (chip.ram_main + chip.ram_core) / KB
     axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
     top = max(limit, *(sum(budget.purposes.values()) / KB for budget in budgets))
     axes.set_xlim(0.0, 1.5 * top)
-    axes.set_title(f"RAM (kB); the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
+    axes.set_title(f"RAM (kB); the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=8, loc="left")
 
 
 def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
@@ -80,13 +80,13 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
         axes.barh(place, waiting, left=high, height=0.3, fill=False, edgecolor=LIMIT, lw=0.6, ls=":",
                   label=f"tables in flash, {MOST_WAITS} wait states" if place == 0 else None)  # fmt: skip
         axes.annotate(f"{low:.2f} to {high:.2f}", (1.02, place), xycoords=("axes fraction", "data"), va="center",
-                      fontsize=7, color=colour, annotation_clip=False)  # fmt: skip
+                      fontsize=8, color=colour, annotation_clip=False)  # fmt: skip
     axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
     top = max(chip.frame_ms, *(budget.milliseconds[1] + budget.waiting_ms(MOST_WAITS) for budget in budgets))
     axes.set_xlim(0.0, 1.08 * top)
     cycles = f"at {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
     caption = f"worst frame (ms), limit {chip.frame_ms:g}: undetermined\n{cycles}"
-    axes.set_title(caption, fontsize=9, loc="left")
+    axes.set_title(caption, fontsize=8, loc="left")
 
 
 def write(budgets: Sequence[Budget], folder: Path) -> Path:

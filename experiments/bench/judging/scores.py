@@ -33,6 +33,8 @@ class Score:
             return written(self.value)
         if math.isinf(self.value):
             return f"without a bound, at least {written(self.low)}"
+        if math.isinf(self.high):
+            return f"{written(self.value)} [{written(self.low)}, no upper bound]"
         return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
 
     def interval(self) -> str:

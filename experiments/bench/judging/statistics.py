@@ -19,6 +19,9 @@ from experiments.bench.streams import stream
 
 RESAMPLES, PERMUTATIONS = 10_000, 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal
+LEAST_FOR_INTERVAL = 3
+"""Values that an interval takes: of two, Student's is 12.7 times their standard error wide to either side, and says
+nothing."""
 LEAST_FOR_BOOTSTRAP = 5
 """Values that a bootstrap takes: no resample's mean lies beyond them, and of four all lie on one side of the middle of
 their distribution once in 8 times."""
@@ -31,7 +34,7 @@ Whole = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Sample size, location, spread and the 95 % interval of the mean; of one value no spread, no interval: NaN."""
+    """Sample size, location, spread, 95 % interval of the mean; of one value no spread, of two no interval: NaN."""
 
     n: int
     mean: float
@@ -82,13 +85,20 @@ def least_of_pairs(n: int) -> float:
     return min(2.0 ** (1 - n), 1.0)
 
 
-def summarise(values: Sequence[float]) -> Summary:
+def summarise(values: Sequence[float], lowest: float = -math.inf) -> Summary:
     """Summary of at least one value.
 
     The interval is the bootstrap's, its percentiles widened for the sample's size as Student's t widens a normal
     interval: the plain ones of ten values cover the mean in 90 % of samples, not in 95 %. Of fewer than
-    `LEAST_FOR_BOOTSTRAP` values it is Student's own, which is wide. Equal values give a point: nothing in them tells
-    how far from the mean it may be.
+    `LEAST_FOR_BOOTSTRAP` values it is Student's own, which is wide, and of fewer than `LEAST_FOR_INTERVAL` there is
+    none. Equal values give a point: nothing in them tells how far from the mean it may be.
+
+    Parameters
+    ----------
+    values
+        One or more numbers.
+    lowest
+        The least that a value can be, such as 0 of a count: no interval goes below it.
 
     References
     ----------
@@ -98,8 +108,8 @@ def summarise(values: Sequence[float]) -> Summary:
     sample = np.asarray(values, float)
     n, mean = sample.size, float(sample.mean())
     sd = float(sample.std(ddof=1)) if n > 1 else math.nan
-    low = high = mean if n > 1 else math.nan
-    if np.ptp(sample) > 0:
+    low = high = mean if n >= LEAST_FOR_INTERVAL else math.nan
+    if n >= LEAST_FOR_INTERVAL and np.ptp(sample) > 0:
         from scipy import special  # not before: it takes its time to load, and declarations need this file
 
         if n < LEAST_FOR_BOOTSTRAP:
@@ -112,6 +122,7 @@ def summarise(values: Sequence[float]) -> Summary:
             interval = stats.bootstrap((sample,), np.mean, n_resamples=RESAMPLES, confidence_level=1 - 2 * tail,
                                     method="percentile", rng=stream("bootstrap.mean", SEED))  # fmt: skip
             low, high = float(interval.confidence_interval.low), float(interval.confidence_interval.high)
+    low = low if math.isnan(low) else max(low, lowest)
     return Summary(n, mean, sd, float(np.median(sample)), low, high)
 
 

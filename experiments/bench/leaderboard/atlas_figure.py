@@ -67,7 +67,7 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
             row[0].set_ylabel(plain(f"{model.label}{unit}"), rotation=0, ha="right", va="center", fontsize=8,
                               color=tints[model.label])  # fmt: skip
         for axes, column in zip(panels[-1], columns, strict=True):
-            axes.set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=7)
+            axes.set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
         keys = _keys()
         columns_across = columns_of_key([str(key.get_label()) for key in keys], size[0], 8)
         drawn.legend(handles=keys, loc="outside lower center", ncols=columns_across, frameon=False, fontsize=8)
@@ -125,7 +125,7 @@ def _cell(
     for side in axes.spines.values():
         side.set_linewidth(0.3)
     if series is None:
-        axes.annotate("failed", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=6, color="0.4")
+        axes.annotate("failed", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=8, color="0.4")
         return
     styles = {"hs": "-", "vs": ":", "looming": "--" if signed else "-"}
     heights = TICKS if signed else UPWARD

@@ -26,5 +26,5 @@ def draw(ranking: Ranking, repeats: int) -> Figure:
             scoreboard(axes, band, standings, colours(standing.name for standing in standings))
         title = "leaderboard" if ranking.kind.name == "direction" else f"leaderboard, {ranking.kind.name}"
         what = f"n = {repeats} of each trial; {ranking.kind.drawn}; dotted: chance"
-        drawn.suptitle(f"{title}, {what}", fontsize=9, x=0.01, ha="left")
+        drawn.suptitle(f"{title}, {what}", fontsize=8, x=0.01, ha="left")
     return drawn

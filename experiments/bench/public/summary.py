@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING
 
 import pyarrow as pa
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from experiments.bench.store.record import Record
 
 COMPARISONS = "comparisons.csv"
+LOWEST = {"spikes": 0.0}
+"""Quantity -> the least that it can be, below which no interval goes."""
 CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
 
 _NUMBERS = {field.name: pa.int64() if field.name == "n" else pa.float64() for field in dataclasses.fields(Summary)}
@@ -76,7 +79,7 @@ def of_clips(trials: pa.Table) -> pa.Table:
     rows = [
         {"model": model, "clip": clip, "quantity": quantity,
          **{name: known(value) if isinstance(value, float) else value
-            for name, value in dataclasses.asdict(summarise(values)).items()}}
+            for name, value in dataclasses.asdict(summarise(values, LOWEST.get(quantity, -math.inf))).items()}}
         for (model, clip), clip_rows in group(trials.to_pylist(), "model", "clip").items()
         for quantity in CLIP_QUANTITIES
         if (values := [row[quantity] for row in clip_rows if row[quantity] is not None])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,8 +16,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
-from experiments.bench.figures.palette import LINES, MARKERS, Mark, level_colours, marks
-from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
+from experiments.bench.figures.palette import LINES, Mark, lanes, level_colours, marks
+from experiments.bench.figures.plotting import (
+    LETTER,
+    STYLE,
+    WIDTH,
+    columns_of_key,
+    extra_widths,
+    headline,
+    plain,
+    wrapped,
+)
 from experiments.bench.judging.statistics import LEAST_FOR_BOOTSTRAP, summarise
 from experiments.bench.robot.rows import is_tracked, varying
 from experiments.bench.store.parameters import in_title
@@ -47,18 +58,24 @@ UNITS = {
     "observer_turn_deg_s": "°/s own",
     "acceleration_cm_s2": "cm/s2",
 }
-COUNTS_INCHES = 4.0
-"""Width of the panel of counts."""
+COUNTS_INCHES = 2.8
+"""Width of the panel of counts, where it stands beside the traces."""
+MOST_BESIDE = 4
+"""Models up to which it does."""
+LANES_ACROSS = 3
+"""Most lanes of counts in a row."""
+DOT = 11.0
+"""Area of the dot of a trial, square points."""
 MOST_NAMED = 4
 """Models that a title names."""
 ACROSS = 4
 """Most panels of traces in a row."""
 MOST_DOTTED = 4
 """Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
-SPREAD, NARROW = 0.62, 0.34
-"""Width of all series at one level, as a share of the smallest gap between levels: of words, and of numbers."""
-NEAR = 0.08
-"""The largest such width on an axis of numbers, as a share of the axis."""
+FILLS: Sequence[Any] = ("full", "none", "left", "top", "right", "bottom")
+"""Fillings of markers, of conditions: as words have no line between them, line styles would not tell them apart."""
+SPREAD = 0.62
+"""Width of all series at one word, as a share of the gap between words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +84,20 @@ class Series:
 
     Parameters
     ----------
-    label, mark
-        What tells it apart from the others, and how it is drawn.
+    label
+        What tells it apart from the others.
     rows
         Its trials.
+    mark
+        Its model's.
+    condition
+        Number of the combination of its other conditions: it has a line style and a filling of the marker.
     """
 
     label: str
     rows: Rows
     mark: Mark
+    condition: int
 
 
 def title(
@@ -90,7 +112,8 @@ def title(
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
     """Draw the counts of every trial, and the potential over each, a panel for each model.
 
-    A bearing is left positive, here as in the tables; its axis has the left on the left, as the image has.
+    A bearing is right positive here, as HS and the image's x axis are: rightward motion goes to the right. The column
+    of the tables is left positive.
 
     Parameters
     ----------
@@ -108,8 +131,9 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     Returns
     -------
     matplotlib.figure.Figure
-        Left: counts with means and 95 % intervals. With one model the colours are those of the levels, as on the
-        right; with several, those of the models. Right: the HS potential of each model (of looming detectors theirs),
+        Left, or above the traces of many models: counts with means, and from `LEAST_FOR_BOOTSTRAP` trials on with
+        95 % intervals. With one model the colours are those of the levels, as in the traces; with several, those of
+        the models, and no two of a panel have one. Then the HS potential of each model (of looming detectors theirs),
         coloured by level.
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
@@ -117,33 +141,56 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     if not isinstance(levels[0], str):
         levels.sort()
     colours = level_colours(levels)
-    across = 1 if len(models) == 1 else 2 if len(models) <= 4 else ACROSS
+    silent = _silent(rows, models, thresholds)
+    counted = [row for row in rows if row["model"] not in silent]
+    groups = lanes(model for model in models if model not in silent) or [[]]
+    beside = len(models) <= MOST_BESIDE
+    across = 1 if len(models) == 1 else 2 if beside else ACROSS
     down = math.ceil(len(models) / across)
+    lane = 1.5 + 0.15 * max(map(len, groups))
+    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.6, 1.35 * down + 0.8)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(4.4 + (4.4 if across == 1 else 3.1 * across), max(3.7, 2.4 * down + 0.9)),
-                       layout="constrained")  # fmt: skip
+        high = max(3.1, 1.9 * down + 0.8) if beside else sum(heights) + 0.3
+        drawn = Figure(figsize=(WIDTH, high), layout="constrained")
+        if beside:
+            left, right = drawn.subfigures(1, 2, width_ratios=[COUNTS_INCHES, WIDTH - COUNTS_INCHES])  # type: ignore[misc]
+        else:
+            left, right = drawn.subfigures(2, 1, height_ratios=heights)  # type: ignore[misc]
         headline(drawn, title)
-        left, right = drawn.subfigures(  # type: ignore[misc]  # two of them, as NumPy has them
-            1, 2, width_ratios=[4.0, 4.8 if across == 1 else 3.1 * across]
-        )
-        counting = {row["model"] for row in rows if row["spikes"] is not None}
-        silent = [model for model in models if thresholds.get(model, 0.0) is None or model not in counting]
-        _counts(left, [row for row in rows if row["model"] not in silent], varies, levels,
-                colours if len(models) == 1 else None, models, silent)  # fmt: skip
-        panels = right.subplots(down, across, squeeze=False, sharex=True, sharey=True)
-        axis = _trace_axis(rows)
-        for axes, model in zip(panels.flat, models, strict=False):
-            model_rows = [row for row in rows if row["model"] == model]
-            _traces(axes, model_rows, frames, varies, colours, axis)
-            _threshold(axes, thresholds.get(model), (1,) if _looming(model_rows[0]) else (1, -1))
-            if len(models) > 1:
-                axes.set_title(plain(model), fontsize=9, loc="left")
-        for axes in list(panels.flat)[len(models) :]:
-            axes.set_visible(False)
-        looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
-        _frame(right, panels[0, 0], axis, "" if any(looming) else " of HS")
-        _level_keys(right, colours, UNITS.get(varies, ""), _others(rows, varies, models))
+        _counts(left, counted, varies, levels, colours if len(models) == 1 else None, models, groups, silent)
+        _potentials(right, rows, frames, varies, colours, thresholds, (down, across))
     return drawn
+
+
+def _silent(rows: Rows, models: Sequence[str], thresholds: Mapping[str, float | None]) -> list[str]:
+    """Return the models that do not spike."""
+    counting = {row["model"] for row in rows if row["spikes"] is not None}
+    return [model for model in models if thresholds.get(model, 0.0) is None or model not in counting]
+
+
+def _potentials(
+    place: SubFigure, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str],
+    thresholds: Mapping[str, float | None], shape: tuple[int, int],
+) -> None:  # fmt: skip
+    """Draw a panel of traces for each model, in a grid of ``shape`` (down, across)."""
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    panels = place.subplots(*shape, squeeze=False, sharex=True, sharey=True)
+    axis = _trace_axis(rows)
+    looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
+    for axes, model, looms in zip(panels.flat, models, looming, strict=False):
+        model_rows = [row for row in rows if row["model"] == model]
+        _traces(axes, model_rows, frames, varies, colours, axis)
+        _threshold(axes, thresholds.get(model), (1,) if looms else (1, -1))
+        if len(models) > 1:
+            axes.set_title(plain(wrapped(model, 0.9 * WIDTH / (shape[1] + (shape[1] < ACROSS)), 8)), fontsize=8,
+                           loc="left")  # fmt: skip
+        if any(looming) and not all(looming):
+            axes.annotate("looming" if looms else "HS", (0.99, 0.02), xycoords="axes fraction", ha="right", fontsize=8)
+    for axes in list(panels.flat)[len(models) :]:
+        axes.set_visible(False)
+    whose = "of the looming detector" if all(looming) else "" if any(looming) else "of HS, right positive"
+    _frame(place, panels[0, 0], axis, whose, 0.0 if all(looming) else -1.0)
+    _level_keys(place, colours, UNITS.get(varies, ""), _others(rows, varies, models))
 
 
 def said(level: Any) -> str:
@@ -185,73 +232,126 @@ def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
         for place, part in enumerate(parts):
             words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
             style = model_marks[model]
-            turn = (place + LINES.index(style.line) * len(parts)) % len(LINES)  # models of one hue stay apart
-            mark = style if len(parts) == 1 else Mark(style.colour, MARKERS[turn], LINES[turn])
-            series.append(Series(", ".join(words), part, mark))
+            series.append(Series(", ".join(words), part, style, place))
     return series
 
 
 def _counts(
     place: SubFigure, rows: Rows, varies: str, levels: Sequence[Any], colours: Mapping[Any, str] | None,
-    models: Sequence[str], silent: Sequence[str],
+    models: Sequence[str], groups: Sequence[Sequence[str]], silent: Sequence[str],
 ) -> None:  # fmt: skip
     """Spikes of every trial with means and intervals; ``colours`` of the levels where there is one model.
 
-    Models that do not spike, ``silent``, are named instead of being drawn at 0.
+    There is a lane for each of the ``groups`` of models. Models that do not spike, ``silent``, are named instead of
+    being drawn at 0.
     """
-    axes, series = place.subplots(), _series(rows, varies, models)
+    down = math.ceil(len(groups) / LANES_ACROSS)
+    panels = place.subplots(down, math.ceil(len(groups) / down), squeeze=False, sharex=True, sharey=True)
+    series = _series(rows, varies, models)
     ordinal = isinstance(levels[0], str)
     ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
-    gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
-    width = SPREAD if ordinal else min(NARROW * min(gaps), NEAR * sum(gaps)) if gaps else 1.0
-    for index, one_series in enumerate(series):
-        shift = 0.0 if len(series) == 1 else width * (index / (len(series) - 1) - 0.5)
-        step = width / len(series)
-        means = []
-        for level, tick in ticks.items():
-            spikes = [row["spikes"] for row in one_series.rows if row[varies] == level]
-            if spikes:
-                tint = colours[level] if colours else one_series.mark.colour
-                means.append(
-                    (tick + shift, _level(axes, spikes, tick + shift, step, tint, one_series.mark, len(series)))
-                )
-        style = "none" if ordinal else one_series.mark.line
-        line = "black" if colours else one_series.mark.colour
-        axes.plot(*zip(*means, strict=True), color=line, lw=0.9, ls=style, label=one_series.label, zorder=2,
-                  marker=one_series.mark.marker if len(series) > 1 else None, ms=4)  # fmt: skip
-    axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=7 if len(levels) > 6 else 9)
-    axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
-    axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
-    if len(series) > 1:
-        columns = columns_of_key([sery.label for sery in series], COUNTS_INCHES, 7)
-        place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=min(columns, 3))
-    if silent:
-        left_out = f"not drawn, as without spikes: {', '.join(silent)}"
-        axes.set_title(plain(wrapped(left_out, COUNTS_INCHES, 7)), fontsize=7, loc="left")
+    dotted = len(series) <= MOST_DOTTED
+    for axes, lane in zip(panels.flat, groups, strict=False):
+        in_lane = [one for one in series if one.rows[0]["model"] in lane]
+        curves = [_means(one, varies, levels) for one in in_lane]
+        extra = extra_widths(curves, 0.01 * max((max(curve) for curve in curves), default=1.0))
+        for index, one_series in enumerate(in_lane):
+            # Numbers stand at their place on the axis, words have room beside theirs.
+            shift = SPREAD * (index / (len(in_lane) - 1) - 0.5) if ordinal and len(in_lane) > 1 else 0.0
+            step = SPREAD / len(in_lane) if ordinal else 0.0
+            shifted = {level: tick + shift for level, tick in ticks.items()}
+            _draw_series(axes, one_series, shifted, varies, colours,
+                         step=step, extra=extra[index], ordinal=ordinal, alone=len(series) == 1,
+                         dotted=dotted)  # fmt: skip
+        axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=8)
+        if not ordinal:
+            axes.tick_params(axis="x", labelrotation=90 if _crowded(levels, len(panels[0])) else 0)
+    for axes in list(panels.flat)[len(groups) :]:
+        axes.set_visible(False)
+    place.supxlabel(AXIS_LABELS[varies], fontsize=8)
+    place.supylabel("spikes per trial", fontsize=8)
+    top = panels[0, 0].get_ylim()[1]
+    panels[0, 0].set_ylim(min(-2.0, -0.04 * top), 1.04 * top)
+    inches = float(place.bbox.width / place.figure.dpi)
+    if len(groups) > 1:
+        for axes in list(panels.flat)[: len(groups)]:
+            axes.legend(fontsize=8, handlelength=1.6, frameon=False, loc="lower left", bbox_to_anchor=(-0.05, 1.0))
+    elif len(series) > 1:
+        columns = columns_of_key([one.label for one in series], inches, 8)
+        place.legend(fontsize=8, frameon=False, loc="outside upper center", ncols=columns)
+    most = max(
+        (len([row for row in one.rows if row[varies] == level]) for one in series for level in levels), default=0
+    )
+    notes = [f"not drawn, as without spikes: {', '.join(silent)}"] if silent else []
+    if most >= LEAST_FOR_BOOTSTRAP:
+        notes.insert(0, "dots: trials; bars: 95 % intervals of means" if dotted else "bars: 95 % intervals of means")
+    elif dotted and most > 1 and not ordinal:
+        notes.insert(0, "dots: trials, larger where several agree; line: means")
+    caption = plain("\n".join(wrapped(note, inches - 0.6, 8) for note in notes))
+    if len(groups) > 1:
+        place.suptitle(caption, fontsize=8, x=0.01, ha="left")
+    else:
+        panels[0, 0].set_title(caption, fontsize=8, loc="left")
+
+
+def _means(series: Series, varies: str, levels: Sequence[Any]) -> list[float]:
+    """Return the mean count at each level that the series has."""
+    counts = [[row["spikes"] for row in series.rows if row[varies] == level] for level in levels]
+    return [float(np.mean(spikes)) for spikes in counts if spikes]
+
+
+def _crowded(levels: Sequence[float], across: int) -> bool:
+    """Tell whether the numbers of an axis would lie on each other, side by side."""
+    gaps = [b - a for a, b in itertools.pairwise(levels)]
+    inches = (COUNTS_INCHES if across == 1 else WIDTH / across) - 0.7
+    widest = max(len(said(level)) for level in levels) * LETTER * 8.0 / 72.0 + 0.05
+    return bool(gaps) and min(gaps) / sum(gaps) * inches < widest
+
+
+def _draw_series(
+    axes: Axes, series: Series, ticks: Mapping[Any, float], varies: str, colours: Mapping[Any, str] | None, *,
+    step: float, extra: float, ordinal: bool, alone: bool, dotted: bool,
+) -> None:  # fmt: skip
+    means = []
+    for level, tick in ticks.items():
+        spikes = [row["spikes"] for row in series.rows if row[varies] == level]
+        if spikes:
+            tint = colours[level] if colours else series.mark.colour
+            means.append((tick, _level(axes, spikes, tick, step, tint, series.mark, alone=alone, dotted=dotted)))
+    style = "none" if ordinal else LINES[series.condition % len(LINES)]
+    line = "black" if colours else series.mark.colour
+    axes.plot(*zip(*means, strict=True), color=line, lw=0.9 + extra, ls=style, label=series.label, zorder=2,
+              marker=None if alone else series.mark.marker, ms=4 + extra,
+              fillstyle=FILLS[series.condition % len(FILLS)])  # fmt: skip
 
 
 def _level(
-    axes: Axes, spikes: Sequence[float], place: float, step: float, tint: str, mark: Mark, several: int
+    axes: Axes, spikes: Sequence[float], place: float, step: float, tint: str, mark: Mark, *, alone: bool, dotted: bool
 ) -> float:
-    """Draw the trials of one series at one level; return their mean.
+    """Draw the trials of one series at one level, beside it by shares of ``step``; return their mean.
 
-    Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves. No interval of a count goes below 0.
+    Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves. No interval of a count goes below 0. At a number,
+    where there is no room beside it, trials of one count are one dot, with their area together.
     """
-    if several <= MOST_DOTTED:
+    summary = summarise(spikes, 0.0)
+    if dotted and step:
         beside = place - np.linspace(0.2, 0.55, len(spikes)) * step  # left of the mean, so that neither hides the other
         axes.scatter(beside, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
-    summary = summarise(spikes)
+    elif dotted:
+        counts = Counter(spikes)
+        axes.scatter([place] * len(counts), list(counts), s=[DOT * many for many in counts.values()], color=tint,
+                     alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)  # fmt: skip
     if summary.n >= LEAST_FOR_BOOTSTRAP:
-        error = [[summary.mean - max(summary.ci_low, 0.0)], [summary.ci_high - summary.mean]]
-        edge = "black" if several == 1 else tint
-        axes.errorbar(place, summary.mean, yerr=error, fmt="_", color=edge, capsize=2.5, lw=1.2, zorder=4)
+        error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
+        axes.errorbar(place, summary.mean, yerr=error, fmt="_", color="black" if alone else tint, capsize=2.5, lw=1.2,
+                      zorder=4)  # fmt: skip
     return summary.mean
 
 
 def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str], axis: str) -> None:
     """The potential of one model over each of its trials."""
     model_frames = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
-    looming = _looming(rows[0])
+    looming, sign = _looming(rows[0]), -1.0 if axis == "stimulus_bearing_deg" else 1.0
     names, styles = _conditions(rows, varies), _others(rows, varies, [rows[0]["model"]])
     trial, potential, place = (
         model_frames[name].to_numpy() for name in ("trial", "looming" if looming else "hs", axis)
@@ -259,9 +359,7 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
     for row in rows:
         chosen = trial == row["trial"]
         style = styles.get(_condition(row, names), "-")
-        axes.plot(place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
-    if looming:
-        axes.annotate("of the looming detector", (0.99, 0.02), xycoords="axes fraction", ha="right", fontsize=7)
+        axes.plot(sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
 
 
 def _looming(row: Mapping[str, Any]) -> bool:
@@ -277,24 +375,24 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> Non
         return
     for sign in signs:
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    text, lowest = f"{'±' if len(signs) > 1 else ''}T = {threshold:g}", min(signs) * threshold
-    axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=7)
+    text, lowest = f"threshold T = {'±' if len(signs) > 1 else ''}{threshold:g}", min(signs) * threshold
+    axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=8)
 
 
-def _frame(place: SubFigure, axes: Axes, axis: str, of: str) -> None:
+def _frame(place: SubFigure, axes: Axes, axis: str, of: str, lowest: float) -> None:
     """Draw what all panels of traces have in common; ``of`` says whose potential all of them show."""
     bearing = axis == "stimulus_bearing_deg"
-    xlabel = "bearing of the stimulus (degrees, left positive)" if bearing else "time in the trial (s)"
-    axes.set_ylim(-1.02, 1.02)
-    axes.xaxis.set_inverted(bearing)  # left on the left, as in the image: rightward motion goes to the right
-    place.supxlabel(xlabel, fontsize=9)
-    place.supylabel(f"membrane potential{of}", fontsize=9)
+    xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
+    axes.set_ylim(lowest - 0.02, 1.02)
+    place.supxlabel(xlabel, fontsize=8)
+    place.supylabel(f"potential {of}".strip(), fontsize=8)
 
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], unit: str, others: Mapping[str, Any]) -> None:
     """Draw the key of the colours and the line styles of the traces."""
     keys = [Line2D([], [], color=tint, lw=2, label=f"{said(level)} {unit}".strip()) for level, tint in colours.items()]
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
-    longest = max(len(str(key.get_label())) for key in keys)
-    place.legend(handles=keys, columnspacing=1.2, frameon=False, loc="outside upper center", fontsize=7,
-                 ncols=max(1, min(6, 60 // (6 + longest))))  # fmt: skip
+    inches = float(place.bbox.width / place.figure.dpi)
+    across = columns_of_key([str(key.get_label()) for key in keys], inches, 8, 1.4)
+    place.legend(handles=keys, handlelength=1.4, columnspacing=1.2, frameon=False, fontsize=8, ncols=across,
+                 loc="outside upper center")  # fmt: skip

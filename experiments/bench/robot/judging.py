@@ -6,6 +6,7 @@ room, its docstring says how they are read.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -53,16 +54,16 @@ def means(groups: ByLevel) -> dict[float, float]:
     return {level: float(np.mean(values)) for level, values in groups.items()}
 
 
-def mean_text(values: Sequence[float], digits: int = 1) -> str:
-    """Return a mean with its 95 % interval, if there is one, in words."""
-    summary = summarise(values)
+def mean_text(values: Sequence[float], digits: int = 1, lowest: float = -math.inf) -> str:
+    """Return a mean with its 95 % interval, if there is one, in words; it does not go below ``lowest``."""
+    summary = summarise(values, lowest)
     low, high = f"{summary.ci_low:.{digits}f}", f"{summary.ci_high:.{digits}f}"
     return f"{summary.mean:.{digits}f}" + (f" [{low}, {high}]" if is_number(summary.ci_low) else "")
 
 
 def means_text(groups: ByLevel, unit: str) -> str:
     """Return mean spikes of each group with its 95 % interval, and how many trials each mean is of, in words."""
-    texts = [f"{level:g} {unit}: {mean_text(spikes)}" for level, spikes in groups.items()]
+    texts = [f"{level:g} {unit}: {mean_text(spikes, lowest=0.0)}" for level, spikes in groups.items()]
     counts = sorted({len(spikes) for spikes in groups.values()})
     return f"mean spikes at {', '.join(texts)} (n = {'..'.join(map(str, counts))} each)"
 
@@ -131,6 +132,7 @@ def more_on_one_side(rows: Rows, motion: str, more: float, name: str) -> Outcome
 
     def effect(groups: ByLevel) -> str:
         here, there = split(groups)
-        return f"{name}: {mean_text(here)} and {mean_text(there)} spikes a trial, {contrast(here, there)}"
+        here_text, there_text = mean_text(here, lowest=0.0), mean_text(there, lowest=0.0)
+        return f"{name}: {here_text} and {there_text} spikes a trial, {contrast(here, there)}"
 
     return at_every_speed(rows, motion, checks, effect)

@@ -34,6 +34,9 @@ QUANTITIES = (
     "spikes_in_inner_window",
 )  # fmt: skip
 
+SIGNED = ("peak_hs", "trough_hs", "peak_vs", "drift_mm", "mean_hs_in_view", "mean_hs_near_axis")
+"""Those of them that can be negative: of the others no interval goes below 0."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Report:
@@ -135,7 +138,7 @@ def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
             values = [row[quantity] for row in chosen if is_number(row.get(quantity))]
             if not values:  # the motion has no such quantity
                 continue
-            summary = summarise(values)
+            summary = summarise(values, -math.inf if quantity in SIGNED else 0.0)
             numbers = {k: None if math.isnan(v) else v for k, v in dataclasses.asdict(summary).items()}
             table.append({**dict(zip(keys, condition, strict=True)), "quantity": quantity, **numbers})
     return table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -142,7 +143,9 @@ def _spikes(rows: Rows, counted: str, *, rate: bool) -> dict[str, str]:
     return {
         "n": f"{len(rows)}",
         "spikes": _mean(rows, "spikes", ".1f"),
-        "95 %": "-" if spikes is None or spikes.n < 2 else f"{spikes.ci_low:.1f} .. {spikes.ci_high:.1f}",
+        "95 %": "-"
+        if spikes is None or not is_number(spikes.ci_low)
+        else f"{spikes.ci_low:.1f} .. {spikes.ci_high:.1f}",
         **({"rate Hz": _mean(rows, "firing_rate_hz", ".1f")} if rate else {}),
         "peak HS": _mean(rows, f"peak_{counted}", "+z.2f"),
         "lowest": _mean(rows, f"trough_{counted}", "+z.2f"),
@@ -165,7 +168,7 @@ def _mechanism(rows: Rows, counted: str, *, window: bool) -> dict[str, str]:
 def _summary(rows: Rows, column: str) -> Summary | None:
     """The summary of a column over trials; ``None`` where none has a number, as a model that does not spike."""
     values = [row[column] for row in rows if is_number(row.get(column))]
-    return summarise(values) if values else None
+    return summarise(values, 0.0 if column == "spikes" else -math.inf) if values else None
 
 
 def _mean(rows: Rows, column: str, form: str) -> str:

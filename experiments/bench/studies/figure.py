@@ -93,7 +93,7 @@ def draw(counts: Counts) -> Figure:
         for axes, panel in zip(places.flat, panels, strict=False):
             draw_panel = _numbers if isinstance(next(iter(panel.cells.values())), Number) else _claims
             draw_panel(axes, panel)
-            axes.set_title(plain(panel.title), fontsize=9, loc="left")
+            axes.set_title(plain(panel.title), fontsize=8, loc="left")
             if gridded and across:
                 _mark_default(axes, across, up)
             if mapped:
@@ -108,7 +108,7 @@ def draw(counts: Counts) -> Figure:
             drawn.supxlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
             drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
         title = f"{plan.models[0].label if len(plan.models) == 1 else plan.study.name}: {_counted(counts)}"
-        headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}", 9)
+        headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}")
     return drawn
 
 
@@ -223,7 +223,7 @@ def _numbers(axes: Axes, panel: Panel) -> None:
         style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
         notes = _notes(number)
         axes.text(column, row + (0.16 if notes else 0.0), number.text(), fontsize=8, **style)
-        axes.text(column, row - 0.22, notes, fontsize=5.5, **style)
+        axes.text(column, row - 0.22, notes, fontsize=8, **style)
     axes.imshow(values, cmap=SCALE, vmin=low, vmax=high + 0.15 * (high - low), origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
 

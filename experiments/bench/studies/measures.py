@@ -223,5 +223,5 @@ def mean_spikes(rows: Rows, _threshold: float | None, *, condition: tuple[tuple[
     spikes = [row["spikes"] for row in trials if row["spikes"] is not None]
     if not spikes:
         return Measured(None, words="no trial there" if not trials else "it does not spike", n=len(trials))
-    summary = summarise(spikes)
+    summary = summarise(spikes, 0.0)
     return Measured(summary.mean, n=len(trials), low=known(summary.ci_low), high=known(summary.ci_high))

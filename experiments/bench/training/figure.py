@@ -39,6 +39,6 @@ def draw(studied: Studied) -> Figure:
         for place, panel in zip(axes, panels, strict=True):
             scores = of_runs(studied.runs, panel.title)
             place.plot(scores, [BELOW] * len(scores), "o", ms=3, mfc=LEARNT, mec="none", alpha=0.6, clip_on=False)
-        headline(drawn, described(studied), 8)
-        drawn.supxlabel(LEGEND, fontsize=7, x=0.01, ha="left")
+        headline(drawn, described(studied))
+        drawn.supxlabel(LEGEND, fontsize=8, x=0.01, ha="left")
     return drawn

@@ -40,7 +40,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
             for model, curve, more in zip(models, curves, extra_widths(heights, alike), strict=True):
                 mark = tints[model]
                 axes.plot([x for x, _ in curve], [y for _, y in curve], marker=mark.marker, ms=4 + more, lw=1.2 + more,
-                          ls=mark.line, color=mark.colour)  # fmt: skip
+                          color=mark.colour)  # fmt: skip
             axes.set_title(f"{line}: {name}", fontsize=8, loc="left")
             if name.startswith("time"):
                 _angles(axes, places)
@@ -57,7 +57,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
         axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
         axes.set_xlabel(family.x.label)
     keys = [
-        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ls=tints[model].line, ms=4, lw=1.2,
+        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ms=4, lw=1.2,
                label=plain(model))
         for model in models
     ]  # fmt: skip
@@ -81,4 +81,4 @@ def _angles(axes: Axes, places: Sequence[float]) -> None:
     for angle in ANGLES_DEG:
         times = [place / math.tan(math.radians(angle / 2)) for place in places]
         axes.plot(places, times, color="0.6", lw=0.7, ls=":", zorder=1)
-        axes.annotate(f"{angle:g}°", (places[-1], times[-1]), fontsize=6, color="0.4", ha="left", va="center")
+        axes.annotate(f"{angle:g}°", (places[-1], times[-1]), fontsize=8, color="0.4", ha="left", va="center")

@@ -86,17 +86,17 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
         for place, (model, (x, heights)) in enumerate(shares.items()):
             mark, after = tints[model], list(shares.values())[place + 1 :]
             under = sum(_alike(heights, others) for _, others in after)
-            axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under, ls=mark.line,
+            axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under,
                       color=mark.colour)  # fmt: skip
         places = sorted({probe.x for probe in family.probes if probe.line == line})
         if places[0] > 0 and places[-1] / places[0] >= LEAST_RATIO:
             _log(axes, places)
         axes.axhline(0.0, color="black", lw=0.5)
         axes.set_xlabel(family.x.label)
-        axes.set_title(line, fontsize=9)
+        axes.set_title(line, fontsize=8)
     panels[0].set_ylabel("response / largest")
     keys = [
-        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ls=tints[model].line, ms=3.5, lw=1.2,
+        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ms=3.5, lw=1.2,
                label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
         for model in channels
     ]  # fmt: skip
@@ -129,7 +129,7 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         caption = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
         scatters = largest > NOTHING and undefined_peak(response)
         caption += "; peak not defined" if scatters else ""
-        axes.set_title(plain(wrapped(f"{model} ({caption})", 2.0, 9)), fontsize=9, color=tints[model])
+        axes.set_title(plain(wrapped(f"{model} ({caption})", 2.0, 9)), fontsize=8, color=tints[model])
         if not x:
             continue
         shares = response / (largest or 1.0)
@@ -143,8 +143,8 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"1/{1 / value:.0f}"))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.tick_params(labelsize=8)
-    drawn.supxlabel(family.x.label, fontsize=9)
-    drawn.supylabel(family.y.label if family.y else "", fontsize=9)
+    drawn.supxlabel(family.x.label, fontsize=8)
+    drawn.supylabel(family.y.label if family.y else "", fontsize=8)
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), SHADES)
     drawn.colorbar(scale, ax=panels, shrink=0.6 if len(channels) > ACROSS else 1.0, aspect=30).set_label(
         "response / largest"
@@ -181,7 +181,7 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         caption = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
         if direction_undefined(given, model, channels[model]):
             caption = "preference not defined"
-        axes.set_title(plain(f"{model}: {caption}"), fontsize=9, color=tints[model], y=1.0, pad=25.0)  # above "up"
+        axes.set_title(plain(f"{model}: {caption}"), fontsize=8, color=tints[model], y=1.0, pad=25.0)  # above "up"
         _compass(axes)
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
@@ -226,9 +226,9 @@ def _share(values: Sequence[float], scale: float | None = None) -> Sequence[floa
 def _compass(axes: PolarAxes) -> None:
     """Directions as in the image: rightward to the right, downward down."""
     axes.set_theta_direction(-1)
-    axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=7)
+    axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=8)
     axes.set_ylim(0.0, 1.1)
-    axes.set_yticks([0.5, 1.0], ["0.5", "1"], fontsize=6)
+    axes.set_yticks([0.5, 1.0], ["0.5", "1"], fontsize=8)
     axes.set_rlabel_position(-22.5)
     axes.grid(lw=0.4)
 

@@ -7,6 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.text import Text
 
+from experiments.bench.figures.palette import lanes
 from tests.helpers.condition_figures import drawn
 
 
@@ -28,7 +29,7 @@ def test_conditions_beside_the_varied_one_stay_apart():
     assert series(counts) == ["rightward, 5 cm", "rightward, 10 cm", "leftward, 5 cm", "leftward, 10 cm"]
     means = [line for line in counts.get_lines() if line.get_label() in series(counts)]
     assert len({line.get_linestyle() for line in means}) == 4
-    assert len({tuple(line.get_xdata()) for line in means}) == 4
+    assert {tuple(line.get_xdata()) for line in means} == {(2.0, 4.0)}, "numbers stand at their place on the axis"
 
 
 @pytest.mark.parametrize("count", [3, 6, 7, 12])
@@ -50,13 +51,16 @@ SPEEDS = [("rightward", speed, 8.0) for speed in (2.0, 4.0, 6.0, 10.0)]
 def test_every_model_has_a_key_and_a_panel_of_its_own(count):
     models = tuple(f"model {i}" for i in range(count))
     made = drawn(SPEEDS, models=models)
-    counts, *panels = [axes for axes in made.axes if axes.get_visible()]
+    axes_shown = [axes for axes in made.axes if axes.get_visible()]
+    groups = lanes(models)
+    counts, panels = axes_shown[: len(groups)], axes_shown[len(groups) :]
     assert [axes.get_title(loc="left") for axes in panels] == (list(models) if count > 1 else [""])
     assert all(sum(len(line.get_xdata()) == 4 for line in axes.get_lines()) == 12 for axes in panels)
     if count > 1:
-        assert series(counts) == list(models)
-        looks = {(line.get_color(), line.get_linestyle()) for line in counts.get_lines() if line.get_label() in models}
-        assert len(looks) == count, "no two models look alike"
+        assert [series(axes) for axes in counts] == groups, "a lane for each group"
+        for axes, group in zip(counts, groups, strict=True):
+            tints = {line.get_color() for line in axes.get_lines() if line.get_label() in models}
+            assert len(tints) == len(group), "no two models of a lane have one colour"
 
 
 def test_an_axis_of_numbers_has_their_scale():
@@ -101,5 +105,5 @@ def test_no_two_texts_overlap(models, monkeypatch):
 
 def test_every_axis_says_what_it_is_with_a_unit():
     made = drawn(SPEEDS, models=("a", "b"))
-    assert made.axes[0].get_xlabel().endswith("(cm/s)") and made.axes[0].get_ylabel() == "spikes per trial"
-    assert {part.get_supxlabel() for part in made.subfigs} >= {"bearing of the stimulus (degrees, left positive)"}
+    assert made.subfigs[0].get_supxlabel().endswith("(cm/s)") and made.subfigs[0].get_supylabel() == "spikes per trial"
+    assert {part.get_supxlabel() for part in made.subfigs} >= {"bearing of the stimulus (degrees, right positive)"}

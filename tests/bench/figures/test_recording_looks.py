@@ -15,7 +15,7 @@ from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.closed_loop import recording as closed_loop_recording
 from experiments.bench.closed_loop.episode import Episode
 from experiments.bench.engine.models import choose
-from experiments.bench.figures.palette import LINES, marks
+from experiments.bench.figures.palette import HUES, marks
 from experiments.bench.figures.series import ends, heading, levels, lines, rgb
 from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
 from experiments.bench.footage.video import Picture
@@ -137,13 +137,13 @@ def test_the_heading_of_a_lane_does_the_work_of_a_legend():
 
 @pytest.mark.parametrize("own", [0, 3, 30])
 def test_no_two_lines_of_a_recording_look_alike(own):
-    """Models of one hue, which figures tell apart by line styles, have lines of different widths."""
+    """Models of one hue, which figures tell apart by markers, have lines of different widths."""
     models = [*MODELS, *(f"mine{i}" for i in range(own))]
     drawn = [line for model in models for line in lines(model, ("hs", "vs", "looming"), models)
              if line.entity.startswith("potential/")]  # fmt: skip
     looks = [(line.colour, line.width, line.dots) for line in drawn]
     assert len(set(looks)) == len(looks)
-    assert max(line.width for line in drawn) <= 1.5 * len(LINES)
+    assert max(line.width for line in drawn) <= 1.5 * (1 + len(models) // len(HUES))
 
 
 def episode(env: str) -> Episode:

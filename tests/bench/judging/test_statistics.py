@@ -34,6 +34,20 @@ def test_one_value_tells_nothing_of_spread():
     assert np.isnan([summary.sd, summary.ci_low, summary.ci_high]).all()
 
 
+@pytest.mark.parametrize("values", [[0, 117], [5.0, 5.0]])
+def test_two_values_have_no_interval(values):
+    """Student's interval of 0 and 117 spikes would go from -685 to 802."""
+    summary = summarise(values)
+    assert np.isnan([summary.ci_low, summary.ci_high]).all() and not np.isnan(summary.sd)
+
+
+@pytest.mark.parametrize("values", [[0, 0, 9], [0, 1, 9, 0], [0, 0, 0, 0, 0, 1]])
+def test_an_interval_of_counts_does_not_go_below_none(values):
+    bounded, free = summarise(values, lowest=0.0), summarise(values)
+    assert bounded.ci_low >= 0.0 and bounded.ci_high == free.ci_high
+    assert free.ci_low < 0.0 or bounded == free
+
+
 def in_order(levels, values):
     """The Jonckheere-Terpstra statistic: pairs of different groups in rising order less those in falling order."""
     rise = np.sign(np.subtract.outer(values, values))

@@ -118,7 +118,7 @@ def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, 
     _raster(raster, course)
     raster.set_xlabel("time in the trial (s)", fontsize=8)
     for axes in panels:
-        axes.tick_params(labelsize=7, labelleft=first and axes is not raster)
+        axes.tick_params(labelsize=8, labelleft=first and axes is not raster)
     if first:
         sums.set_ylabel("E, $w_i$ I (units of HS)", fontsize=8)
         potential.set_ylabel("HS, right positive", fontsize=8)
@@ -145,7 +145,7 @@ def _raster(axes: Axes, course: Course) -> None:
     axes.set_ylim(2 * count + 1, -0.5)
     axes.set_yticks([])
     caption = f"fire: {course.firing()} of {count}; with $w_i$ = 1: {course.firing(balanced=True)}"
-    axes.set_title(caption, fontsize=7, pad=2)
+    axes.set_title(caption, fontsize=8, pad=2)
 
 
 def _heading(condition: Mapping[str, Any]) -> str:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 
-from experiments.bench.figures.palette import HUES, LINES, marks
-from experiments.bench.figures.plotting import STYLE, extra_widths, headline, plain
-from experiments.bench.judging.statistics import Summary, summarise
+from experiments.bench.figures.palette import HUES, LINES, lanes, marks
+from experiments.bench.figures.plotting import STYLE, WIDTH, extra_widths, headline, plain, wrapped
+from experiments.bench.judging.statistics import LEAST_FOR_BOOTSTRAP, Summary, summarise
 from experiments.bench.robot.figure import AXIS_LABELS
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
 
@@ -34,8 +36,14 @@ COMPARED = (
 )  # fmt: skip
 """Columns that all models are compared by: column, title of the panel."""
 
+HIGH = 2.9
+"""Height of the first model's row, inches."""
+LANE = 2.3
+"""Least height of a row of other models, inches."""
 KEY_INCHES = 0.17
 """Height of a model's line in the key."""
+PANEL_INCHES = 1.5
+"""Width of a panel."""
 LOGARITHMIC_FROM = 5.0
 """Ratio of the largest to the smallest level from which the axis is logarithmic."""
 
@@ -46,7 +54,7 @@ def figure(rows: Rows, varies: str, heading: str, threshold: float | None) -> Fi
     Parameters
     ----------
     rows
-        Of ``trials.parquet``. Every point is a mean over trials with its 95 % interval.
+        Of ``trials.parquet``. Every point is a mean over trials, from `LEAST_FOR_BOOTSTRAP` on with its 95 % interval.
     varies
         The column along the axes, a number.
     heading
@@ -58,21 +66,26 @@ def figure(rows: Rows, varies: str, heading: str, threshold: float | None) -> Fi
     -------
     matplotlib.figure.Figure
         Above, the first model: spikes, time in view, firing rate in view, potential. Below, where there are several
-        models: potential and spikes of each.
+        models: potential and spikes of each, a row for as many as have colours of their own.
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
     with mpl.rc_context(STYLE):
-        lower = max(3.0, 0.3 + KEY_INCHES * len(models)) if len(models) > 1 else 0.0
-        drawn = Figure(figsize=(11.0, 3.2 + lower), layout="constrained")
-        parts = drawn.subfigures(2, 1, squeeze=False, height_ratios=[3.2, lower])[:, 0] if lower else [drawn]
-        _first_model([row for row in rows if row["model"] == models[0]], varies, parts[0].subplots(1, 4), threshold)
-        if len(models) > 1:
-            _every_model(rows, models, varies, parts[1].subplots(1, 4), threshold)
+        groups = lanes(models) if len(models) > 1 else []
+        lower = [max(LANE, 0.3 + KEY_INCHES * len(group)) for group in groups]
+        drawn = Figure(figsize=(WIDTH, HIGH + sum(lower)), layout="constrained")
+        ratios = [HIGH, *lower]
+        parts = drawn.subfigures(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0] if lower else [drawn]
+        _first_model([row for row in rows if row["model"] == models[0]], varies, parts[0], threshold)
+        for part, group in zip(parts[1:], groups, strict=True):
+            _models(rows, models, group, varies, part.subplots(1, 4), threshold)
         headline(drawn, heading)
     return drawn
 
 
-def _first_model(rows: Rows, varies: str, places: Sequence[Axes], threshold: float | None) -> None:
+def _first_model(rows: Rows, varies: str, place: Figure | SubFigure, threshold: float | None) -> None:
+    """Draw the first model's panels, and below them which line is what where a panel has two."""
+    places = place.subplots(1, len(PANELS))
+    names: dict[Any, list[str]] = {}
     for axes, (heading, columns) in zip(places, PANELS, strict=True):
         columns_shown = [column for column in columns if column[0] != "spikes_in_window" or varies == "speed_cm_s"]
         for style, (column, name) in zip(LINES, columns_shown, strict=False):
@@ -81,26 +94,36 @@ def _first_model(rows: Rows, varies: str, places: Sequence[Axes], threshold: flo
             _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
         if len(columns_shown) > 1:
-            axes.legend(fontsize=7, frameon=False, handlelength=2.4)
+            for style, (_, name) in zip(LINES, columns_shown, strict=False):
+                names.setdefault(style, []).append(name)
+    keys = [Line2D([], [], color=HUES[0], ls=style, label=" / ".join(parts)) for style, parts in names.items()]
+    place.legend(handles=keys, fontsize=8, frameon=False, loc="outside lower center", ncols=2)
 
 
-def _every_model(
-    rows: Rows, models: Sequence[str], varies: str, places: Sequence[Axes], threshold: float | None
+def _models(
+    rows: Rows,
+    models: Sequence[str],
+    group: Sequence[str],
+    varies: str,
+    places: Sequence[Axes],
+    threshold: float | None,
 ) -> None:
-    """A panel for each measure; the last place has the legend."""
+    """Draw a panel for each measure of a ``group`` of the models; the last place has the legend."""
     given = marks(models)
     for axes, (column, heading) in zip(places, COMPARED, strict=False):
-        owned = [[row for row in rows if row["model"] == model] for model in models]
+        owned = [[row for row in rows if row["model"] == model] for model in group]
         curves = [[summary.mean for summary in _summaries(model_rows, varies, column).values()] for model_rows in owned]
         largest = max((abs(value) for curve in curves for value in curve), default=1.0)
-        for model_rows, mark, extra in zip(owned, given.values(), extra_widths(curves, 0.01 * largest), strict=True):
+        for model_rows, mark, extra in zip(
+            owned, map(given.__getitem__, group), extra_widths(curves, 0.01 * largest), strict=True
+        ):
             _curve(
                 axes,
                 model_rows,
                 varies,
                 column,
                 mark.colour,
-                mark.line,
+                "-",
                 plain(model_rows[0]["model"]),
                 1.1 + extra,
                 mark.marker,
@@ -110,21 +133,30 @@ def _every_model(
         _frame(axes, rows, varies, heading)
     handles, labels = places[0].get_legend_handles_labels()
     places[-1].set_axis_off()
-    places[-1].legend(handles, labels, loc="center left", fontsize=7, frameon=False, handlelength=2.6)
+    places[-1].legend(handles, labels, loc="center left", fontsize=8, frameon=False, handlelength=2.6)
 
 
 def _curve(
     axes: Axes, rows: Rows, varies: str, column: str, tint: Any, style: Any, name: str, width: float = 1.4,
     marker: str = "o",
 ) -> None:  # fmt: skip
-    """Means against the level, with their 95 % intervals where there are any."""
+    """Means against the level, with their 95 % intervals; of few trials these themselves.
+
+    An interval of what is never negative ends at 0.
+    """
     summaries = _summaries(rows, varies, column)
     if not summaries:
         return
     levels, means = list(summaries), [summary.mean for summary in summaries.values()]
     axes.plot(levels, means, color=tint, ls=style, lw=width, marker=marker, ms=1.9 + width, label=name)
-    ranges = [(one.ci_low, one.ci_high) if one.n > 1 else (one.mean,) * 2 for one in summaries.values()]
-    axes.vlines(levels, [low for low, _ in ranges], [high for _, high in ranges], color=tint, lw=1.0)
+    if all(one.n < LEAST_FOR_BOOTSTRAP for one in summaries.values()):
+        values = [(row[varies], row[column]) for row in rows if row[column] is not None]
+        axes.plot(*zip(*values, strict=True), ".", color=tint, ms=3.0, alpha=0.5)
+        return
+    lowest = 0.0 if min(row[column] for row in rows if row[column] is not None) >= 0 else -math.inf
+    ranges = {level: one for level, one in summaries.items() if one.n >= LEAST_FOR_BOOTSTRAP}
+    axes.vlines(list(ranges), [max(one.ci_low, lowest) for one in ranges.values()],
+                [one.ci_high for one in ranges.values()], color=tint, lw=1.0)  # fmt: skip
 
 
 def _summaries(rows: Rows, varies: str, column: str) -> dict[float, Summary]:
@@ -141,15 +173,15 @@ def _threshold(axes: Axes, threshold: float | None, whose: str = "") -> None:
         axes.axhline(threshold, color="black", ls="--", lw=0.8)
         caption = plain(f"T = {threshold:g}{whose}")
         axes.annotate(caption, (0.99, threshold), xycoords=("axes fraction", "data"), va="bottom",
-                      ha="right", fontsize=7)  # fmt: skip
+                      ha="right", fontsize=8)  # fmt: skip
 
 
 def _frame(axes: Axes, rows: Rows, varies: str, heading: str) -> None:
     levels = sorted({row[varies] for row in rows})
     if levels[0] > 0 and levels[-1] >= LOGARITHMIC_FROM * levels[0]:
         axes.set_xscale("log")
-    axes.set_xticks(levels, [f"{level:g}" for level in levels], fontsize=7)
+    axes.set_xticks(levels, [f"{level:g}" for level in levels], fontsize=8)
     axes.set_xticks([], minor=True)
-    axes.set_xlabel(AXIS_LABELS[varies], fontsize=8)
-    axes.set_title(heading, fontsize=9, loc="left")
+    axes.set_xlabel(wrapped(AXIS_LABELS[varies], PANEL_INCHES, 8), fontsize=8)
+    axes.set_title(wrapped(heading, PANEL_INCHES, 8), fontsize=8, loc="left")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))

@@ -68,7 +68,7 @@ def draw(fitted: Fitted | Optimum) -> Figure:
             _measured(other, fitted)
         else:
             _matrix(other, fitted)
-        headline(drawn, _title(fitted), 9)
+        headline(drawn, _title(fitted))
     return drawn
 
 
@@ -177,7 +177,7 @@ def _turns(turns: Axes, fitted: Fitted | Optimum) -> None:
     _cells(turns, shares, [[f"{share:.2f}" for share in row] for row in shares], 0.6)
     turns.set_xticks(range(len(keys)), [plain(key.partition(".")[2]) for key in keys], rotation=20, ha="right")
     turns.set_yticks(range(len(rows)), [plain(name) for name in rows])
-    turns.set_title("what each turns on, as a share", fontsize=9, loc="left")
+    turns.set_title("what each turns on, as a share", fontsize=8, loc="left")
 
 
 def _measured(axes: Axes, fitted: Optimum) -> None:
@@ -193,7 +193,7 @@ def _measured(axes: Axes, fitted: Optimum) -> None:
         if len(goals) == 2:
             axes.plot(*zip(*ends, strict=True), color=DEFAULT, lw=1.0, zorder=3)
         axes.set(xlabel=plain(goals[0].name), ylabel=plain(goals[1].name))
-        axes.set_title("settings, and the front", fontsize=9, loc="left")
+        axes.set_title("settings, and the front", fontsize=8, loc="left")
         return
     rows = [row for row in fitted.anew_rows() if row["anew"] is not None]
     for place, row in enumerate(rows):
@@ -204,9 +204,9 @@ def _measured(axes: Axes, fitted: Optimum) -> None:
         if row["in the search"] is not None:
             axes.plot(row["in the search"], height, "|", color=DEFAULT, ms=9, mew=1.6, zorder=3)
     names = ["as it is" if row["number"] is None else f"no. {row['number']}" for row in rows]
-    axes.set_yticks(range(len(rows), 0, -1), names, fontsize=7)
+    axes.set_yticks(range(len(rows), 0, -1), names, fontsize=8)
     axes.set_xlabel(plain(goals[0].name))
-    axes.set_title("anew: mean, 95 % interval; bar: in the search", fontsize=9, loc="left")
+    axes.set_title("anew: mean, 95 % interval; bar: in the search", fontsize=8, loc="left")
 
 
 def _matrix(axes: Axes, fitted: Fitted) -> None:
@@ -224,11 +224,11 @@ def _matrix(axes: Axes, fitted: Fitted) -> None:
     _cells(axes, kept / every, [[f"{number:.0f}" for number in row] for row in kept], 0.6)
     axes.set_xticks(range(len(claims)), [plain(claim) for claim in claims])
     axes.set_yticks(range(len(claims)), [plain(claim) for claim in claims])
-    axes.set_title(f"kept together, of {every} settings", fontsize=9, loc="left")
+    axes.set_title(f"kept together, of {every} settings", fontsize=8, loc="left")
 
 
 def _cells(axes: Axes, values: np.ndarray, texts: Sequence[Sequence[str]], dark: float) -> None:
     for (row, column), value in np.ndenumerate(values):
-        axes.text(column, row, texts[row][column], ha="center", va="center", fontsize=7,
+        axes.text(column, row, texts[row][column], ha="center", va="center", fontsize=8,
                   color="white" if value > dark else "black", zorder=3)  # fmt: skip
     axes.tick_params(length=0)
