@@ -348,7 +348,10 @@ def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProces
 
 
 def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
-    """Return the test modules that name a mutant's module, class and function, those that fewest name before others."""
+    """Return the test modules that name a mutant's module, class and function, those that fewest name before others.
+
+    First come those whose file has the module's name in its own.
+    """
     places = [folder / test for test in tests]
     modules = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("test_*.py")))
     texts = {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in modules}
@@ -358,6 +361,8 @@ def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     for naming_tests in naming.values():
         for test in naming_tests:
             scores[test] += 1 / len(naming_tests)
+    for test in texts:
+        scores[test] += 2 * bool(re.search(rf"_{site.path.stem}(_|$)", Path(test).stem))
     return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 

@@ -253,3 +253,12 @@ def test_a_shared_context_outlives_the_first_to_close_and_changes_no_picture() -
     second.close()
     np.testing.assert_array_equal(picture(third), bare)
     third.close()
+
+
+def test_a_simulation_tells_whether_it_has_a_camera():
+    with Simulation() as simulation:
+        assert simulation.seeing and simulation.camera is not None
+    with Simulation(seeing=False) as simulation:
+        assert not simulation.seeing
+        with pytest.raises(ValueError, match="seeing=False"):
+            _ = simulation.camera
