@@ -116,6 +116,16 @@ def test_luma_is_bt601():
             assert camera.develop(np.random.default_rng(0), 0.0).luma[0, 0] == pytest.approx(255 * weight, abs=1)
 
 
+@pytest.mark.parametrize(("luma_range", "black", "white"), [("full", 0, 255), ("video", 16, 235)])
+def test_black_and_white_are_those_of_the_luma_range(luma_range, black, white):
+    """ITU-R BT.601: 16 and 235 in the video range."""
+    with Simulation(camera=quiet(luma_range=luma_range), scene=STILL) as sim:
+        for grey, luma in ((0, black), (255, white)):
+            with patch.object(sim.camera._offscreen, "render", return_value=np.full((72, 99, 3), grey, np.uint8)):
+                sim.camera.expose(sim.data)
+            assert set(sim.camera.develop(np.random.default_rng(0), 0.0).luma.ravel()) == {luma}
+
+
 def test_exposure_blurs_by_the_distance_moved():
     """The dark edge of a fast stimulus widens to speed times exposure, in pixels; an instant leaves it sharp."""
     widths = {}
