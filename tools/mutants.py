@@ -86,7 +86,7 @@ BODIES = ("body", "orelse", "finalbody", "handlers", "cases")
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one node, by what it is found again: all but ``area`` and ``path``."""
+    """One change of one node, by what it is found again: all but ``area``, ``path`` and ``why``."""
 
     area: str
     path: str
@@ -101,6 +101,8 @@ class Mutant:
     """Index among the function's statements of this text."""
     after: str
     """Text that stands in the node's place."""
+    why: str = ""
+    """Why no test can notice it, or where its statement went; empty of one that a test has to notice."""
 
     @property
     def key(self) -> tuple[str, str, str, int, int]:
@@ -426,7 +428,7 @@ def run(out: Path, areas: Sequence[str], only: Sequence[int]) -> list[Result]:
             results.append(result)
             where = result.where or f"was {mutant.path}"
             print(f"{number:3} {mutant.area:10} {result.outcome:9} {result.seconds:5.0f} s  {mutant.kind:10} {where}  "
-                  f"{mutant.function}: {result.by}", flush=True)  # fmt: skip
+                  f"{mutant.function}: {result.by or mutant.why}", flush=True)  # fmt: skip
             out.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
         print(f"fail without a mutant too, and were left out: {', '.join(failing) or 'none'}")
     return results

@@ -151,6 +151,13 @@ def test_an_interval_of_few_values_covers_the_mean_as_often_as_it_says(n):
     assert 0.9 < np.mean([s.ci_low <= 3.0 <= s.ci_high for s in summaries]) < 0.99
 
 
+@pytest.mark.parametrize("n", [2, 3, 6, 12])
+def test_equal_values_give_a_point(n):
+    """To the bit: the mean of three times 0.1 is none of them, so that their deviation is not 0."""
+    summary = summarise([0.1] * n)
+    assert summary.ci_low == summary.mean == summary.ci_high
+
+
 def test_the_interval_of_two_values_is_student_s():
     summary = summarise([1, 3])
     assert (summary.ci_low, summary.ci_high) == pytest.approx((2 - 12.706, 2 + 12.706), abs=1e-3)
