@@ -86,7 +86,7 @@ BODIES = ("body", "orelse", "finalbody", "handlers", "cases")
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one node, by what it is found again: all but ``area`` and ``path``."""
+    """One change of one node, by what it is found again: all but ``area``, ``path`` and ``why``."""
 
     area: str
     path: str
@@ -101,6 +101,8 @@ class Mutant:
     """Index among the function's statements of this text."""
     after: str
     """Text that stands in the node's place."""
+    why: str = ""
+    """Why no test can notice it, or where its statement went; empty of one that a test has to notice."""
 
     @property
     def key(self) -> tuple[str, str, str, int, int]:
@@ -348,7 +350,10 @@ def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProces
 
 
 def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
-    """Return the test modules that name a mutant's module, class and function, those that fewest name before others."""
+    """Return the test modules that name a mutant's module, class and function, those that fewest name before others.
+
+    First come those whose file has the module's name in its own.
+    """
     places = [folder / test for test in tests]
     modules = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("test_*.py")))
     texts = {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in modules}
@@ -358,6 +363,8 @@ def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     for naming_tests in naming.values():
         for test in naming_tests:
             scores[test] += 1 / len(naming_tests)
+    for test in texts:
+        scores[test] += 2 * bool(re.search(rf"_{site.path.stem}(_|$)", Path(test).stem))
     return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 
@@ -421,7 +428,7 @@ def run(out: Path, areas: Sequence[str], only: Sequence[int]) -> list[Result]:
             results.append(result)
             where = result.where or f"was {mutant.path}"
             print(f"{number:3} {mutant.area:10} {result.outcome:9} {result.seconds:5.0f} s  {mutant.kind:10} {where}  "
-                  f"{mutant.function}: {result.by}", flush=True)  # fmt: skip
+                  f"{mutant.function}: {result.by or mutant.why}", flush=True)  # fmt: skip
             out.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
         print(f"fail without a mutant too, and were left out: {', '.join(failing) or 'none'}")
     return results

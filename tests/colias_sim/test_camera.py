@@ -57,6 +57,17 @@ def test_outside_the_field_of_view_is_unseen(side):
     assert not np.array_equal(view(quiet(), Pose(LENS + 0.1, beyond - side * 0.004, 0.0)), empty)
 
 
+@pytest.mark.parametrize("supersample", [1, 2])
+def test_a_robot_that_stays_beside_the_view_is_unseen_in_every_frame(supersample):
+    """With a still background only what moved is rendered from the second frame on: a box of rows without columns."""
+    camera = quiet(supersample=supersample, still_background=True)
+    empty = view(camera, AWAY)
+    with Simulation(camera=camera, scene=STILL) as sim:
+        sim.reset({"stimulus": Pose(LENS + 0.1, 0.12, 0.0)}, np.random.default_rng(0))
+        for _ in range(3):
+            np.testing.assert_array_equal(sim.step(np.random.default_rng(0)).luma, empty)
+
+
 def noise_of(camera: CameraConfig, stimulus: Pose, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
     with Simulation(camera=camera, scene=STILL) as sim:
         sim.reset({"stimulus": stimulus}, np.random.default_rng(0))
@@ -114,6 +125,16 @@ def test_luma_is_bt601():
             with patch.object(camera._offscreen, "render", return_value=rgb):
                 camera.expose(sim.data)
             assert camera.develop(np.random.default_rng(0), 0.0).luma[0, 0] == pytest.approx(255 * weight, abs=1)
+
+
+@pytest.mark.parametrize(("luma_range", "black", "white"), [("full", 0, 255), ("video", 16, 235)])
+def test_black_and_white_are_those_of_the_luma_range(luma_range, black, white):
+    """ITU-R BT.601: 16 and 235 in the video range."""
+    with Simulation(camera=quiet(luma_range=luma_range), scene=STILL) as sim:
+        for grey, luma in ((0, black), (255, white)):
+            with patch.object(sim.camera._offscreen, "render", return_value=np.full((72, 99, 3), grey, np.uint8)):
+                sim.camera.expose(sim.data)
+            assert set(sim.camera.develop(np.random.default_rng(0), 0.0).luma.ravel()) == {luma}
 
 
 def test_exposure_blurs_by_the_distance_moved():
@@ -253,3 +274,12 @@ def test_a_shared_context_outlives_the_first_to_close_and_changes_no_picture() -
     second.close()
     np.testing.assert_array_equal(picture(third), bare)
     third.close()
+
+
+def test_a_simulation_tells_whether_it_has_a_camera():
+    with Simulation() as simulation:
+        assert simulation.seeing and simulation.camera is not None
+    with Simulation(seeing=False) as simulation:
+        assert not simulation.seeing
+        with pytest.raises(ValueError, match="seeing=False"):
+            _ = simulation.camera

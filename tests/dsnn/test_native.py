@@ -240,6 +240,13 @@ def test_without_the_c_form_numpy_runs_and_one_line_says_so():
     assert error == "form='native': the native form is not built: 'make setup' builds it"
 
 
+@pytest.mark.parametrize(("missing", "asked"), [("", ""), ("", "numpy"), ("is not built", "numpy")])
+def test_the_native_form_and_one_that_was_asked_for_are_no_news(missing, asked, monkeypatch):
+    monkeypatch.setattr(forms.native, "missing", lambda: missing)
+    monkeypatch.setenv(forms.VARIABLE, asked)
+    assert forms.note() == ""
+
+
 def test_a_form_is_one_of_two():
     with pytest.raises(forms.FormError, match=r"form='fast': legal are native and numpy"):
         DSNN((72, 99), form="fast")

@@ -69,4 +69,8 @@ class Standing:
 
 def written(value: float) -> str:
     """Return a number for people, to three digits and four decimal places; a dash for NaN."""
-    return "-" if math.isnan(value) else f"{round(value, PLACES):z.3g}"
+    if math.isnan(value):
+        return "-"
+    # Rounded once: 0.64753 has four places of 0.6475, and three digits of that would be 0.647.
+    places = min(2 - math.floor(math.log10(abs(value))), PLACES) if value and math.isfinite(value) else PLACES
+    return f"{round(value, places):z.3g}"

@@ -7,6 +7,7 @@ from experiments.bench.clips.claims import POTENTIALS, judge, paper_claims
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.watch import LEAST_FRAMES
 from experiments.bench.judging import claims
+from experiments.claims.c12_real_footage import LEAST_FLOW
 from tests.bench.clips.test_clip_mechanisms import alone, edges, ensembles, speed_responses, strokes
 from tests.bench.clips.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations
 
@@ -175,6 +176,11 @@ def test_a_blocked_pathway_of_nothing_is_no_half():
     assert set(SIGNED) == {"rightward", "leftward", "downward", "upward"}
 
 
+def test_c4_tells_the_shares_of_every_clip():
+    found = judge("C4", blocked(0.1, 0.1), T)
+    assert found.measured.count("ON blocked 50%, OFF blocked 50%") == 4 and found.effect == "4 of 4 clips"
+
+
 def test_what_failed_is_what_decided():
     shares = judge("C4", blocked(0.0696, 0.13), T)
     assert shares.verdict == "fails" and "ON blocked leaves 34.8% (needs 40% to 60%)" in shares.decided
@@ -327,6 +333,15 @@ def test_the_paper_s_stronger_words(footage, verdict):
     found = C12.stronger(*footage)
     assert found.verdict == verdict
     assert bool(found.decided) == (verdict != "not shown")
+
+
+def test_at_a_bound_nothing_is_over_it():
+    """HS that equals T does not pass it, and a flow of `LEAST_FLOW` is no translation."""
+    flow, hs, *rest = busy(12)
+    assert C12.stronger(flow, np.where(hs > 0, T_SP, 0.0), *rest).verdict == "not shown"
+    for least, verdict in ((LEAST_FLOW, "not shown"), (np.nextafter(LEAST_FLOW, 1), "fails")):
+        even = np.full(1, least)  # a block of one frame: a mean over several might be rounded
+        assert C12.stronger(np.repeat(even, 12), np.zeros(12), np.zeros(12), T_SP, 1.0).verdict == verdict
 
 
 @pytest.mark.parametrize(("over", "verdict"), [(7, "holds"), (8, "fails")])

@@ -117,6 +117,13 @@ def test_c23_tells_how_much_of_it_is_direction():
     assert found.effect == "opposite signs: 0.0% of the part that tells direction"
 
 
+@pytest.mark.parametrize("worst", ["on-off rightward", "on-off leftward", "off-on rightward", "off-on leftward"])
+def test_c23_tells_the_largest_answer_to_opposite_signs_wherever_it_is(worst):
+    rows = strokes(opposite=0.004, **{worst.replace("-", "_").replace(" ", "_"): {"peak_hs": 0.016}})
+    pair, motion = worst.split()
+    assert f"|HS| up to 8% of it ({motion} {pair})" in judge("C23", rows, T).measured
+
+
 @pytest.mark.parametrize(("fewer", "verdict"), [(0.1, "holds"), (0.5, "holds"), (1.0, "fails"), (1.2, "fails")])
 def test_c24_off_line(fewer, verdict):
     found = judge("C24", ensembles(fewer), T)

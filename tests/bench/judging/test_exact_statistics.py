@@ -178,6 +178,13 @@ def test_the_interval_of_three_values_is_student_s():
     assert (summary.ci_low, summary.ci_high) == pytest.approx((2 - half, 2 + half), abs=1e-3)
 
 
+@pytest.mark.parametrize("n", [3, 6, 12])
+def test_equal_values_give_a_point(n):
+    """To the bit: the mean of three times 0.1 is none of them, so that their deviation is not 0."""
+    summary = summarise([0.1] * n)
+    assert summary.ci_low == summary.mean == summary.ci_high
+
+
 @pytest.mark.parametrize(
     ("count", "of", "low", "high"),
     [(0, 10, 0.0, 0.3085), (1, 10, 0.0025, 0.4450), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0),

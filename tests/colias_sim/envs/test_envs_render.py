@@ -6,7 +6,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from colias_sim import GLUnavailable
+from colias_sim import GLUnavailable, Simulation
+from colias_sim.envs.views import views
 from tests.helpers.envs import NAMES, bare, every_env
 
 
@@ -134,3 +135,9 @@ def test_closing_frees_every_context(name, contexts):
     env.render()
     assert len(contexts) == 2
     env.close()
+
+
+def test_insets_are_in_pictures_of_the_arena_from_200_px_width_on():
+    with Simulation(seeing=False) as simulation:
+        for view, width, count in (("arena", 199, 1), ("arena", 200, 3), ("top", 400, 1), ("observer", 400, 1)):
+            assert len(views(simulation.model, view, width, 120)) == count, (view, width)
