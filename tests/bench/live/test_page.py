@@ -15,7 +15,7 @@ import pytest
 from experiments.bench.cli.main import command
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.live import run
-from experiments.bench.live.session import Session
+from experiments.bench.live.arena import ArenaSession as Session
 from experiments.bench.robot.trial import forget_simulations
 from tests.helpers.browser import CHROMIUM, browser
 
@@ -90,11 +90,11 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: abs(seen[-1]) < limit)
         tab.press("s")
         until(lambda: min(seen) < -limit)
-        page.ask(lambda: page._change("dsnn", "t_sp", "0.9"))
+        page.inputs.ask(lambda: page.change("dsnn", "t_sp", "0.9"))
         until(lambda: page.session.values)
         tab.press("e")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and page.session.trial.seen > 3)
-        page.ask(lambda: page._set_models(["emd", "dsnn"]))
+        page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
         until(lambda: page.session.models == ("emd", "dsnn"))
         tab.until("document.body.innerText.includes('emd HS')")
         tab.press(" ")
@@ -113,7 +113,7 @@ def test_malformed_messages_change_nothing():
     from websockets.sync.client import connect
 
     with serving(PORT + 1) as page:
-        page.ask(lambda: page.session.drive("stimulus", 1.0))
+        page.inputs.ask(lambda: page.session.drive("stimulus", 1.0))
         until(lambda: page.session.trial.seen > 5)
         trial, models, settings = page.session.trial, page.session.models, dict(page.session.settings)
         sliders = [*page._sliders.values()]
