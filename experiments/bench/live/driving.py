@@ -29,7 +29,7 @@ WORLD = {
 """Section -> its parameters that the page offers."""
 HINT = """**Make it fire: press `W`.** The black robot crosses the camera's view, and HS passes T.
 
-| key | |
+| | |
 |---|---|
 | `W` `S` | drive the stimulus ahead, back |
 | `A` `D` `X` | turn it left, right; stop |
@@ -54,7 +54,7 @@ class Driving:
     def __init__(self, server: viser.ViserServer, inputs: Inputs, session: ArenaSession) -> None:
         self._server, self._inputs, self._session = server, inputs, session
         server.scene.set_up_direction("+z")
-        server.initial_camera.position, server.initial_camera.look_at = (-30.0, 0.0, 46.0), (7.0, 0.0, 0.0)
+        server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
         self._scene = Scene(server.scene, lambda x, y: inputs.ask(lambda: session.send("stimulus", x, y)))
         self._clicked: Any = None
         self._drawn_trial: object = None

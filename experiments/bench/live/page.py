@@ -26,8 +26,10 @@ from experiments.bench.live.traces import Traces
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
-LEFT_PX, RIGHT_PX = 420.0, 380.0
+LEFT_PX, RIGHT_PX = 400.0, 370.0
 """Widths of the two panels."""
+SETTLING_FRAMES = 45
+"""Frames after which a new browser draws the plots anew: while it lays out its panels, it may leave out the axis of time."""
 NONE = "none"
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
 """Name of a pace -> simulated seconds for each second."""
@@ -35,7 +37,7 @@ MAPS = {"retina P": "p", "lamina LA": "la", "ON after FDSR": "f_on", "OFF after 
 """Name of a layer map -> what a `dsnn.Response` calls it."""
 FILM_HINT = """**The network watches the footage.** Move its parameters in the tab *Model*.
 
-| key | |
+| | |
 |---|---|
 """
 SHARED_HINT = """| `Space` `N` | pause or go on; one frame |
@@ -67,12 +69,13 @@ class Page:
     def __init__(self, session: Session, host: str, port: int, *, dark: bool = False) -> None:
         self.session = session
         self.paused, self.pace, self.dark = False, 1.0, dark
-        self._steps, self._map = 0, NONE
+        self._steps, self._map, self._settling = 0, NONE, 0
         with contextlib.redirect_stdout(io.StringIO()):  # its banner: the command prints the address
             self.server = viser.ViserServer(host, port, label="colias live", verbose=False)
         self.inputs = Inputs(self.server.gui, self.tell)
         self.driving = Driving(self.server, self.inputs, session) if isinstance(session, ArenaSession) else None
         self._traces: Traces | None = None
+        self._film: Any = None
         self._drawn: list[Any] = []
         self._drawn_models: object = None
         self._theme()
@@ -109,10 +112,10 @@ class Page:
     def _build(self) -> None:
         gui, ask, follow = self.server.gui, self.inputs.ask, self.inputs.follow
         panel = gui.add_panel()
-        with panel.add_tab("what the network sees and answers"):
+        with panel.add_tab("Network"):
+            self._status = gui.add_markdown("")
             self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label="the camera's frame")
             self._plots = gui.add_folder("HS and VS against T, spikes")
-            self._status = gui.add_markdown("")
         panel.dock_left()
         panel.set_width(LEFT_PX)
         gui.main_panel.dock_right()
@@ -145,6 +148,7 @@ class Page:
             ("record", "E", self.record),
             ("reset the model's parameters", "Z", self.reset_model),
         )
+        self.server.on_client_connect(lambda _: self.inputs.ask(self._settle))
         for label, key, do in commands:
             gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: ask(do))
 
@@ -188,6 +192,9 @@ class Page:
         """Return the models that a page may name: those registered, and those that the command was given."""
         return tuple(dict.fromkeys([*MODELS, *self.session.given]))
 
+    def _settle(self) -> None:
+        self._settling = SETTLING_FRAMES
+
     def _freeze(self) -> None:
         if self._traces is not None:
             self._traces.freeze(self.dark)
@@ -219,14 +226,26 @@ class Page:
                 self._draw_models()
             if self.driving:
                 self.driving.show(view)
-            elif self._map != NONE or view.number % 2 == 0:
-                self.server.scene.set_background_image(_grey(view.luma), format="jpeg", jpeg_quality=85)
+            else:
+                self._show_film(view.luma)
             picture = self._picture(view)
             times = max(1, IMAGE_PX // picture.shape[1])
             self._image.image = _grey(np.repeat(np.repeat(picture, times, 0), times, 1))
             assert self._traces is not None
             self._traces.add(view)
+            if self._settling == 1:
+                self._traces.redraw()
+            self._settling = max(self._settling - 1, 0)
             self._status.content = self._line(view, rate)
+
+    def _show_film(self, luma: npt.NDArray[np.uint8]) -> None:
+        """Show footage where the arena would be, facing the viewer."""
+        if self._film is None:
+            scene, (rows, columns) = self.server.scene, luma.shape
+            scene.set_up_direction("-y")
+            self.server.initial_camera.position, self.server.initial_camera.look_at = (0.0, 0.0, -1.2), (0.0, 0.0, 0.0)
+            self._film = scene.add_image("/film", _grey(luma), columns / rows, 1.0)
+        self._film.image = _grey(luma)
 
     def _draw_models(self) -> None:
         """Draw the models' names and sliders, a folder a model, and their traces."""

@@ -9,17 +9,23 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
+import trimesh
 import viser
+from PIL import Image
 
 from colias_sim import Pose, Simulation
 from colias_sim.config import CameraConfig
+from scenes import ARENA_RADIUS_CM
 
 CM = 100.0
 """Units of the page for each of the simulation."""
 DRAGGED_S = 1.5
 """Time after a drag for which the handle stays where it was left, while the stimulus follows."""
-EYE = (17, 55, 177)
-CAPTIONS = {"stimulus": "stimulus", "observer": "observer, with the camera"}
+EYE, FLOOR = (17, 55, 177), (196, 200, 206)
+RGB = mujoco.mjtTextureRole.mjTEXROLE_RGB.value
+CAPTIONS = ("stimulus", "observer")
+"""Robots that are named on the page."""
 
 
 class Scene:
@@ -63,7 +69,7 @@ class Scene:
         model, data, scene = sim.model, sim.data, self._scene
         self._frames = {name: scene.add_frame(f"/{name}", show_axes=False) for name in sim.robots}
         captions = (
-            scene.add_label(f"/{name}/caption", CAPTIONS[name], position=(0.0, 0.0, 7.0), anchor="bottom-center")
+            scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
             for name in sim.robots if name in CAPTIONS
         )  # fmt: skip
         self._drawn = [*self._frames.values(), *captions]
@@ -92,25 +98,23 @@ class Scene:
         )
 
     def _draw_geom(self, model: mujoco.MjModel, index: int, name: str) -> Any:
-        scene, kind, size = self.server.scene, mujoco.mjtGeom, CM * model.geom_size[index]
+        scene, kind, size = self._scene, mujoco.mjtGeom, CM * model.geom_size[index]
         material = model.geom_matid[index]
         rgba = model.mat_rgba[material] if material >= 0 else model.geom_rgba[index]
         colour = tuple(int(255 * part) for part in rgba[:3])
         match model.geom_type[index]:
             case kind.mjGEOM_PLANE:
-                return scene.add_box(name, (205, 205, 205), (90.0, 90.0, 0.02), opacity=0.6)
+                return scene.add_cylinder(name, ARENA_RADIUS_CM, 0.02, FLOOR, radial_segments=72)
             case kind.mjGEOM_BOX:
                 return scene.add_box(name, colour, tuple(2 * size))
             case kind.mjGEOM_CYLINDER:
                 return scene.add_cylinder(name, size[0], 2 * size[1], colour)
             case kind.mjGEOM_SPHERE:
                 return scene.add_icosphere(name, size[0], colour)
+            case kind.mjGEOM_CAPSULE | kind.mjGEOM_ELLIPSOID:
+                return scene.add_mesh_trimesh(name, _rounded(model.geom_type[index], size, colour))
             case kind.mjGEOM_MESH:
-                mesh = model.geom_dataid[index]
-                first, faces = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
-                vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-                triangles = model.mesh_face[faces : faces + model.mesh_facenum[mesh]]
-                return scene.add_mesh_simple(name, CM * vertices, triangles, color=colour, opacity=0.35, side="double")
+                return scene.add_mesh_trimesh(name, _mesh(model, index, colour))
         return None
 
     def move(self, poses: Mapping[str, Pose]) -> None:
@@ -122,3 +126,35 @@ class Scene:
         if time.monotonic() - self._dragged > DRAGGED_S:
             stimulus = poses["stimulus"]
             self.handle.position = (CM * stimulus.x, CM * stimulus.y, 4.5)
+
+
+def _rounded(kind: int, size: npt.NDArray[np.float64], colour: tuple[int, ...]) -> trimesh.Trimesh:
+    """Return a capsule, along z, or an ellipsoid, of MuJoCo's ``size``."""
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        mesh = trimesh.creation.capsule(height=2 * size[1], radius=size[0])
+        mesh.apply_translation((0.0, 0.0, -mesh.bounds.mean(axis=0)[2]))
+    else:
+        mesh = trimesh.creation.icosphere()
+        mesh.apply_scale(size)
+    mesh.visual.face_colors = (*colour, 255)
+    return mesh
+
+
+def _mesh(model: mujoco.MjModel, index: int, colour: tuple[int, ...]) -> trimesh.Trimesh:
+    """Return the mesh of a geom, with its texture where it has one; a vertex for each corner of a face."""
+    which = model.geom_dataid[index]
+    first, count = model.mesh_faceadr[which], model.mesh_facenum[which]
+    corners = (CM * model.mesh_vert[model.mesh_vertadr[which] :])[model.mesh_face[first : first + count].ravel()]
+    mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    texture = -1 if model.geom_matid[index] < 0 else model.mat_texid[model.geom_matid[index], RGB]
+    if texture < 0 or model.mesh_texcoordadr[which] < 0:
+        mesh.visual.face_colors = (*colour, 255)
+        return mesh
+    shape = model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture]
+    pixels = model.tex_data[model.tex_adr[texture] :][: math.prod(shape)].reshape(shape)
+    uv = model.mesh_texcoord[model.mesh_texcoordadr[which] :][model.mesh_facetexcoord[first : first + count].ravel()]
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorTexture=Image.fromarray(pixels), metallicFactor=0.0, roughnessFactor=1.0, doubleSided=False
+    )  # fmt: skip
+    mesh.visual = trimesh.visual.TextureVisuals(uv * (1, -1) + (0, 1), material=material)
+    return mesh

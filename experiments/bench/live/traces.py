@@ -23,8 +23,9 @@ SHOWN_FRAMES = 180
 GREY, GHOST = "#8c8c8c", "#b9a88a"
 LIGHTER = 0.5
 """Share of white in the colours on a dark page: the darkest hues could not be told from it."""
-LEAST_HS, LEAST_SPIKES = 0.25, 4.0
+LEAST_HS, LEAST_SPIKES = 0.3, 4.0
 """The least ends of the two scales."""
+ENDS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)
 DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
 Floats = npt.NDArray[np.float64]
 
@@ -59,24 +60,24 @@ class Traces:
         axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
         shared: dict[str, Any] = {"axes": axes, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
         lines, counts = self._series(dark)
-        self._ends = (LEAST_HS, LEAST_SPIKES)
+        self._ends, self._redrawn = (LEAST_HS, LEAST_SPIKES), 0
         hs, spikes = self._scales()
         self._plots = (
-            gui.add_uplot(self._curves(), lines, scales=hs, height=230, **shared),
-            gui.add_uplot(self._counts(), counts, scales=spikes, height=150, **shared),
+            gui.add_uplot(self._curves(), lines, scales=hs, height=195, **shared),
+            gui.add_uplot(self._counts(), counts, scales=spikes, height=120, **shared),
         )
 
     def _series(self, dark: bool) -> tuple[tuple[uplot.Series, ...], tuple[uplot.Series, ...]]:
         looks = marks(model.label for model in self._models)
         colour = {label: on_dark(mark.colour) if dark else mark.colour for label, mark in looks.items()}
         x = uplot.Series(label="s")
-        ghost = [uplot.Series(label="HS before the change", stroke=GHOST, width=2)] if self._ghost is not None else []
+        ghost = [uplot.Series(label="before", stroke=GHOST, width=2)] if self._ghost is not None else []
         lines = [
             uplot.Series(label=f"{label} {channel.upper()}", stroke=colour[label], width=2, dash=DASHES[channel])
             for label, channel in self._potentials
         ]
         limits = [
-            uplot.Series(label=f"{'-' if limit < 0 else ''}T = {limit:g}", stroke=GREY, width=1, dash=[3, 3])
+            uplot.Series(label=f"T = {limit:g}" if limit > 0 else "-T", stroke=GREY, width=1, dash=[3, 3])
             for limit in self._limits
         ]
         counts = [
@@ -86,7 +87,7 @@ class Traces:
         return (x, *ghost, *lines, *limits), (x, *counts)
 
     def _scales(self) -> tuple[dict[str, uplot.Scale], dict[str, uplot.Scale]]:
-        x, (hs, spikes) = uplot.Scale(time=False), self._ends
+        x, (hs, spikes) = uplot.Scale(time=False, range=(float(self._x[0]), 1e-6 * (self._redrawn % 2))), self._ends
         return {"x": x, "y": uplot.Scale(range=(-hs, hs))}, {"x": x, "y": uplot.Scale(range=(0.0, spikes))}
 
     def _curves(self) -> tuple[Floats, ...]:
@@ -108,10 +109,15 @@ class Traces:
         fitting = _end(curves[1:], LEAST_HS), _end(counts[1:], LEAST_SPIKES)
         if fitting != self._ends:
             self._ends = fitting
-            for plot, scales in zip(self._plots, self._scales(), strict=True):
-                plot.scales = scales
+            self.redraw()
         for plot, data in zip(self._plots, (curves, counts), strict=True):
             plot.data = data
+
+    def redraw(self) -> None:
+        """Let browsers draw the plots anew, on scales that are not equal to those before."""
+        self._redrawn += 1
+        for plot, scales in zip(self._plots, self._scales(), strict=True):
+            plot.scales = scales
 
     def freeze(self, dark: bool) -> None:
         """Keep the present trace of the first model's first channel as a ghost behind the others."""
@@ -145,9 +151,9 @@ def _spikes(answer: Response | None) -> float:
 
 
 def _end(curves: Iterable[Floats], least: float) -> float:
-    """Return the end of a scale that has all curves: 1, 2, 2.5 or 5 times a power of ten."""
+    """Return the end of a scale that has all curves: one of `ENDS` times a power of ten."""
     most = max((float(np.abs(curve).max()) for curve in curves), default=0.0)
     if most <= least:
         return least
     power = 10.0 ** math.floor(math.log10(most))
-    return next(end for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if (end := factor * power) >= most)
+    return next(end for factor in ENDS if (end := factor * power) >= most)

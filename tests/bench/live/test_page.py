@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,8 @@ import pytest
 from experiments.bench.cli.main import command
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.live import run
-from experiments.bench.live.arena import ArenaSession as Session
+from experiments.bench.live.arena import ArenaSession
+from experiments.bench.live.session import Session
 from experiments.bench.robot.trial import forget_simulations
 from tests.helpers.browser import CHROMIUM, browser
 
@@ -28,19 +29,20 @@ PORT = 8451
 
 
 @contextmanager
-def serving(port: int = PORT) -> Iterator[Any]:
-    """Serve a page in a thread of its own, in which the trial runs; yield the page."""
+def serving(port: int, make: Callable[[], Session]) -> Iterator[Any]:
+    """Serve a page in a thread of its own, in which the session runs; yield the page."""
     from experiments.bench.live.page import Page
 
     pages: list[Page] = []
 
     def work() -> None:
-        page = Page(Session(["dsnn"]), run.LOOPBACK, port)
+        page = Page(make(), run.LOOPBACK, port)
         pages.append(page)
         try:
             run.serve(page)
         except SystemExit:
             page.close()
+            page.session.close()
         finally:
             forget_simulations()  # which are of this thread
 
@@ -55,8 +57,12 @@ def serving(port: int = PORT) -> Iterator[Any]:
     try:
         yield pages[0]
     finally:
-        pages[0].ask(leave)
+        pages[0].inputs.ask(leave)
         thread.join()
+
+
+def dsnn() -> Session:
+    return ArenaSession(["dsnn"])
 
 
 def until(true: Any) -> None:
@@ -71,7 +77,7 @@ def until(true: Any) -> None:
 @pytest.mark.filterwarnings("default")
 def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    with serving() as page, browser(tmp_path / "profile", *SOFTWARE_GL) as tab:
+    with serving(PORT, dsnn) as page, browser(tmp_path / "profile", *SOFTWARE_GL) as tab:
         seen: list[float] = []
         show = page.show
         page.show = lambda view, rate: (
@@ -112,7 +118,7 @@ def test_malformed_messages_change_nothing():
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
-    with serving(PORT + 1) as page:
+    with serving(PORT + 1, dsnn) as page:
         page.inputs.ask(lambda: page.session.drive("stimulus", 1.0))
         until(lambda: page.session.trial.seen > 5)
         trial, models, settings = page.session.trial, page.session.models, dict(page.session.settings)
