@@ -102,7 +102,7 @@ class ArenaSession(Session):
     @property
     def title(self) -> str:
         """What is shown, in words."""
-        return f"{self.looped[0]}: {self.spec.condition.label()}" if self.looped else "by hand"
+        return f"{Path(self.looped[0]).name}: {self.spec.condition.label()}" if self.looped else "by hand"
 
     @property
     def by_hand(self) -> bool:

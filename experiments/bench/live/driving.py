@@ -66,6 +66,11 @@ class Driving:
                 )  # fmt: skip
                 command.on_trigger(lambda _, robot=robot, move=move: inputs.ask(partial(self.move, robot, move)))
 
+    @property
+    def handle(self) -> Any:
+        """The handle by which the stimulus is dragged."""
+        return self._scene.handle
+
     def build_drive(self) -> None:
         """Add the controls of the robots."""
         gui, session, follow = self._server.gui, self._session, self._inputs.follow
@@ -82,12 +87,12 @@ class Driving:
         trial = gui.add_dropdown(
             "trial", trials, initial_value=self._trial(), hint="by hand, or a condition of an experiment in a loop"
         )  # fmt: skip
-        self._condition = gui.add_dropdown("its condition", self._labels(), initial_value=self._label())
+        self.condition = gui.add_dropdown("its condition", self._labels(), initial_value=self._label())
         follow(speed, lambda value: session.set_speed(number_of(value)), lambda: session.speed_cm_s)
         follow(driver, lambda value: session.behave("" if value == BY_HAND else str(value)),
                lambda: session.behaviour or BY_HAND)  # fmt: skip
         follow(trial, lambda value: session.show("" if value == BY_HAND else str(value)), self._trial)
-        follow(self._condition, self._choose, self._label)
+        follow(self.condition, self._choose, self._label)
 
     def build_world(self) -> None:
         """Add the controls of light, wall and eye."""
@@ -119,8 +124,8 @@ class Driving:
         if self._drawn_trial is not session.trial:
             self._drawn_trial = session.trial
             self._scene.draw(session.trial.sim, session.spec.settings.camera)
-            if self._condition.options != (labels := self._labels()):
-                self._condition.options = labels
+            if self.condition.options != (labels := self._labels()):
+                self.condition.options = labels
             self._inputs.refresh()
         self._scene.move(view.poses)
 

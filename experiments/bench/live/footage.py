@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import threading
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel, family, rate_notes
@@ -48,7 +49,7 @@ class FootageSession(Session):
     def title(self) -> str:
         """What is shown, in words."""
         (width, height), (columns, rows) = self.film.size, self._size
-        name = f"camera {self.source}" if self.film.live else self.source
+        name = f"camera {self.source}" if self.film.live else Path(self.source).name
         return f"{name}, {width}x{height} px, seen at {columns}x{rows}"
 
     def notes(self) -> list[str]:

@@ -29,7 +29,7 @@ IMAGE_PX = 396
 LEFT_PX, RIGHT_PX = 400.0, 370.0
 """Widths of the two panels."""
 SETTLING_FRAMES = 45
-"""Frames after which a new browser draws the plots anew: while it lays out its panels, it may leave out the axis of time."""
+"""Frames after which a new browser draws the plots anew: laying out its panels, it may leave out the time axis."""
 NONE = "none"
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
 """Name of a pace -> simulated seconds for each second."""

@@ -68,11 +68,7 @@ class Scene:
             handle.remove()
         model, data, scene = sim.model, sim.data, self._scene
         self._frames = {name: scene.add_frame(f"/{name}", show_axes=False) for name in sim.robots}
-        captions = (
-            scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
-            for name in sim.robots if name in CAPTIONS
-        )  # fmt: skip
-        self._drawn = [*self._frames.values(), *captions]
+        self._drawn = [*self._frames.values()]  # and with them all that is below them
         for index in range(model.ngeom):
             if model.geom_group[index] >= 3:
                 continue
@@ -87,14 +83,14 @@ class Scene:
                 quaternion = np.zeros(4)
                 mujoco.mju_mat2Quat(quaternion, rotation.ravel())
                 handle.position, handle.wxyz = tuple(CM * position), tuple(quaternion)
-                self._drawn.append(handle)
-        aspect = camera.width / camera.height
+                if robot not in sim.robots:
+                    self._drawn.append(handle)
+        for name in CAPTIONS:
+            scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
+        aspect, eye = camera.width / camera.height, (camera.forward_cm, 0.0, camera.up_cm)
         vertical = 2 * math.atan(math.tan(math.radians(camera.hfov_deg) / 2) / aspect)
-        eye = (camera.forward_cm, 0.0, camera.up_cm)
-        self._drawn.append(
-            scene.add_camera_frustum(
-                "/observer/eye", vertical, aspect, scale=4.0, color=EYE, position=eye, wxyz=(0.5, -0.5, 0.5, -0.5)
-            )
+        scene.add_camera_frustum(
+            "/observer/eye", vertical, aspect, scale=4.0, color=EYE, position=eye, wxyz=(0.5, -0.5, 0.5, -0.5)
         )
 
     def _draw_geom(self, model: mujoco.MjModel, index: int, name: str) -> Any:
