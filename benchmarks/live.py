@@ -26,8 +26,8 @@ def table() -> Table:
     if importlib.util.find_spec("viser") is None:
         result.add_row("viser is not installed", "", "", "")
         return result
+    from experiments.bench.live.arena import ArenaSession as Session
     from experiments.bench.live.page import Page
-    from experiments.bench.live.session import Session
 
     session = Session(["dsnn"])
     page = Page(session, "127.0.0.1", PORT)
@@ -39,7 +39,7 @@ def table() -> Table:
 
     def shown() -> int:
         for _ in range(FRAMES):
-            page.heed()
+            page.inputs.heed()
             page.show(session.step(), 1.0)
         return FRAMES
 

@@ -25,8 +25,9 @@ play; the laws and their notes are ``colias check``; doctor, timing, the firmwar
 frames have a loop each; the wiring serves envs."""
 OF_OTHERS: Mapping[str, frozenset[str]] = {
     "bench/robot/trial.py": frozenset({"sim", "trial"}),
-    "bench/live/session.py": frozenset({"trial"}),
-    "bench/live/run.py": frozenset({"page.session"}),
+    "bench/live/arena.py": frozenset({"trial"}),
+    "bench/live/footage.py": frozenset({"self"}),
+    "bench/live/run.py": frozenset({"session"}),
     "bench/doctor/picture.py": frozenset({"simulation"}),
     "bench/conformance/arena_laws.py": frozenset({"simulation"}),
     "bench/closed_loop/episode.py": frozenset({"wrapped", "keep"}),

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import Assignments, Models, Only, Seed
+from experiments.bench.cli.options import Assignments, Models, Only, Seed, experiment_names
 
 
 def register(app: typer.Typer) -> None:
@@ -15,10 +15,30 @@ def register(app: typer.Typer) -> None:
 
 
 def live(
+    experiment: Annotated[
+        str,
+        typer.Argument(
+            help="Begin with its first condition in a loop: a name that [b]colias list[/b] shows, or a .py file.",
+            autocompletion=experiment_names,
+            show_default=False,
+        ),
+    ] = "",
     model: Models = None,
     only: Only = False,
     assignments: Assignments = None,
     seed: Seed = 0,
+    footage: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|CAMERA", help="Show a video file, or a camera (its index from 0), not the arena."),
+    ] = None,
+    behaviour: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE",
+            show_default=False,
+            help="Begin with the observer driven by it: a name that [b]colias list[/b] shows, a .py file or a .npz.",
+        ),
+    ] = "",
     host: Annotated[
         str, typer.Option(help="Where the page listens. Anything but this machine itself is protected by nothing.")
     ] = "127.0.0.1",
@@ -32,10 +52,13 @@ def live(
     observer. Space pauses, N is one frame, R begins again, E records. The model's parameters are sliders.
 
     [b]record[/b] writes a run of what was done since the trial began, which [b]colias rerun[/b] repeats bit for bit.
-    The command's own model is dsnn. Needs viser: the extra [b]\\[live][/b]. Ctrl-C ends it.
+    With --footage there is nothing to drive, and --set reaches the models alone; [b]colias watch[/b] records it.
+    The command's own model is dsnn, or those that the experiment declares. Needs viser: the extra [b]\\[live][/b].
+    Ctrl-C ends it.
     """
     import webbrowser
 
+    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.models import shown_models
     from experiments.bench.engine.settings import check_counts
     from experiments.bench.engine.terminal import error_console, out_console
@@ -43,12 +66,31 @@ def live(
 
     check_counts(seed)
     run.require_viser()
+    if footage is not None and (given := experiment or behaviour):
+        raise UsageError(f"--footage {footage}: has no arena for {given}; give one of the two")
     if warning := run.check_host(host, port):
         error_console.print(warning, soft_wrap=True, markup=False)
+
+    from experiments.bench.live.session import Session
+
+    session: Session
+    if footage is None:
+        from experiments.bench import registry
+        from experiments.bench.live.arena import ArenaSession
+
+        declared = registry.load(experiment).models if experiment else ["dsnn"]
+        models = shown_models(declared, model, only)
+        session = ArenaSession(models, assignments or (), seed, experiment=experiment, behaviour=behaviour)
+    else:
+        from experiments.bench.live.footage import FootageSession
+
+        session = FootageSession(footage, shown_models(["dsnn"], model, only), assignments or ())
+        for note in session.notes():
+            error_console.print(f"note: {note}", soft_wrap=True, markup=False)
 
     def ready(address: str) -> None:
         out_console.print(f"{address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
         if browser:
             webbrowser.open(address)
 
-    return run.run(shown_models(["dsnn"], model, only), assignments or (), seed, host, port, dark=dark, ready=ready)
+    return run.run(session, host, port, dark=dark, ready=ready)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,9 @@ from dsnn import Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import explained
-from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.errors import UsageError, explained, short
+from experiments.bench.engine.models import ConfiguredModel, family
+from experiments.bench.engine.settings import changed, collect
 from experiments.bench.engine.user_code import apart, place_of
 
 
@@ -34,6 +35,10 @@ class ModelRunner:
 
     Attributes
     ----------
+    network
+        The model's parameters as they are now.
+    maps
+        Whether it is asked for layer maps; only a model whose ``step`` knows this keyword gives them.
     responses
         The answers so far, with the declared channels alone.
     seconds
@@ -44,6 +49,8 @@ class ModelRunner:
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True) -> None:
         self.chosen, self.label = chosen, chosen.label
+        self.network: Any = chosen.network
+        self.maps = False
         self.responses: list[Response] = []
         self.seconds = 0.0
         self.trouble = ""
@@ -56,27 +63,31 @@ class ModelRunner:
         self._model: Any = model
         self._has_maps = not self.trouble and _takes_maps(self._model.step)
 
-    def change(self, network: Any) -> None:
-        """Let the model begin anew, with other parameters of its class; its answers so far stay.
+    def change(self, values: Mapping[str, str]) -> None:
+        """Change parameters, as ``--set`` would; the model begins anew with them, and its answers so far stay.
 
         Parameters
         ----------
-        network
-            The parameters.
-        """
-        if self.trouble:
-            return
-        declared = self.chosen.declared
-        self._model = self._guarded(lambda: declared.build(self._shape, network))
+        values
+            Parameter -> text.
 
-    def see(self, luma: npt.NDArray[np.uint8], *, maps: bool = False) -> Response | None:
-        """Let the model answer the next frame (R, C); ``None`` once something went wrong.
-
-        ``maps`` asks for layer maps, of a model whose ``step`` knows this keyword.
+        Raises
+        ------
+        UsageError
+            A value is not legal, or there is no such parameter; nothing has changed then.
         """
+        section = family(self.label, type(self.network))
+        collected = collect([f"{section}.{name}={text}" for name, text in values.items()], {section: self.network})
+        self.network = network = changed(section, self.network, collected.get(section, {}))
+        if not self.trouble:
+            declared = self.chosen.declared
+            self._model = self._guarded(lambda: declared.build(self._shape, network))
+
+    def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
+        """Let the model answer the next frame (R, C); ``None`` once something went wrong."""
         if self.trouble:
             return None
-        frame, asked = frozen(luma), maps and self._has_maps
+        frame, asked = frozen(luma), self.maps and self._has_maps
         began = time.perf_counter()
         answer = self._guarded(lambda: self._model.step(frame, maps=True) if asked else self._model.step(frame))
         self.seconds += time.perf_counter() - began
@@ -109,6 +120,20 @@ class ModelRunner:
 
     def _broke(self, error: BaseException, message: str | None = None) -> None:
         self.trouble = f"{place_of(error)}{explained(error, message)}"
+
+
+def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:
+    """Change parameters of one of several models, by its label; see `ModelRunner.change`.
+
+    Raises
+    ------
+    UsageError
+        No such model is shown, or a value is not legal; nothing has changed then.
+    """
+    runner = next((runner for runner in runners if runner.label == model), None)
+    if runner is None:
+        raise UsageError(f"no model '{short(model)}' is shown")
+    runner.change(values)
 
 
 def _takes_maps(step: Any) -> bool:

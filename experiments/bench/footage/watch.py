@@ -8,7 +8,7 @@ upward by VS. It lasts from its first frame over the threshold to its last.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -89,7 +89,7 @@ class Watcher:
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int]) -> None:
         self.chosen = chosen
-        self._runner = ModelRunner(chosen, shape, keep=False)
+        self.runner = ModelRunner(chosen, shape, keep=False)
         thresholds = chosen.thresholds
         self._trackers = {c: Tracker(WAYS[c], thresholds[c]) for c in chosen.channels if c in WAYS}
         self.spikes = dict.fromkeys((channel for channel in self._trackers if channel in chosen.spiking), 0)
@@ -97,16 +97,16 @@ class Watcher:
     @property
     def seconds(self) -> float:
         """Time that the model has taken for its steps."""
-        return self._runner.seconds
+        return self.runner.seconds
 
     @property
     def trouble(self) -> str:
         """Return what went wrong in the model; empty while nothing has."""
-        return self._runner.trouble
+        return self.runner.trouble
 
     def step(self, picture: Picture) -> Response | None:
         """Answer the next frame; ``None`` once something went wrong."""
-        answer = self._runner.see(picture.luma)
+        answer = self.runner.see(picture.luma)
         if answer is None:
             return None
         for channel, tracker in self._trackers.items():
@@ -132,8 +132,10 @@ class Seen:
     resize_s: float = 0.0
 
 
-def watch(pictures: Iterable[Picture], watchers: Sequence[Watcher], observers: Sequence[Observer], seen: Seen) -> None:
-    """Show every picture to every model, and the answers to every observer; ``seen`` is kept up to date.
+def watched(
+    pictures: Iterable[Picture], watchers: Sequence[Watcher], seen: Seen
+) -> Iterator[tuple[Picture, list[Response | None]]]:
+    """Show every picture to every model; yield it with their answers. ``seen`` is kept up to date.
 
     Ends early where every model has gone wrong. A picture that only some could answer counts.
     """
@@ -141,9 +143,15 @@ def watch(pictures: Iterable[Picture], watchers: Sequence[Watcher], observers: S
         answers = [watcher.step(picture) for watcher in watchers]
         if all(answer is None for answer in answers):
             return
-        for observer in observers:
-            observer.add(picture, answers)
         seen.frames += 1
         seen.until_s = picture.time_s
         seen.decode_s += picture.decode_s
         seen.resize_s += picture.resize_s
+        yield picture, answers
+
+
+def watch(pictures: Iterable[Picture], watchers: Sequence[Watcher], observers: Sequence[Observer], seen: Seen) -> None:
+    """Show every picture to every model, and the answers to every observer, as `watched` does."""
+    for picture, answers in watched(pictures, watchers, seen):
+        for observer in observers:
+            observer.add(picture, answers)

@@ -1,4 +1,4 @@
-"""Run ``colias live``: the trial and its page, until Ctrl-C."""
+"""Run ``colias live``: a session and its page, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -6,17 +6,21 @@ import importlib.util
 import ipaddress
 import socket
 import time
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from experiments.bench.engine.errors import UsageError
 
 if TYPE_CHECKING:
     from experiments.bench.live.page import Page
+    from experiments.bench.live.session import Session
 
 LOOPBACK = "127.0.0.1"
 IDLE_S = 0.02
 """Time between two looks at what is asked for, while nothing moves."""
+RATE_FRAMES = 30
+"""Frames over which simulated and wall time are compared."""
 
 
 def require_viser() -> None:
@@ -55,15 +59,15 @@ def check_host(host: str, port: int) -> str:
 
 
 def run(
-    models: Sequence[str], assignments: Sequence[str], seed: int, host: str, port: int, *,
-    dark: bool = False, frames: int | None = None, ready: Callable[[str], None] = lambda address: None,
+    session: Session, host: str, port: int, *, dark: bool = False, frames: int | None = None,
+    ready: Callable[[str], None] = lambda address: None,
 ) -> int:  # fmt: skip
-    """Serve the page until Ctrl-C, or for a number of frames.
+    """Serve the page of a session until Ctrl-C, or for a number of frames.
 
     Parameters
     ----------
-    models, assignments, seed
-        As of a `Session`.
+    session
+        What the page shows.
     host, port
         Where it listens.
     dark
@@ -81,15 +85,13 @@ def run(
     Raises
     ------
     UsageError
-        viser is not installed, or the session cannot be had.
+        viser is not installed.
     """
     require_viser()
     from threadpoolctl import threadpool_limits
 
     from experiments.bench.live.page import Page
-    from experiments.bench.live.session import Session
 
-    session = Session(models, assignments, seed)
     page = Page(session, host, port, dark=dark)
     try:
         ready(page.address)
@@ -97,6 +99,7 @@ def run(
             serve(page, frames)
     finally:
         page.close()
+        session.close()
     return 0
 
 
@@ -110,27 +113,27 @@ def serve(page: Page, frames: int | None = None) -> None:
     frames
         How many; ``None``: without an end.
     """
-    from experiments.bench.robot.trial import TrialError
-
-    due, rate, shown = time.perf_counter(), 0.0, 0
+    session, due, shown = page.session, time.perf_counter(), 0
+    times: deque[float] = deque(maxlen=RATE_FRAMES)
     while frames is None or shown < frames:
-        page.heed()
+        page.inputs.heed()
         if not page.due():
             time.sleep(IDLE_S)
             due = time.perf_counter()
+            times.clear()
             continue
-        began = time.perf_counter()
         try:
-            view = page.session.step()
-        except (TrialError, UsageError) as error:
+            view = session.step()
+        except UsageError as error:
             page.tell(str(error))
             page.paused = True
             continue
-        interval = page.session.trial.sim.frame_interval
+        times.append(time.perf_counter())
+        rate = (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6)
         page.show(view, rate)
         shown += 1
-        due = max(due + interval / page.pace, time.perf_counter() - interval)
+        wait = session.interval_s / page.pace if session.paced else 0.0
+        due = max(due + wait, time.perf_counter() - session.interval_s)
         while (left := due - time.perf_counter()) > 0.0:
             time.sleep(min(left, IDLE_S))
-            page.heed()
-        rate += 0.1 * (interval / max(time.perf_counter() - began, 1e-6) - rate)
+            page.inputs.heed()

@@ -9,7 +9,6 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +17,8 @@ from colias_sim import Frame, Pose, Route, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import Response, ResponseSeries
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.engine.model_runner import ModelRunner, spike_counts
-from experiments.bench.engine.models import ConfiguredModel, family
-from experiments.bench.engine.settings import changed
-from experiments.bench.engine.settings import collect as assigned
+from experiments.bench.engine.model_runner import ModelRunner, change, spike_counts
+from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.user_code import sha256
 from experiments.bench.robot.control import AstrayError, Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
@@ -198,16 +194,13 @@ class RunningTrial:
         The camera.
     models
         Those that see through it.
-    showing
-        The model whose layer maps are computed; ``None``: none's.
     keep
         Whether frames, poses and answers are kept; a trial by hand may be endless.
     """
 
     def __init__(
-        self, spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], *,
-        showing: ConfiguredModel | None = None, keep: bool = True,
-    ) -> None:  # fmt: skip
+        self, spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], *, keep: bool = True
+    ) -> None:
         settings, condition = spec.settings, spec.condition
         self.sim = sim = simulation(settings.robot, eye, scene_of(condition, settings), len(condition.movers))
         placing, scenery, self._noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
@@ -215,33 +208,13 @@ class RunningTrial:
         others = {name: script.route.body(script.route.start) for name, script in self.route.others.items()}
         sim.reset({**others, "stimulus": self.route.start}, scenery)
         self.watching = [ModelRunner(chosen, (eye.height, eye.width), keep=keep) for chosen in models]
-        self._networks = {runner.label: runner.chosen.network for runner in self.watching}
-        self.showing, self._keep = showing, keep
+        self._keep = keep
         self.frames: list[Frame] = []
         self.poses: list[tuple[Pose, Pose]] = []
         hand = condition.hand
         self._changes = () if hand is None else hand.changes
         self.drive: Drive | HandDrive = Drive(sim, self.route) if hand is None else HandDrive(sim, hand)
         self.seen = 0
-
-    def change(self, model: str, values: Mapping[str, str]) -> Any:
-        """Change parameters of a model from the next frame on, as ``--set`` would; return them all.
-
-        Raises
-        ------
-        UsageError
-            A value is not legal, or there is no such parameter; nothing has changed then.
-        """
-        if model not in self._networks:
-            raise UsageError(f"no model '{short(model)}' is shown")
-        present = self._networks[model]
-        section = family(model, type(present))
-        collected = assigned([f"{section}.{name}={text}" for name, text in values.items()], {section: present})
-        self._networks[model] = network = changed(section, present, collected.get(section, {}))
-        for runner in self.watching:
-            if runner.label == model:
-                runner.change(network)
-        return network
 
     def step(self) -> tuple[Frame, list[Response | None]]:
         """Advance by a frame; return it and each model's answer, ``None`` of one that has broken.
@@ -252,10 +225,10 @@ class RunningTrial:
             The stimulus got stuck, or a robot is astray.
         """
         for model, values in changes_at(self._changes, self.seen).items():
-            self.change(model, values)
+            change(self.watching, model, values)
         sim = self.sim
         frame = sim.step(self._noise, self.drive)
-        answers = [runner.see(frame.luma, maps=runner.chosen is self.showing) for runner in self.watching]
+        answers = [runner.see(frame.luma) for runner in self.watching]
         self.seen += 1
         if self._keep:
             self.frames.append(frame)
@@ -273,8 +246,8 @@ def _see(
     spec: TrialSpec, eye: str, models: Sequence[ConfiguredModel], keep_media: bool, watch: Watch | None
 ) -> RunningTrial:  # fmt: skip
     """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
-    first = models[0] if keep_media and models[0] is spec.settings.models[0] else None
-    trial = RunningTrial(spec, camera(spec.settings, eye), models, showing=first)
+    trial = RunningTrial(spec, camera(spec.settings, eye), models)
+    trial.watching[0].maps = keep_media and models[0] is spec.settings.models[0]
     while not trial.drive.over:
         trial.step()
         if watch is not None:

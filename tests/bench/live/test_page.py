@@ -5,19 +5,25 @@ from __future__ import annotations
 import importlib.util
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import mujoco
+import numpy as np
 import pytest
 
 from experiments.bench.cli.main import command
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.live import run
+from experiments.bench.live.arena import ArenaSession
+from experiments.bench.live.footage import FootageSession
 from experiments.bench.live.session import Session
 from experiments.bench.robot.trial import forget_simulations
-from tests.helpers.browser import CHROMIUM, browser
+from tests.helpers.browser import CHROMIUM, Tab, browser
+from tests.helpers.footage import Walker, street, write
 
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'"
@@ -28,19 +34,20 @@ PORT = 8451
 
 
 @contextmanager
-def serving(port: int = PORT) -> Iterator[Any]:
-    """Serve a page in a thread of its own, in which the trial runs; yield the page."""
+def serving(port: int, make: Callable[[], Session]) -> Iterator[Any]:
+    """Serve a page in a thread of its own, in which the session runs; yield the page."""
     from experiments.bench.live.page import Page
 
     pages: list[Page] = []
 
     def work() -> None:
-        page = Page(Session(["dsnn"]), run.LOOPBACK, port)
+        page = Page(make(), run.LOOPBACK, port)
         pages.append(page)
         try:
             run.serve(page)
         except SystemExit:
             page.close()
+            page.session.close()
         finally:
             forget_simulations()  # which are of this thread
 
@@ -55,8 +62,12 @@ def serving(port: int = PORT) -> Iterator[Any]:
     try:
         yield pages[0]
     finally:
-        pages[0].ask(leave)
+        pages[0].inputs.ask(leave)
         thread.join()
+
+
+def dsnn() -> Session:
+    return ArenaSession(["dsnn"])
 
 
 def until(true: Any) -> None:
@@ -66,85 +77,246 @@ def until(true: Any) -> None:
         time.sleep(0.02)
 
 
+def pixel(page: Any, tab: Tab, point: tuple[float, float, float]) -> tuple[float, float]:
+    """Where a point of the scene, in cm, is in the browser's window, by the browser's own camera."""
+    (client,) = page.server.get_clients().values()
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, np.asarray(client.camera.wxyz, float))
+    x, y, z = rotation.reshape(3, 3).T @ (np.asarray(point) - client.camera.position)
+    box = "document.querySelector('canvas').getBoundingClientRect()"
+    left, top, width, height = tab.ask(f"(r => [r.left, r.top, r.width, r.height])({box})")
+    scale = height / 2 / np.tan(client.camera.fov / 2)
+    return float(left + width / 2 + scale * x / z), float(top + height / 2 + scale * y / z)
+
+
+def watch(page: Any) -> list[float]:
+    """Return HS of the first model in each frame shown from now on; it grows."""
+    answers: list[float] = []
+    show = page.show
+
+    def shown(view: Any, rate: float) -> None:
+        answers.append(getattr(next(iter(view.answers.values())), "hs", 0.0))
+        show(view, rate)
+
+    page.show = shown
+    return answers
+
+
+@contextmanager
+def visited(
+    profile: Path, port: int, make: Callable[[], Session] = dsnn
+) -> Iterator[tuple[Any, Tab, list[float]]]:  # fmt: skip
+    """Serve a session and open its page, until its plots are drawn."""
+    with serving(port, make) as page, browser(profile, *SOFTWARE_GL) as tab:
+        answers = watch(page)
+        tab.show(page.address)
+        tab.until("document.querySelectorAll('.u-over').length == 2")
+        until(lambda: page.server.get_clients())
+        yield page, tab, answers
+
+
 @needs_viser
 @needs_chromium
 @pytest.mark.filterwarnings("default")
 def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    with serving() as page, browser(tmp_path / "profile", *SOFTWARE_GL) as tab:
-        seen: list[float] = []
-        show = page.show
-        page.show = lambda view, rate: (
-            seen.append(getattr(next(iter(view.answers.values())), "hs", 0.0)),
-            show(view, rate),
-        )
-        tab.show(page.address)
-        tab.until("document.querySelector('canvas') && document.body.innerText.includes('what the camera sees')")
-        tab.until("document.querySelector('.u-over') !== null")
-        limit = page.session.spec.settings.models[0].threshold
+    with visited(tmp_path / "profile", PORT) as (page, tab, answers):
+        assert "Make it fire: press" in tab.ask("document.body.innerText")
+        session = page.session
+        limit = session.watching[0].chosen.threshold
         tab.press("w")
-        until(lambda: max(seen) > limit)
-        robots = page.session.trial.sim.robots
+        until(lambda: max(answers) > limit)
+        robots = session.trial.sim.robots
         until(lambda: robots["stimulus"].pose.y < -0.01)  # past the middle of the view
         tab.press("x")
-        until(lambda: abs(seen[-1]) < limit)
+        until(lambda: abs(answers[-1]) < limit)
         tab.press("s")
-        until(lambda: min(seen) < -limit)
-        page.ask(lambda: page._change("dsnn", "t_sp", "0.9"))
-        until(lambda: page.session.values)
+        until(lambda: min(answers) < -limit)
+        tab.press("x")
+        tab.click("[...document.querySelectorAll('[role=tab]')].find(t => t.innerText == 'Model')")
+        thumb = f"[...document.querySelectorAll('[role=slider]')].find(s => s.ariaValueNow == '{limit}')"
+        tab.until(f"{thumb} != undefined")
+        tab.ask(f"{thumb}.focus()")
+        tab.press("ArrowRight")
+        until(lambda: session.values)
+        (text,) = session.values["dsnn"].values()
+        assert list(session.values["dsnn"]) == ["t_sp"] and float(text) > limit
+        assert session.watching[0].network.t_sp == float(text)
+        tab.until("document.body.innerText.includes('before')")  # the ghost
         tab.press("e")
-        until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and page.session.trial.seen > 3)
-        page.ask(lambda: page._set_models(["emd", "dsnn"]))
-        until(lambda: page.session.models == ("emd", "dsnn"))
+        until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.seen > 3)
+        page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
+        until(lambda: session.models == ("emd", "dsnn"))
         tab.until("document.body.innerText.includes('emd HS')")
         tab.press(" ")
         until(lambda: page.paused)
+        frame = session.number
+        tab.press("n")
+        until(lambda: session.number == frame + 1)
     (folder,) = tmp_path.glob("runs/live-*")
     again = tmp_path / "again"
     assert command(["rerun", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
 
 
 @needs_viser
+@needs_chromium
+@pytest.mark.filterwarnings("default")
+def test_mouse_and_shift_drive_the_robots(tmp_path: Path):
+    with visited(tmp_path / "profile", PORT + 3) as (page, tab, _):
+        session = page.session
+        page.inputs.ask(lambda: session.set_speed(35.0))
+        robots = session.trial.sim.robots
+
+        def near(robot: str, x: float, y: float) -> bool:
+            pose = robots[robot].pose
+            return bool(np.hypot(100 * pose.x - x, 100 * pose.y - y) < 1.5)
+
+        time.sleep(3.0)  # the browser's first frames are slow to draw
+        tab.drag(pixel(page, tab, (20.0, -10.0, 0.0)))
+        until(lambda: near("stimulus", 20.0, -10.0))
+        until(lambda: not session._target)
+        time.sleep(3.0)
+        x, y, z = page.driving.handle.position
+        tab.drag(pixel(page, tab, (x, y + 2.5, z)), pixel(page, tab, (x, y + 10.0, z)))
+        until(lambda: not session._target and robots["stimulus"].pose.y > y / 100 + 0.04)
+        assert abs(100 * robots["stimulus"].pose.x - x) < 1.5  # along the axis that was dragged
+        tab.press("A", shift=True)
+        until(lambda: robots["observer"].pose.heading > 0.3)
+        tab.press("X", shift=True)
+        until(lambda: session._wheels["observer"] == (0.0, 0.0))
+
+
+@needs_viser
+@needs_chromium
+@pytest.mark.filterwarnings("default")
+def test_footage_on_the_page(tmp_path: Path):
+    film = write(tmp_path / "street.avi", street([Walker(3.0)], 90))
+    with visited(tmp_path / "profile", PORT + 4, lambda: FootageSession(str(film), ["dsnn"])) as (page, tab, answers):
+        text = tab.ask("document.body.innerText")
+        tabs = tab.ask("[...document.querySelectorAll('[role=tab]')].map(t => t.innerText)")
+        assert "street.avi" in text and "stimulus" not in text and tabs == ["Network", "Model", "View"]
+        limit = page.session.watching[0].chosen.threshold
+        until(lambda: max(answers) > limit)
+        before = len(answers)
+        until(lambda: len(answers) > before + 90)  # its end is passed
+        page.inputs.ask(lambda: page._set_map("ON after FDSR"))
+        page.inputs.ask(lambda: page.set_models(["dsnn", "emd"]))
+        tab.until("document.body.innerText.includes('emd HS')")
+        assert page.session.watching[0].maps
+        tab.press("e")
+        tab.until("document.body.innerText.includes('this does it: colias watch')")
+
+
+@needs_viser
+@pytest.mark.filterwarnings("default")
+def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path: Path):
+    own = tmp_path / "mine.py"
+    own.write_text(
+        "from experiments import Experiment, Translation\n"
+        "EXPERIMENT = Experiment('mine', 'two speeds', Translation(speeds_cm_s=(6.0, 12.0)), 'speed_cm_s', 1)\n"
+    )
+    reflex = tmp_path / "turn.py"
+    reflex.write_text(
+        "from experiments import Behaviour\n"
+        "BEHAVIOUR = Behaviour('turn', 'turns', 'Fixation', lambda rng: lambda seen: (-0.2, 0.2), 'neural', 'dsnn')\n"
+    )
+    with serving(PORT + 5, lambda: ArenaSession(["dsnn"], experiment=str(own), behaviour="")) as page:
+        until(lambda: page.session.number > 3)
+        labels = page.driving.condition.options
+        assert len(labels) == len(page.session.conditions(str(own))) and "12 cm/s" in labels[-1]
+        page.inputs.ask(lambda: page.session.show(str(own), len(labels) - 1))
+        until(lambda: page.driving.condition.value == labels[-1])
+        assert page.session.spec.condition.speed_cm_s == 12.0
+        page.inputs.ask(lambda: page.session.show("../mine.py"))
+        until(lambda: "unknown experiment" in page._note.content)
+    session = ArenaSession(["dsnn"], behaviour=str(reflex))
+    for _ in range(20):
+        session.step()
+    assert session.behaviour == str(reflex) and session.trial.sim.robots["observer"].pose.heading > 0.1
+    forget_simulations()
+
+
+@needs_viser
 @pytest.mark.filterwarnings("default")
 def test_malformed_messages_change_nothing():
     import msgspec
+    import viser
     from viser import _messages
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
-    with serving(PORT + 1) as page:
-        page.ask(lambda: page.session.drive("stimulus", 1.0))
-        until(lambda: page.session.trial.seen > 5)
-        trial, models, settings = page.session.trial, page.session.models, dict(page.session.settings)
-        sliders = [*page._sliders.values()]
-        wrong = [
-            *(_messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})
-              for handle in sliders[:8] for value in (1e300, float("nan"), -1e9)),
-            _messages.GuiUpdateMessage("no such control", {"value": 1.0}),
-            _messages.GuiUpdateMessage(sliders[0]._impl.uuid, {"no_such": 1.0}),
-        ]  # fmt: skip
-        garbage = [b"", b"\xff\xfe", b"not a message", "text", b"\x00" * 1000]
-        sent = [*garbage, *(msgspec.msgpack.encode(message.as_serializable_dict()) for message in wrong)]
-        import viser
+    def encoded(message: Any) -> bytes:
+        return msgspec.msgpack.encode(message.as_serializable_dict())
 
-        protocol = [f"viser-v{viser.__version__}"]
-        for message in sent:
-            with connect(f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=protocol, max_size=None) as client:  # type: ignore[arg-type]
+    camera = _messages.ViewerCameraMessage(
+        (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.1, 9.0, 600, 800, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    )
+    dial = partial(
+        connect, f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None
+    )
+    with serving(PORT + 1, dsnn) as page:
+        session = page.session
+        page.inputs.ask(lambda: session.drive("stimulus", 1.0))
+        until(lambda: session.trial.seen > 5)
+        page.inputs.ask(lambda: page.time("step"))  # it stands still, so that a frame is none of theirs
+        until(lambda: page.paused and not page._steps)
+        controls = [handle for handle, _ in page.inputs._controls]
+        values = [handle.value for handle in controls]
+        trial, models, settings = session.trial, session.models, dict(session.settings)
+        refused: list[str] = []
+        page.inputs._tell = refused.append
+        for garbage in (b"", b"\xff\xfe", b"not a message", "text", b"\x00" * 1000, b"\x81\xa4type\xa3all"):
+            with dial() as client:
+                client.send(encoded(camera))
                 try:
-                    client.send(message)
-                    client.recv(timeout=0.1)
+                    client.send(garbage)
+                    client.recv(timeout=0.2)
                 except (ConnectionClosed, TimeoutError):
                     pass
-        for handle in [slider for slider in sliders[8:] if isinstance(slider.value, float)][:3]:
-            accepted = handle.value
-            handle.value = 1e300
-            until(lambda handle=handle, accepted=accepted: handle.value == accepted)
-        frame = page.session.trial.seen
-        until(lambda: page.session.trial.seen > frame + 5)  # it goes on
-        assert (page.session.trial, page.session.models, page.session.settings) == (trial, models, settings)
-        assert not page.session.values
-        assert "legal is" in page._note.content, "none of them came through"
-        assert [c.speed_cm_s for c in page.session.hand().commands] == [8.0]
+        numbers = [handle for handle in controls if isinstance(handle.value, int | float) and handle.value is not True]
+        numbers = [handle for handle in numbers if handle.value is not False]
+        texts = [handle for handle in controls if isinstance(handle.value, str)]
+        assert len(numbers) > 20 and len(texts) > 5
+        with dial() as client:
+            client.send(encoded(camera))
+            until(lambda: page.server.get_clients())
+            for handle, value in [*((n, -1e300) for n in numbers), *((t, "/etc/passwd") for t in texts)]:
+                count = len(refused)
+                client.send(encoded(_messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})))
+                until(lambda count=count: len(refused) > count)
+            for updates in ({"value": []}, {"value": "x"}, {"no_such": 1.0}):
+                client.send(encoded(_messages.GuiUpdateMessage(numbers[0]._impl.uuid, updates)))
+            client.send(encoded(_messages.GuiUpdateMessage("no such control", {"value": 1.0})))
+            client.send(encoded(_messages.CommandTriggerMessage("no such command")))
+            nan = float("nan")
+            for ray in ((nan, nan, nan), (0.0, 0.0, 1.0), (1e300, 0.0, -1e-300)):
+                client.send(encoded(_messages.ScenePointerMessage("click", (0.0, 0.0, 1.0), ray, ((0.5, 0.5),), None)))
+            client.send(
+                encoded(_messages.TransformControlsUpdateMessage("/handle", (1.0, 0.0, 0.0, 0.0), (1e9, nan, 0.0)))
+            )
+            until(lambda: sum("cm" in line or "finite" in line for line in refused[len(numbers) + len(texts) :]) >= 2)
+        assert [handle.value for handle in controls] == values
+        assert not [line for line in refused if "\n" in line]
+        assert (session.trial, session.models, session.settings, session.values) == (trial, models, settings, {})
+        page.inputs.ask(lambda: page.time("pause"))
+        frame = session.trial.seen
+        until(lambda: session.trial.seen > frame + 5)  # it goes on
+        assert [c.speed_cm_s for c in session.hand().commands] == [8.0]
+
+
+@needs_viser
+@pytest.mark.filterwarnings("default")
+def test_a_control_that_a_message_spoilt_does_not_end_the_session():
+    """viser lets a message set any attribute of a control's state."""
+    with serving(PORT + 6, dsnn) as page:
+        until(lambda: page.session.number > 3)
+        handle = page.inputs._controls[0][0]
+        handle._impl.gui_api = 0
+        handle._impl.value = "spoilt"
+        page.inputs.ask(lambda: page.session.drive("stimulus", 1.0))
+        frame = page.session.number
+        until(lambda: page.session.number > frame + 5)
+        assert page.session.hand().commands
 
 
 def test_without_viser_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch):

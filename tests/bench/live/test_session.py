@@ -8,7 +8,8 @@ import pytest
 
 from experiments.bench.cli.main import command
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.live.session import START, Session
+from experiments.bench.live.arena import START
+from experiments.bench.live.arena import ArenaSession as Session
 from experiments.bench.robot import visit
 from experiments.bench.robot.hand import Command, Hand
 from experiments.bench.store.record import Record
@@ -127,7 +128,7 @@ def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
     looped = []
     while not session.trial.drive.over:
         looped += hs(session, 1)
-    assert session.step().began
+    assert session.step().number == 0
     with pytest.raises(UsageError, match="colias run general"):
         session.record(tmp_path / "none")
     run = experiments.run("general", repeats=1, workers=0, quiet=True, recordings=False, out=tmp_path / "run")
