@@ -87,7 +87,7 @@ class LiveTrial:
         frames, poses, settings = trial.frames[first:end], trial.poses[first:end], self._spec.settings
         shown = [runner for runner in trial.watching if not runner.trouble]
         answering = described([runner.chosen for runner in shown])
-        mapped = [runner for runner in shown if runner.chosen is trial.showing]
+        mapped = [runner for runner in shown if runner.maps]
         eye = self._eye or ""
         media = collect({eye: frames}, mapped[0].responses[first:end] if mapped else [])
         if self._stream is None:

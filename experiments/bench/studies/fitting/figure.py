@@ -121,7 +121,7 @@ def _ranks(fitted: Optimum, readings: Sequence[Reading]) -> list[float]:
 
 def _height(fitted: Fitted | Optimum, score: Any) -> float:
     """Return what a panel of a single parameter shows of a setting."""
-    return score.value if isinstance(fitted, Fitted) else score.numbers[fitted.goals[0].name]
+    return float(score.value if isinstance(fitted, Fitted) else score.numbers[fitted.goals[0].name])
 
 
 def _marks(axes: Axes, fitted: Fitted | Optimum, x: Range, y: Range | None) -> None:
@@ -186,8 +186,8 @@ def _measured(axes: Axes, fitted: Optimum) -> None:
     if len(goals) > 1:
         for readings, marker in ((fitted.searched, "o"), (fitted.sample, "s")):
             colours, _ = _shades(fitted, readings)
-            points = [[reading.numbers[goal.name] for reading in readings] for goal in goals[:2]]
-            axes.scatter(*points, s=10, c=colours, marker=marker, linewidths=0, zorder=2)
+            x, y = ([reading.numbers[goal.name] for reading in readings] for goal in goals[:2])
+            axes.scatter(x, y, s=10, c=colours, marker=marker, linewidths=0, zorder=2)
         places = front(fitted.searched, goals)
         ends = sorted([fitted.searched[place].numbers[goal.name] for goal in goals[:2]] for place in places)
         if len(goals) == 2:

@@ -69,7 +69,7 @@ class Search:
         self._batch += 1
         return [{part.key: part.text(trial.params[part.key]) for part in self._box.ranges} for trial in self._asked]
 
-    def tell(self, scores: Sequence[Score] | Sequence[Reading]) -> None:
+    def tell(self, scores: Sequence[Score | Reading]) -> None:
         """Tell what the settings of the last batch come to, in their order; one without a value counts as failed."""
         for trial, score in zip(self._asked, scores, strict=True):
             for name, number in score.numbers.items():
