@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import math
 import re
 import sys
 import tempfile
@@ -41,8 +40,6 @@ DRAWN = re.compile(r"rows (\w+) of trials.parquet, commit (.+)")
 NUMBERS = re.compile(r"[-+]?\d")
 WITHOUT = "<!-- no rows: "
 """Begins the line above a table of numbers that no run has, and tells why."""
-ROUNDING = 1e-4
-"""Relative difference of floats up to which a first trial is the one noted; what the pages show has three digits."""
 UNREPLAYED = ("train",)
 """Commands whose first trial comes after a training."""
 
@@ -187,18 +184,6 @@ def unfit(sources: Mapping[str, Mapping[str, Any]], root: Path) -> str:
     return f"docs/sources.json notes no run of {', '.join(without)}" if without else ""
 
 
-def alike(now: Any, noted: Any) -> bool:
-    """Return whether two values are one, but for the order in which another processor's library adds floats.
-
-    `emd` takes a product of single precision from BLAS, which differs in the sixth digit between kinds of processors.
-    """
-    if isinstance(now, list) and isinstance(noted, list):
-        return len(now) == len(noted) and all(map(alike, now, noted))
-    if isinstance(now, float) and isinstance(noted, float):
-        return math.isclose(now, noted, rel_tol=ROUNDING, abs_tol=ROUNDING / 100) or repr(now) == repr(noted)
-    return repr(now) == repr(noted)
-
-
 def difference(source: Mapping[str, Any], folder: Path) -> str:
     """Do a noted command anew up to its first trial, in ``folder``, and say what differs; empty where nothing does."""
     line = [*source["command"], "--out", str(folder), "--workers", "0"]
@@ -213,7 +198,7 @@ def difference(source: Mapping[str, Any], folder: Path) -> str:
     for column, values in source["first"].items():
         if column not in now:
             return f"the column {column} is gone"
-        if not alike(now[column], values):
+        if repr(now[column]) != repr(values):
             return f"{column} of trial 0 is {now[column]} and was {values}"
     return ""
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import experiments
 from experiments.bench.engine.batch import Enough, first
 from experiments.bench.store.files import drawn_from, read_parquet
-from tools.sources import ROOT, SOURCES, Stale, alike, contents, difference, main, noted, unfit, unrecorded
+from tools.sources import ROOT, SOURCES, Stale, contents, difference, main, noted, unfit, unrecorded
 
 TABLE = "<!-- table: fast -->\n| a |\n|---|\n| 1 |\n<!-- end of table -->\n"
 COMMAND = ["run", "speed", "--repeats", "1", "--seed", "3", "--set", "experiment.speeds_cm_s=20"]
@@ -88,26 +88,11 @@ def test_a_run_that_comes_out_otherwise_now_is_refused(docs, tmp_path, capsys):
     other = source | {"command": [word if word != "3" else "4" for word in source["command"]]}
     assert "of trial 0 is" in difference(other, tmp_path / "other")
     notes = sources(docs)
-    notes["fast"]["first"]["peak_hs"][0] *= 1 + 1e-6  # as another processor rounds
-    (docs / SOURCES).write_text(json.dumps(notes))
-    assert main(["--root", str(docs), "check"]) == 0
-    notes["fast"]["first"]["peak_hs"][0] += 1e-3
+    notes["fast"]["first"]["peak_hs"][0] += 1e-12
     (docs / SOURCES).write_text(json.dumps(notes))
     assert main(["--root", str(docs), "check"]) == 2
     assert "peak_hs of trial 0 is" in capsys.readouterr().err
     assert "refused now" in difference(source | {"command": ["run", "spead"]}, tmp_path / "none")
-
-
-@pytest.mark.parametrize(
-    "now, noted, is_one",
-    [
-        ([1.0, "a", None], [1.0 + 1e-6, "a", None], True), ([1.0], [1.001], False), ([5], [5], True), ([5], [6], False),
-        ([5], [5.0], False), ([1.0], [1.0, 1.0], False), ([float("nan")], [float("nan")], True), ([0.0], [1e-7], True),
-        ([0.0], [1e-5], False), ([None], [0.0], False), ([True], [1], False),
-    ],
-)  # fmt: skip
-def test_floats_are_one_up_to_rounding_and_all_else_exactly(now, noted, is_one):
-    assert alike(now, noted) == is_one
 
 
 def test_a_run_of_changed_code_is_not_taken(run, docs):
