@@ -113,6 +113,7 @@ TRIES = (
         environment=(("MUJOCO_GL", "osmesa"), ("LD_LIBRARY_PATH", "/nonexistent"))),
 )  # fmt: skip
 TRAINED = """
+import torch._dynamo  # its Triton, which a CUDA build has, is to be loaded before the renderer's LLVM: docs/install.md
 import gymnasium, colias_sim
 from stable_baselines3 import PPO
 PPO("MlpPolicy", gymnasium.make("colias_sim/Optomotor-v0"), n_steps=8, batch_size=8).learn(8)
