@@ -271,7 +271,7 @@ def _short_words(claims: Sequence[str], counts: Mapping[str, Count]) -> list[str
 
 
 def _sheet(results: Mapping[str, Any], path: str = SHEET.relative_to(ROOT).as_posix()) -> list[str]:
-    """Show the picture of all claims, which is at ``path`` from the page; nothing where the results have no readings."""
+    """Show the picture of all claims, at ``path`` from the page; nothing where the results have no readings."""
     if not claim_sheet.has_readings(results):
         return []
     claims = [*results["claims"], *results["behaviours"]]
