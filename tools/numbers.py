@@ -23,7 +23,7 @@ from typing import Any
 from experiments.bench import registry
 from experiments.bench.judging import stored
 from experiments.bench.judging.claims import used_to_choose, words
-from experiments.bench.judging.count import Count, totals
+from experiments.bench.judging.count import SIGNS, Count, Kind, totals
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.plan import Scale, design, planned
@@ -37,6 +37,7 @@ SHEET = ROOT / "docs" / "claims.svg"
 """All claims as one picture, where the results have the readings that decided them."""
 PAGES: Mapping[str, tuple[str, ...]] = {
     "README.md": ("groups",),
+    "docs/index.md": ("home",),
     "docs/what-the-numbers-mean.md": ("onboard", "verdicts", "claims"),
     "docs/behaviours-and-training.md": ("behaviours",),
 }
@@ -195,6 +196,7 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
     """Return the measured parts of the pages by name, as Markdown."""
     return {
         "groups": _groups(results),
+        "home": _home(results),
         "verdicts": _verdicts(results),
         "claims": _claims(results),
         "onboard": _onboard(results.get("onboard", {})),
@@ -237,12 +239,43 @@ def _groups(results: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _sheet(results: Mapping[str, Any]) -> list[str]:
-    """Show the picture of all claims; nothing where the results have no readings."""
+def _home(results: Mapping[str, Any]) -> str:
+    """Tell what claims came to in short, by `GROUPS`, with their picture."""
+    counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
+    phrases = totals([(claim["id"], Count(**claim["count"])) for claim in results["claims"]])
+    lines = [
+        f"**{phrases[0]}** in the last whole reproduction.",
+        "",
+        "| about | what became of the claims |",
+        "|---|---|",
+    ]
+    for about, claims in GROUPS.items():
+        ids = [claim for claim in claims if claim in counts]
+        lines.append(f"| {about} | {_cell('; '.join(_short_words(ids, counts)))} |")
+    picture = _sheet(results, "claims.svg")[:1]
+    return "\n".join([*lines, *([""] if picture else []), *picture]) + "\n"
+
+
+def _short_words(claims: Sequence[str], counts: Mapping[str, Count]) -> list[str]:
+    """Say which claims have which word; of those with too few replicates for one, in how many they held."""
+    by_kind: dict[Kind, list[str]] = {kind: [] for kind in SIGNS}
+    for claim in claims:
+        by_kind[counts[claim].kind].append(claim)
+    counted = by_kind.pop("counted")
+    named = [
+        f"{SIGNS[kind]} {'not judged' if kind == 'unjudged' else kind}: {', '.join(ids)}"
+        for kind, ids in by_kind.items()
+        if ids
+    ]
+    return [*named, *(f"{claim} held in {counts[claim]}" for claim in counted)]
+
+
+def _sheet(results: Mapping[str, Any], path: str = SHEET.relative_to(ROOT).as_posix()) -> list[str]:
+    """Show the picture of all claims, at ``path`` from the page; nothing where the results have no readings."""
     if not claim_sheet.has_readings(results):
         return []
     claims = [*results["claims"], *results["behaviours"]]
-    return [f"![{claim_sheet.described(claims)}]({SHEET.relative_to(ROOT).as_posix()})", ""]
+    return [f"![{claim_sheet.described(claims)}]({path})", ""]
 
 
 def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:

@@ -7,12 +7,13 @@ import threading
 import weakref
 from typing import Any
 
+import cv2
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from colias_sim.envs.options import EnvOptions
-from colias_sim.envs.views import View, dress, follow, framed, views
+from colias_sim.envs.views import FRAME, LEAST_INSET_WIDTH, SCALE_M, View, dress, follow, framed, scale_of, views
 from colias_sim.envs.world import OBSERVER
 from colias_sim.gl import require_screen
 from colias_sim.offscreen import Offscreen
@@ -20,6 +21,8 @@ from colias_sim.scene import OWN_BODY_GROUP
 from colias_sim.simulation import Simulation
 
 Picture = npt.NDArray[np.uint8]
+SCALE_GREY = 245
+"""Grey level of the scale."""
 DRAWN = (0, OWN_BODY_GROUP)
 """The groups of geoms that are drawn."""
 
@@ -50,6 +53,7 @@ class Renderer:
             require_screen()
             return
         self._views = views(sim.model, options.render_view, options.render_width, options.render_height)
+        self._scale = scale_of(self._views[0]) if self._views[0].people else None
         self._options = {people: _drawn(own_body=people) for people in (False, True)}
         self._floor = sim.model.geom("floor").id
         self._offscreen = Offscreen(sim.model, options.render_height, options.render_width)
@@ -103,7 +107,10 @@ class Renderer:
         mujoco.mj_camlight(self._sim.model, self._sim.data)
         for view in self._views:
             self._draw_view(view)
-        return np.flipud(framed(self._offscreen.read_all(), self._views[1:])).copy()
+        picture = np.flipud(framed(self._offscreen.read_all(), self._views[1:])).copy()
+        if self._scale is not None and picture.shape[1] >= LEAST_INSET_WIDTH:
+            _draw_scale(picture, self._scale)
+        return picture
 
     def _draw_view(self, view: View) -> None:
         assert self._offscreen is not None
@@ -136,6 +143,19 @@ def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
     viewer.close()
     for thread in threads:
         thread.join(timeout=5.0)
+
+
+def _draw_scale(picture: Picture, scale: tuple[float, float, float]) -> None:
+    """Draw the scale and its length into a picture (H, W, 3): its left and right end, and its row, px."""
+    left, right, row = map(round, scale)
+    text, font, size = f"{100 * SCALE_M:g} cm", cv2.FONT_HERSHEY_SIMPLEX, picture.shape[1] / 1000
+    base = max(row - 6, 0)
+    for grey, extra in ((FRAME, 2), (SCALE_GREY, 0)):  # an outline, so that it is seen before any ground
+        tint = (grey, grey, grey)
+        cv2.rectangle(
+            picture, (left - extra // 2, row - 2 - extra // 2), (right + extra // 2, row + extra // 2), tint, -1
+        )
+        cv2.putText(picture, text, (left, base), font, size, tint, 1 + extra, cv2.LINE_AA)
 
 
 def _drawn(own_body: bool) -> mujoco.MjvOption:

@@ -24,8 +24,12 @@ MARGIN = 0.97
 """The share of the picture that the arena fills in its tighter direction."""
 LEAST_INSET_WIDTH = 200
 """Width of a picture, in pixels, from which the view ``arena`` has insets."""
-INSET_SHARE = 0.26
-"""Width of an inset, as a share of the picture's."""
+INSET_SHARE, LEAST_INSET_SHARE = 0.26, 0.1
+"""Width of an inset, as a share of the picture's: as large as it may be, and so small that it is left out."""
+ROBOT_SHOWN = 0.035
+"""Height over the floor, in metres, below which nothing is covered by an inset: that of a robot."""
+SCALE_M = 0.10
+"""Length of the scale."""
 FRAME = 60
 """Grey level of the line around an inset."""
 CLOSE_M, CLOSE_ELEVATION_DEG = 0.13, -32.0
@@ -67,7 +71,8 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
         The compiled scene.
     view
         ``arena``: all of it from above at an angle, with insets of the observer and of what its eye sees where the
-        picture is wide enough. ``top``: all of it from straight above. ``observer``: the observer's eye alone.
+        picture is wide enough; they cover neither floor nor robots. ``top``: all of it from straight above.
+        ``observer``: the observer's eye alone.
     width, height
         Size of the picture, in pixels.
 
@@ -82,12 +87,54 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
     model.vis.global_.fovy = FOVY_DEG  # that of free cameras; the robot's own eye has another
     candidates = [View(_whole_arena(ELEVATIONS_DEG[view], width / height), whole, True)]
     if view == "arena" and width >= LEAST_INSET_WIDTH:
-        wide = round(INSET_SHARE * width)
-        high = min(round(wide * 72 / 99), round(0.3 * height))
-        top = height - high
-        candidates.append(View(_close(), (0, top, wide, high), True))
-        candidates.append(View(_own_eye(model), (width - wide, top, wide, high), False))
+        for size in _inset_sizes(candidates[0].eye, width, height):
+            top = height - size[1]
+            candidates.append(View(_close(), (0, top, *size), True))
+            candidates.append(View(_own_eye(model), (width - size[0], top, *size), False))
     return tuple(candidates)
+
+
+def scale_of(view: View) -> tuple[float, float, float]:
+    """Return where the scale is in the picture: its left and right end, and its row from the top, px.
+
+    It lies on the ground beside the floor, at the depth of the floor's nearest point.
+
+    Parameters
+    ----------
+    view
+        On the whole arena.
+    """
+    _, _, width, height = view.rect
+    _, up, depth = _seen_at(view.eye, np.array([[0.0, -ARENA_RADIUS, 0.0]]))
+    per_metre = height / 2 / float(depth[0]) / math.tan(math.radians(FOVY_DEG / 2))
+    left = max(0.03 * width, width / 2 - ARENA_RADIUS * per_metre)
+    return left, left + SCALE_M * per_metre, (1 - float(up[0])) * height / 2
+
+
+def _seen_at(eye: mujoco.MjvCamera, points: Vector) -> tuple[Vector, Vector, Vector]:
+    """Project points (N, 3): to the right and up of a free camera's middle, halves of the picture's height; depth, m.
+
+    The camera looks along +y, from above.
+    """
+    back = math.radians(-eye.elevation)
+    upward = np.array([0.0, math.sin(back), math.cos(back)])
+    forward = np.array([0.0, math.cos(back), -math.sin(back)])
+    rays = points - (np.array([0.0, eye.lookat[1], 0.0]) - eye.distance * forward)
+    depth, half = rays @ forward, math.tan(math.radians(FOVY_DEG / 2))
+    return rays[:, 0] / depth / half, rays @ upward / depth / half, depth
+
+
+def _inset_sizes(eye: mujoco.MjvCamera, width: int, height: int) -> list[tuple[int, int]]:
+    """Return the largest size of insets in the upper corners that cover neither floor nor robot; none: no room."""
+    turn = np.linspace(0.0, 2 * np.pi, 361)
+    ring = np.column_stack([ARENA_RADIUS * np.cos(turn), ARENA_RADIUS * np.sin(turn), np.zeros_like(turn)])
+    across, up, _ = _seen_at(eye, np.vstack([ring, ring + np.array([0.0, 0.0, ROBOT_SHOWN])]))
+    columns, rows = (width + across * height) / 2, (1 - up) * height / 2  # from the upper left corner
+    for wide in range(round(INSET_SHARE * width), round(LEAST_INSET_SHARE * width), -1):
+        high = min(round(wide * 72 / 99), round(0.3 * height))
+        if not ((np.minimum(columns, width - columns) < wide + 1) & (rows < high + 1)).any():
+            return [(wide, high)]
+    return []
 
 
 def follow(view: View, observer: Pose) -> None:

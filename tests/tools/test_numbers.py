@@ -96,7 +96,7 @@ def test_a_release_is_refused_while_figures_are_stale():
 
 def test_every_claim_is_in_one_group_of_the_readme():
     assert sorted(claim for ids in GROUPS.values() for claim in ids) == sorted(claim_ids())
-    assert len(GROUPS) <= 10
+    assert len(GROUPS) <= 10, "README and home have ten rows"
 
 
 def test_every_claim_has_a_figure_and_every_scale_a_design():
@@ -159,7 +159,9 @@ def test_the_command_takes_figures_over(run):
     texts = pages(run)
     for text in texts.values():
         assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
-    readme, claims, behaviours = texts.values()
+    readme, home, claims, behaviours = texts.values()
+    assert "**0 of 2 claims hold** in" in home and "not judged: C2; C1 held in 2 of 3 (not shown in 1) |" in home
+    assert "](claims.svg)" in home
     counted = "0 of 2 claims hold; 1 has too few replicates for a word: 1 held in some (C1); 1 was not judged: C2"
     assert f"{counted}. A replicate has 7" in readme
     held = "held in 2 of 3 replicates; not judged in 1: what it needs was not shown"

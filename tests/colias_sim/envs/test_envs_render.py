@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from colias_sim import GLUnavailable, Simulation
+from colias_sim.envs.geometry import ARENA_RADIUS
+from colias_sim.envs.render import SCALE_GREY
 from colias_sim.envs.views import views
 from tests.helpers.envs import NAMES, bare, every_env
 
@@ -104,20 +106,64 @@ def test_the_whole_arena_is_in_the_picture_and_a_robot_is_seen_everywhere(view, 
 def test_insets_show_the_observer_near_and_what_it_sees(contexts):
     """The right one is the view ``observer``; in the left one the robot is larger than in the arena."""
     pictures = {}
-    for view, size in (("arena", (480, 360)), ("observer", (125, 91))):
+    for view, size in (("arena", (480, 360)), ("observer", (98, 71))):
         env = bare("colias_sim/Pursuit-v0", render_mode="rgb_array", render_view=view,
                    render_width=size[0], render_height=size[1], observation="state")  # fmt: skip
         env.reset(seed=0)
         pictures[view] = env.render().astype(int)
         env.close()
-    eye = pictures["arena"][1:90, -124:-1]
-    assert np.abs(eye - pictures["observer"][1:90, 1:124]).mean() < 3.0
+    wide, high = inset(480, 360)
+    assert (wide, high) == (98, 71)
+    eye = pictures["arena"][1 : high - 1, 1 - wide : -1]
+    assert np.abs(eye - pictures["observer"][1 : high - 1, 1 : wide - 1]).mean() < 3.0
 
     def green(picture: np.ndarray) -> int:
         red, leaf, blue = np.moveaxis(picture, -1, 0)
         return int(((leaf > 1.4 * red) & (leaf > 1.3 * blue)).sum())
 
-    assert green(pictures["arena"][:90, :125]) > 2 * green(pictures["arena"][91:])
+    assert green(pictures["arena"][:high, :wide]) > 2 * green(pictures["arena"][high:])
+
+
+def inset(width, height):
+    """Width and height of the insets of a picture of the whole arena; they are alike."""
+    env = bare("colias_sim/Fixation-v0", observation="state", render_mode="rgb_array",
+               render_width=width, render_height=height)  # fmt: skip
+    _, near, eye = env._renderer._views
+    env.close()
+    assert near.rect[2:] == eye.rect[2:] and near.rect[0] == 0 and sum(eye.rect[::2]) == width
+    return near.rect[2:]
+
+
+@pytest.mark.parametrize(("width", "height"), [(480, 360), (360, 480), (540, 270), (480, 480)])
+def test_insets_cover_no_robot_wherever_it_stands(width, height, contexts):
+    """Not even at the far wall: what a third of the picture without insets shows of a target is beside them."""
+    wide, high = inset(width, height)
+    small = bare("colias_sim/Fixation-v0", observation="state", render_mode="rgb_array",
+                 render_width=width // 3, render_height=height // 3)  # fmt: skip
+    for turn in np.linspace(0.0, math.pi, 13):
+        target = 42.0 * math.cos(turn), 42.0 * math.sin(turn), 90.0
+        poses = {"target": target, "observer": (0.0, -30.0, 0.0)}
+        small.reset(seed=0, options={"poses": poses, "light": 1.0})
+        red, green, blue = np.moveaxis(small.render().astype(int), -1, 0)
+        orange = (red > 180) & (green > 80) & (green < 0.8 * red) & (blue < 0.5 * red)
+        rows, columns = np.nonzero(orange | (np.maximum(red, blue) < 40))
+        assert len(rows) > 5
+        aside = np.minimum(columns, width // 3 - 1 - columns)
+        assert not ((3 * (rows + 1) <= high) & (3 * (aside + 1) <= wide)).any(), turn
+    small.close()
+
+
+def test_the_scale_is_ten_centimetres_long(contexts):
+    """As long beside the floor, seen from straight above, as its share of the floor's width."""
+    env = bare("colias_sim/Fixation-v0", observation="state", render_mode="rgb_array", render_view="top",
+               render_width=600, render_height=600)  # fmt: skip
+    env.reset(seed=0, options={"light": 1.0})
+    picture = env.render().min(-1)
+    env.close()
+    floor = np.ptp(np.nonzero(picture[300] > 200)[0]) + 1
+    rows = ["".join("x" if cell else " " for cell in row).split() for row in picture[-40:, :110] == SCALE_GREY]
+    bar = max(len(run) for row in rows for run in row)
+    assert bar / floor == pytest.approx(0.10 / (2 * ARENA_RADIUS), rel=0.06)
 
 
 def test_without_a_screen_a_window_is_refused(monkeypatch, contexts):
