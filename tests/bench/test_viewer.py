@@ -27,13 +27,25 @@ from experiments.bench.robot.trial import run_trial
 from tests.bench.robot.test_trial import spec
 from tests.helpers.rerun_viewer import needs_vulkan, viewing
 
+HALF_S = 1.0
+"""The stimulus of the trial is before the camera."""
 NEAR = 40
 """Difference of a pixel's red, green and blue from a colour, their sum, up to which it counts as of that colour."""
 
 
-def pixels_of(picture, colour) -> int:
-    """How many pixels of a picture have about a colour."""
-    return int((np.abs(picture.astype(int) - colour).sum(axis=2) <= NEAR).sum())
+def coloured(colour, least: float):
+    """Whether more than ``least`` pixels of a picture, or such a share of its width, have about a colour."""
+
+    def has(picture) -> bool:
+        pixels = (np.abs(picture.astype(int) - colour).sum(axis=2) <= NEAR).sum()
+        return bool(pixels > (least if least > 1 else least * picture.shape[1]))
+
+    return has
+
+
+def varied(least: float):
+    """Whether a picture is not blank: its standard deviation is above the least."""
+    return lambda picture: bool(picture.std() > least)
 
 
 def trial(path: Path, *models: str) -> Path:
@@ -65,20 +77,18 @@ def test_the_layout_of_a_trial_has_a_lane_for_each_model(models, tmp_path):
 def test_the_first_screen_of_a_trial(models, tmp_path):
     with viewing(trial(tmp_path / "trial.rrd", *models)) as screen:
         state = screen.state()
-        half = state.recordings[0].timelines[-1].end / 2e9
-        screen.stop_at(half)
+        screen.stop_at(HALF_S)
         views = {view.origin: view for view in state.views}
         assert set(views) == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
         assert not [view.reports for view in state.views if view.reports], "the viewer warns of nothing"
-        whole = screen.picture(tmp_path / "whole.png")
         for model, mark in marks(models).items():
-            lane = screen.picture(tmp_path / "lane.png", views[f"/potential/{model}"])
-            assert pixels_of(lane, rgb(mark.colour)) > lane.shape[1] / 2, f"the trace of {model} crosses its lane"
-            assert pixels_of(whole, rgb(mark.colour)) > lane.shape[1] / 2, "and is on the first screen"
+            trace = coloured(rgb(mark.colour), 0.5)
+            assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/potential/{model}"]), "it crosses its lane"
+            assert screen.shows(tmp_path / "whole.png", trace), "and is on the first screen"
         for origin in ("/scene", "/camera"):
-            assert screen.picture(tmp_path / "view.png", views[origin]).std() > 20, origin
-        assert pixels_of(screen.picture(tmp_path / "on.png", views["/maps/p"]), ON) > 20
-        assert pixels_of(screen.picture(tmp_path / "off.png", views["/maps/p"]), OFF) > 20
+            assert screen.shows(tmp_path / "view.png", varied(20), views[origin]), origin
+        for colour in (ON, OFF):
+            assert screen.shows(tmp_path / "map.png", coloured(colour, 20), views["/maps/p"])
 
 
 @needs_vulkan
@@ -86,15 +96,14 @@ def test_footage_in_the_viewer(tmp_path):
     log = LiveLog.to_file(tmp_path / "footage.rrd", [choose("dsnn")], (160, 90))
     ramp = np.tile(np.linspace(0, 255, 160).astype(np.uint8), (90, 1))
     for frame in range(30):
-        log.add(Picture(frame, frame / 30, ramp, 0.0, 0.0), [Response(0.5, -0.2, 1, 0)])
+        log.add(Picture(frame, frame / 30, ramp, 0.0, 0.0), [Response(0.5 * np.sin(frame / 5), -0.2, 1, 0)])
     log.close()
     with viewing(tmp_path / "footage.rrd") as screen:
         views = {view.origin: view for view in screen.state().views}
         assert set(views) == {"/picture", "/potential/dsnn"}
         blue = rgb(marks(["dsnn"])["dsnn"].colour)
-        lane = screen.picture(tmp_path / "lane.png", views["/potential/dsnn"])
-        assert pixels_of(lane, blue) > lane.shape[1] / 2
-        assert pixels_of(screen.picture(tmp_path / "seen.png", views["/picture"]), blue) > 20, "the arrow along HS"
+        assert screen.shows(tmp_path / "lane.png", coloured(blue, 0.5), views["/potential/dsnn"])
+        assert screen.shows(tmp_path / "seen.png", coloured(blue, 20), views["/picture"]), "the arrow along HS"
 
 
 @needs_vulkan
@@ -110,7 +119,7 @@ def test_an_episode_in_the_viewer(tmp_path):
         state = screen.state()
         assert {f"/{view.origin.lstrip('/')}" for view in state.views} == wanted
         for view in state.views:
-            assert screen.picture(tmp_path / "view.png", view).std() > 10, view.name
+            assert screen.shows(tmp_path / "view.png", varied(10), view), view.name
 
 
 @needs_vulkan
@@ -122,8 +131,8 @@ def test_two_runs_side_by_side_in_the_viewer(tmp_path):
         views = {view.origin: view for view in state.views}
         assert {"/one/camera", "/other/camera", "/one/potential/dsnn", "/other/potential/emd"} <= set(views)
         for path, model in (("/one/potential/dsnn", "dsnn"), ("/other/potential/emd", "emd")):
-            lane = screen.picture(tmp_path / "lane.png", views[path])
-            assert pixels_of(lane, rgb(marks([model])[model].colour)) > lane.shape[1] / 2
+            trace = coloured(rgb(marks([model])[model].colour), 0.5)
+            assert screen.shows(tmp_path / "lane.png", trace, views[path])
 
 
 def answering_with(answer: bytes):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,8 @@ from experiments.bench.recording import TIMELINE
 DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*lvp*"), *Path("/usr/local/share/vulkan/icd.d").glob("*lvp*")]
 needs_vulkan = pytest.mark.skipif(not DRIVERS, reason="no Vulkan: on Debian run 'apt-get install mesa-vulkan-drivers'")
 WIDTH, HEIGHT = 1400, 840
-PATIENCE_S = 60.0
+PATIENCE_S, PAINTS_S = 60.0, 20.0
+"""How long a viewer may take to open or to load, and to paint what it has."""
 Picture = npt.NDArray[np.uint8]
 
 
@@ -48,12 +49,21 @@ class Screen:
         """Show one moment."""
         self._client.set_time(TIMELINE, duration=time_s, play_state="paused")
 
+    def shows(self, path: Path, wanted: Callable[[Picture], bool], view: Any = None) -> bool:
+        """Tell whether a picture of the window, or of one view, (H, W, 3) RGB, becomes what is wanted, in its time."""
+        end = time.monotonic() + PAINTS_S
+        while not wanted(self.picture(path, view)):
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.1)
+        return True
+
     def picture(self, path: Path, view: Any = None) -> Picture:
         """Return a picture of the window, or of one view, (H, W, 3) RGB."""
         self._client.save_screenshot(str(path), view_id=None if view is None else view.view_id)
         shown = cv2.imread(str(path))
         assert shown is not None, path
-        return cv2.cvtColor(shown, cv2.COLOR_BGR2RGB)
+        return cv2.cvtColor(shown, cv2.COLOR_BGR2RGB).astype(np.uint8)
 
 
 def wait_for(address: str) -> None:
