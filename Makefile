@@ -36,8 +36,9 @@ policies: $(READY) ## Policies of five training seeds in either env and their ta
 	$(BIN)/colias train --env Optomotor --seeds 5
 	$(BIN)/colias train --env Fixation --seeds 5
 
-test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-eabi or qemu-system-arm are skipped where these cannot be had
+test: $(READY) ## Every test; those that need Debian's chromium, mesa-vulkan-drivers, gcc-arm-none-eabi or qemu-system-arm are skipped where these cannot be had
 	sh tools/setup.sh --browser
+	sh tools/setup.sh --viewer
 	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 

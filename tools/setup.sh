@@ -41,6 +41,12 @@ if [ "${1:-}" = --browser ]; then # for the tests of the report alone
     exit 0
 fi
 
+if [ "${1:-}" = --viewer ]; then # for the tests that look at recordings in Rerun's viewer, without a screen
+    ls /usr/share/vulkan/icd.d/*lvp* >/dev/null 2>&1 || apt_install mesa-vulkan-drivers ||
+        say "no mesa-vulkan-drivers: the tests that look at recordings in Rerun's viewer will be skipped"
+    exit 0
+fi
+
 if [ "${1:-}" = --node ]; then # for the playground's JavaScript: its tests, its linter and its type checker
     { command -v node >/dev/null && command -v npm >/dev/null; } || apt_install nodejs npm ||
         say "no node and npm: the playground's tests in Node will be skipped"

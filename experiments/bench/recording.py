@@ -22,6 +22,8 @@ from experiments.bench.figures.series import Colour, Level, ends, heading, level
 
 APPLICATION = "colias-sim"
 ROBOT_RADIUS_CM = 2.0
+OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
+"""Colours of robots where they are discs: in views from above."""
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 LIMIT_COLOUR = (140, 140, 140)

@@ -81,7 +81,7 @@ def opened(instead: str) -> tuple[subprocess.Popen[bytes], str]:
     UsageError
         It does not open.
     """
-    port = _free_port()
+    port = free_port()
     command = [*program(), "--bind", HOST, "--port", f"{port}"]
     command += ["--memory-limit", MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
     # A session of its own: Ctrl-C is meant for the command, not for the viewer.
@@ -104,7 +104,8 @@ def _await(viewer: subprocess.Popen[bytes], port: int, instead: str) -> None:
     raise UsageError(instead)
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """Return a port of this machine that nothing listens at."""
     with socket.socket() as probe:
         probe.bind((HOST, 0))
         return int(probe.getsockname()[1])

@@ -31,6 +31,7 @@ OF_OTHERS: Mapping[str, frozenset[str]] = {
     "bench/doctor/picture.py": frozenset({"simulation"}),
     "bench/conformance/arena_laws.py": frozenset({"simulation"}),
     "bench/closed_loop/episode.py": frozenset({"wrapped", "keep"}),
+    "bench/closed_loop/wrapper.py": frozenset({"self.env", "self._keep"}),
     "bench/training/env.py": frozenset({"self.env"}),
     "bench/footage/watch.py": frozenset({"watcher"}),
     "bench/firmware/budget.py": frozenset({"chip"}),

@@ -106,7 +106,7 @@ def _equal(condition: Mapping[str, Any], one: Path, second: Path) -> Path:
     paths = [second] if second.is_file() else sorted(recordings_in(second), key=lambda path: path.name != one.name)
     if not paths:
         raise UsageError(f"{second}: no such file, or no .rrd recordings in it")
-    nearest = {}
+    nearest: dict[str, Any] = {}
     for path in paths:
         there = conditions(path)
         if there == condition:

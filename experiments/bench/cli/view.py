@@ -23,7 +23,6 @@ def view(
     paths: Annotated[
         list[Path],
         typer.Argument(
-            metavar="PATH [OTHER]", show_default=False,
             help="A run's folder, an .rrd file, a scene's name, or an arena's .xml or .py file; or two runs.",
         ),
     ],

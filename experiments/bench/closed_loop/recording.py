@@ -17,6 +17,8 @@ from experiments.bench.closed_loop.episode import Episode, Floats
 from experiments.bench.figures.palette import HUES
 from experiments.bench.figures.series import LIMIT_COLOUR, rgb
 from experiments.bench.recording import (
+    OBSERVER_COLOUR,
+    OTHER_COLOUR,
     ROBOT_RADIUS_CM,
     jpegs,
     lanes,
@@ -29,7 +31,6 @@ from experiments.bench.recording import (
 from scenes import ARENA_RADIUS_CM
 
 JPEG_QUALITY = 85
-OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
 TRACK_COLOURS = ((46, 160, 90), (214, 39, 40))
 LEFT, RIGHT = rgb(HUES[1]), rgb(HUES[6])
 """Colours of the wheels."""

@@ -62,10 +62,9 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
             hint = "; wrap each of its envs" if isinstance(env, gym.vector.VectorEnv) else ""
             raise UsageError(f"RecordRerun: {type(inner).__name__} is no env of colias_sim{hint}")
         super().__init__(env)
-        self._inner, self._path = inner, os.fspath(path)
-        several = _check(self._path)
-        self._trigger = episode_trigger or (lambda number: several or number == 0)
-        self._several = several
+        self._inner = inner
+        self._path, self._several = _checked(path)
+        self._trigger = episode_trigger or (lambda number: self._several or number == 0)
         self._number = -1
         self._keep: EpisodeKeeper | None = None
         self.recorded: list[Path] = []
@@ -115,15 +114,15 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         self.recorded.append(place)
 
 
-def _check(path: Any) -> bool:
-    """Return whether a path has a place for the number of the episode; `UsageError` where it is not legal."""
-    legal = f"legal is a path that ends in .rrd, with {{{NUMBER}}} in it for a file of each episode"
-    if not isinstance(path, str) or not path.endswith(".rrd"):
-        raise UsageError(f"RecordRerun: {short(path)}: {legal}")
+def _checked(path: Any) -> tuple[str, bool]:
+    """Return a path, and whether it has a place for the number of the episode; `UsageError` where it is not legal."""
+    text, fields = os.fspath(path) if isinstance(path, str | os.PathLike) else path, []
+    legal = f"RecordRerun: {short(path)}: legal is a path that ends in .rrd, with {{{NUMBER}}} in it for each episode"
+    if not isinstance(text, str) or not text.endswith(".rrd"):
+        raise UsageError(legal)
     try:
-        fields = [name for _, name, _, _ in string.Formatter().parse(path) if name is not None]
-        if fields:
-            path.format(**{NUMBER: 0})
+        fields = [name for _, name, _, _ in string.Formatter().parse(text) if name is not None]
+        text.format(**{NUMBER: 0})
     except (KeyError, IndexError, ValueError, AttributeError):
-        raise UsageError(f"RecordRerun: {short(path)}: {legal}") from None
-    return bool(fields)
+        raise UsageError(legal) from None
+    return text, bool(fields)

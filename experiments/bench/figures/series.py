@@ -14,7 +14,7 @@ LIMIT_COLOUR = (140, 140, 140)
 THRESHOLD = "threshold/"
 """Where thresholds are logged, each model's below its name."""
 CHANNELS_OF = "channels"
-"""The component of a threshold that lists the channels whose it is: `Level.owners`."""
+"""The component of a threshold that lists the channels whose it is, as `Level.owners` has it."""
 Colour = tuple[int, int, int]
 LINE_WIDTH, DOT_SIZE, MARK_SIZE = 1.5, 2.0, 3.0
 """Width of series, of their dots, and of the marks of spikes, in points of the screen."""
@@ -179,7 +179,7 @@ class Level:
 
     def owners(self) -> rr.AnyValues:
         """Return what tells a reader of the recording which channels it is of."""
-        return rr.AnyValues(**{CHANNELS_OF: list(self.channels)})
+        return rr.AnyValues(channels=list(self.channels))
 
 
 def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:

@@ -21,6 +21,7 @@ import rerun as rr
 from colias_sim.config import CameraConfig
 from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.figures.series import THRESHOLD
+from experiments.bench.recording import OBSERVER_COLOUR, OTHER_COLOUR
 from experiments.bench.store.places import regular
 from experiments.bench.video.pictures import Floats, times_of
 
@@ -243,10 +244,8 @@ class _Found:
             self._dotted |= {entity} if series[0] == "SeriesPoints" else set()
             if OWNERS in names:
                 self._owners[entity] = tuple(map(str, batch.column(OWNERS)[0].as_py()))
-        else:
-            for kind in ("Points2D", "Cylinders3D"):
-                if f"{kind}:colors" in names:
-                    self._colours[entity.removesuffix("/body")] = _colour(batch, f"{kind}:colors") or GREY
+        elif "Points2D:colors" in names:
+            self._colours[entity.removesuffix("/body")] = _colour(batch, "Points2D:colors") or GREY
 
     def reel(self, path: Path) -> Reel:
         """Put together what was found."""
@@ -264,7 +263,7 @@ class _Found:
             for entity, joined in series.items() if not entity.startswith(drawn)
         ]  # fmt: skip
         tracks = [
-            Track(robot.rpartition("/")[2], self._colours.get(robot, GREY), *_joined(parts))
+            Track(robot.rpartition("/")[2], self._colours.get(robot, _usual_colour(robot)), *_joined(parts))
             for robot, parts in self._places.items()
         ]
         tracks.sort(key=lambda track: track.name != "observer")
@@ -289,6 +288,11 @@ def model_of(entity: str) -> str:
     """Read the label of the model whose answer is there: the second part of the path, which escapes some letters."""
     label = re.findall(r"(?:\\.|[^/])+", entity)[1]
     return re.sub(r"\\(.)", r"\1", label)
+
+
+def _usual_colour(robot: str) -> Colour:
+    """Return the colour of a robot's disc where the recording has the robot as it looks."""
+    return OBSERVER_COLOUR if robot.rpartition("/")[2] == "observer" else OTHER_COLOUR
 
 
 def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:

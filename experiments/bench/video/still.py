@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from experiments.bench.figures.plotting import STYLE, drawing, plain
+from experiments.bench.figures.series import OFF, ON
 from experiments.bench.video.layout import LEFT, SMALLER, Layout, Panel, levels_of, moves_on, traces_of
-from experiments.bench.video.pictures import OFF, ON, Picture
+from experiments.bench.video.pictures import Picture
 from experiments.bench.video.reading import Colour, Reel
 from scenes import ARENA_RADIUS_CM
 

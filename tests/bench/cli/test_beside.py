@@ -1,0 +1,104 @@
+"""`colias view A B`: equal trials of two runs as one recording, and what is refused in a line."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+
+import experiments
+from experiments.bench.cli.beside import conditions, side_by_side
+from experiments.bench.engine.models import choose
+from experiments.bench.robot.recording import record
+from experiments.bench.robot.trial import run_trial
+from tests.bench.robot.test_trial import spec
+
+
+def write(path: Path, *models: str, **changes) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    asked = spec(models=tuple(map(choose, models or ("dsnn",))), **changes)
+    path.write_bytes(record(run_trial(asked, keep_media=True)))
+    return path
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> Path:
+    """Folder of two runs that have seeds 2 and 3 in common, under other numbers and models."""
+    folder = tmp_path_factory.mktemp("runs")
+    for index, seed in enumerate((1, 2, 3)):
+        write(folder / "usual" / "recordings" / f"trial-{index:04d}.rrd", seed=seed, index=index)
+    for index, seed in enumerate((2, 3)):
+        write(folder / "a.b" / "recordings" / f"trial-{index:04d}.rrd", "emd", "hybrid", seed=seed, index=index)
+    return folder
+
+
+def of(path: Path, entity: str) -> tuple[list, np.ndarray]:
+    (chunk,) = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
+    batch = chunk.to_record_batch()
+    return batch["sim_time"].cast("int64").to_pylist(), np.ravel(batch["Scalars:scalars"].to_pylist())
+
+
+def test_the_equal_trial_is_found_and_both_are_whole_on_one_timeline(runs, tmp_path):
+    title, data = side_by_side(runs / "usual", runs / "a.b", 2)
+    assert "usual" in title and "a.b" in title and "trial-0002" in title
+    (tmp_path / "both.rrd").write_bytes(data)
+    one, other = runs / "usual/recordings/trial-0002.rrd", runs / "a.b/recordings/trial-0001.rrd"
+    assert conditions(one) == conditions(other) and conditions(one)["seed"] == 3
+    for entity, path in (("/usual/potential/dsnn/hs", one), (r"/a\.b/potential/emd/hs", other)):
+        times, values = of(tmp_path / "both.rrd", entity)
+        there = of(path, entity.partition("/potential")[1] + entity.partition("/potential")[2])
+        assert times == there[0]
+        np.testing.assert_array_equal(values, there[1])
+    reader = rr.chunk.RrdReader(tmp_path / "both.rrd")
+    (layout,) = reader.blueprints()
+    batches = [chunk.to_record_batch() for chunk in reader.stream(store=layout).to_chunks()]
+    origins = {origin.replace("\\", "") for batch in batches if "ViewBlueprint:space_origin" in batch.schema.names
+               for (origin,) in batch["ViewBlueprint:space_origin"].to_pylist()}  # fmt: skip
+    names = {name for batch in batches if "ViewBlueprint:display_name" in batch.schema.names
+             for (name,) in batch["ViewBlueprint:display_name"].to_pylist()}  # fmt: skip
+    for run, models in (("usual", ("dsnn",)), ("a.b", ("emd", "hybrid"))):
+        assert {f"/{run}/scene", f"/{run}/camera", *(f"/{run}/potential/{model}" for model in models)} <= origins
+    assert "usual: dsnn: HS (line), VS (dots); threshold ±0.2; marks on top: spikes" in names
+    assert any(name.startswith("a.b: hybrid") and "threshold 0.78 of looming" in name for name in names)
+
+
+def test_without_a_number_it_is_the_first_recorded_trial(runs, tmp_path):
+    shutil.copytree(runs / "usual", tmp_path / "copy")
+    assert "trial-0000" in side_by_side(runs / "usual", tmp_path / "copy", None)[0]
+
+
+def refusal(*arguments) -> str:
+    with pytest.raises(experiments.UsageError) as refused:
+        side_by_side(*arguments)
+    assert "\n" not in str(refused.value)
+    return str(refused.value)
+
+
+def test_trials_of_other_conditions_or_seeds_are_refused_and_it_says_what_differs(runs, tmp_path):
+    told = refusal(runs / "usual", runs / "a.b", 0)
+    assert "seed is 1 and 2" in told and "a.b" in told
+    faster = write(tmp_path / "faster.rrd", speed=20.0, seed=2)
+    assert "speed_cm_s is 10.0 and 20.0" in refusal(runs / "usual", faster, 1)
+
+
+def test_what_cannot_be_read_or_does_not_tell_is_refused(runs, tmp_path):
+    (tmp_path / "bad.rrd").write_bytes(b"no recording")
+    assert "no recording that can be read" in refusal(tmp_path / "bad.rrd", runs / "a.b", None)
+    stream = rr.RecordingStream("colias-sim")
+    stream.save(tmp_path / "footage.rrd")
+    stream.log("picture", rr.TextLog("no properties"))
+    stream.disconnect()
+    assert "does not tell its seed" in refusal(tmp_path / "footage.rrd", runs / "a.b", None)
+    assert "no such file" in refusal(runs / "usual", tmp_path / "nothing", 0)
+
+
+def test_a_third_run_is_refused_and_a_screen_is_needed(runs, colias_here, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    three = colias_here("view", *(str(runs / name) for name in ("usual", "a.b", "usual")))
+    assert (three.returncode, three.stderr.count("\n")) == (2, 1) and "3 paths" in three.stderr
+    both = colias_here("view", str(runs / "usual"), str(runs / "a.b"), "--trial", "1")
+    assert (both.returncode, both.stderr.count("\n")) == (2, 1) and "--web" in both.stderr

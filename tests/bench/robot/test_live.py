@@ -1,0 +1,152 @@
+"""A trial streamed while it runs: the same trial, the same numbers, whatever the viewer does."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+
+import experiments
+from experiments.bench import viewer
+from experiments.bench.engine.models import choose
+from experiments.bench.engine.terminal import program
+from experiments.bench.robot.live import LiveTrial
+from experiments.bench.robot.run import Keep, work
+from experiments.bench.robot.trial import run_trial
+from tests.bench.robot.test_trial import same, spec
+from tests.helpers.rerun_viewer import listening, needs_vulkan, viewing
+
+TWO = (choose("dsnn"), choose("emd"))
+
+
+def rows_of(record) -> list[dict]:
+    return [{**row, "wall_s": 0.0} for row in record.rows]
+
+
+def column(path: Path, entity: str, name: str) -> np.ndarray:
+    """All values of an entity in order of frame, as rows."""
+    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
+    batches = [chunk.to_record_batch() for chunk in chunks]
+    frames = np.concatenate([batch["frame"].to_numpy() for batch in batches])
+    values = [value for batch in batches for value in batch[name].to_pylist()]
+    assert len(frames) == len(set(frames)), f"{entity}: no frame twice"
+    return np.array([np.ravel(values[place]) for place in np.argsort(frames)])
+
+
+def ended(process: subprocess.Popen[bytes], path: Path) -> Path:
+    """End a program that saves what it receives; return the file with the footer that it then lacks."""
+    process.terminate()
+    process.wait(20)
+    whole = path.with_name("whole.rrd")
+    command = [*program(), "rrd", "merge", str(path), "-o", str(whole)]
+    subprocess.run(command, check=True, capture_output=True, timeout=60)
+    return whole
+
+
+def test_what_arrives_is_the_trial(tmp_path):
+    """In parts: all frames of it, once each, their pictures, potentials, spikes and poses."""
+    asked = spec(models=TWO)
+    with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
+        live = LiveTrial(asked, address)
+        result = run_trial(asked, keep_media=True, watch=live.see)
+        live.close()
+        path = ended(process, tmp_path / "live.rrd")
+    assert same(result, run_trial(asked))
+    for answer in result.answers:
+        for channel in answer.channels:
+            sent = column(path, f"/potential/{answer.model}/{channel}", "Scalars:scalars")
+            np.testing.assert_array_equal(sent[:, 0], getattr(answer.series, channel))
+            spikes = column(path, f"/spikes/{answer.model}/{channel}", "Scalars:scalars")
+            np.testing.assert_array_equal(spikes[:, 0], getattr(answer.series, f"{channel}_spikes"))
+    np.testing.assert_array_equal(
+        column(path, "/camera", "Image:buffer").reshape(result.media.pictures[""].shape), result.media.pictures[""]
+    )
+    for name, images in result.media.maps.items():
+        shown = column(path, f"/maps/{name}", "SegmentationImage:buffer").reshape(images.shape)
+        np.testing.assert_array_equal(shown, images)
+    place = column(path, "/scene/stimulus", "Transform3D:translation")
+    np.testing.assert_allclose(place[:, 0], result.columns.stimulus_x_cm, rtol=1e-6)
+
+
+def test_numbers_and_recording_do_not_depend_on_a_viewer(tmp_path):
+    """A job of a run, without one and with one that is not there."""
+    asked, nobody = spec(), f"{viewer.HOST}:{viewer.free_port()}"
+    plain = work(asked, keep=Keep())
+    streamed = work(asked, keep=Keep(viewer=nobody))
+    assert rows_of(plain) == rows_of(streamed) and plain.frames.equals(streamed.frames)
+    assert isinstance(plain.recording, bytes) and isinstance(streamed.recording, bytes)
+    assert work(asked, keep=Keep(recordings=False, viewer=nobody)).recording is None
+
+
+def test_a_viewer_that_is_closed_meanwhile_costs_nothing_but_the_rest_of_the_stream(tmp_path):
+    asked = spec()
+    with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
+        live, seen = LiveTrial(asked, address), []
+
+        def see(eye, trial) -> None:
+            live.see(eye, trial)
+            seen.append(eye)
+            if len(seen) == 20:
+                process.kill()
+                process.wait()
+
+        result = run_trial(asked, keep_media=True, watch=see)
+        began = time.monotonic()
+        live.close()
+        assert time.monotonic() - began < 30, "it does not wait for ever"
+    assert len(seen) == result.frames and same(result, run_trial(asked))
+
+
+@needs_vulkan
+def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
+    with viewing() as screen:
+        for seed in (1, 2):
+            live = LiveTrial(spec(seed=seed), screen.address)
+            run_trial(spec(seed=seed), keep_media=True, watch=live.see)
+            live.close()
+        state = screen.state(2)
+        assert len(state.recordings) == 2
+        assert {"/scene", "/camera", "/potential/dsnn", "/maps/p"} <= {view.origin for view in state.views}
+        assert not [view.reports for view in state.views if view.reports]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (("speed", "--viewer", "nowhere"), "legal is HOST:PORT"),
+        (("speed", "--viewer", f"127.0.0.1:{viewer.free_port()}"), "no Rerun viewer listens there"),
+        (("edges", "--live"), "shows clips"),
+        (("speed", "--live", "--cluster", "tcp://127.0.0.1:1"), "--workers, not --cluster"),
+    ],
+)
+def test_what_cannot_be_streamed_is_refused_in_a_line(arguments, why, colias_here):
+    refused = colias_here("run", *arguments, "--out", "out")
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1), refused.stderr
+    assert why in refused.stderr and not (colias_here.folder / "out").exists()
+
+
+def test_where_there_is_no_screen_it_says_what_to_do(colias_here, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(viewer, "PORT", viewer.free_port())
+    refused = colias_here("run", "speed", "--live", "--out", "out")
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
+    assert "needs a screen" in refused.stderr and "colias view RUN --web" in refused.stderr
+
+
+def test_a_run_streams_its_trials(colias_here, tmp_path):
+    """From the command line to a program that listens, with its numbers those of a run without."""
+    small = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "-q")
+    with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
+        done = colias_here(*small, "--viewer", address, "--no-recordings", "--out", "live")
+        assert done.returncode == 0, done.stderr
+        path = ended(process, tmp_path / "live.rrd")
+    assert colias_here(*small, "--no-recordings", "--out", "plain").returncode == 0
+    live, plain = (experiments.load(colias_here.folder / name) for name in ("live", "plain"))
+    assert live.frames.equals(plain.frames)
+    hs = column(path, "/potential/dsnn/hs", "Scalars:scalars")
+    np.testing.assert_array_equal(hs[:, 0], live.frames["hs"].to_numpy())

@@ -1,0 +1,168 @@
+"""Recordings looked at in Rerun's viewer itself, without a window: its panels are there, without a warning, and not
+blank; the first screen shows the traces in the models' colours. And finding a viewer that listens.
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import rerun as rr
+
+import experiments
+from dsnn import Response
+from experiments.bench import viewer
+from experiments.bench.cli.beside import side_by_side
+from experiments.bench.engine.models import choose
+from experiments.bench.figures.palette import marks
+from experiments.bench.figures.series import OFF, ON, rgb
+from experiments.bench.footage.recording import LiveLog
+from experiments.bench.footage.video import Picture
+from experiments.bench.robot.recording import record
+from experiments.bench.robot.trial import run_trial
+from tests.bench.robot.test_trial import spec
+from tests.helpers.rerun_viewer import needs_vulkan, viewing
+
+HALF_S = 1.0
+"""The stimulus of the trial is before the camera."""
+NEAR = 40
+"""Difference of a pixel's red, green and blue from a colour, their sum, up to which it counts as of that colour."""
+
+
+def coloured(colour, least: float):
+    """Whether more than ``least`` pixels of a picture, or such a share of its width, have about a colour."""
+
+    def has(picture) -> bool:
+        pixels = (np.abs(picture.astype(int) - colour).sum(axis=2) <= NEAR).sum()
+        return bool(pixels > (least if least > 1 else least * picture.shape[1]))
+
+    return has
+
+
+def varied(least: float):
+    """Whether a picture is not blank: its standard deviation is above the least."""
+    return lambda picture: bool(picture.std() > least)
+
+
+def trial(path: Path, *models: str) -> Path:
+    path.write_bytes(record(run_trial(spec(models=tuple(map(choose, models))), keep_media=True)))
+    return path
+
+
+def views_in(path: Path) -> set[str]:
+    """Origins of the views of a file's layout."""
+    reader = rr.chunk.RrdReader(path)
+    (layout,) = reader.blueprints()
+    batches = [chunk.to_record_batch() for chunk in reader.stream(store=layout).to_chunks()]
+    named = [batch for batch in batches if "ViewBlueprint:space_origin" in batch.schema.names]
+    return {origin for batch in named for (origin,) in batch["ViewBlueprint:space_origin"].to_pylist()}
+
+
+MAPS = {f"/maps/{name}" for name in ("p", "la", "f_on", "f_off")}
+
+
+@pytest.mark.parametrize("models", [("dsnn",), ("dsnn", "emd", "lplc2")])
+def test_the_layout_of_a_trial_has_a_lane_for_each_model(models, tmp_path):
+    there = views_in(trial(tmp_path / "trial.rrd", *models))
+    origins = {origin if origin.startswith("/") else f"/{origin}" for origin in there}
+    assert origins == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
+
+
+@needs_vulkan
+@pytest.mark.parametrize("models", [("dsnn",), ("dsnn", "emd", "lplc2")])
+def test_the_first_screen_of_a_trial(models, tmp_path):
+    with viewing(trial(tmp_path / "trial.rrd", *models)) as screen:
+        state = screen.state()
+        screen.stop_at(HALF_S)
+        views = {view.origin: view for view in state.views}
+        assert set(views) == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
+        assert not [view.reports for view in state.views if view.reports], "the viewer warns of nothing"
+        for model, mark in marks(models).items():
+            trace = coloured(rgb(mark.colour), 0.5)
+            assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/potential/{model}"]), "it crosses its lane"
+            assert screen.shows(tmp_path / "whole.png", trace), "and is on the first screen"
+        for origin in ("/scene", "/camera"):
+            assert screen.shows(tmp_path / "view.png", varied(20), views[origin]), origin
+        for colour in (ON, OFF):
+            assert screen.shows(tmp_path / "map.png", coloured(colour, 20), views["/maps/p"])
+
+
+@needs_vulkan
+def test_footage_in_the_viewer(tmp_path):
+    log = LiveLog.to_file(tmp_path / "footage.rrd", [choose("dsnn")], (160, 90))
+    ramp = np.tile(np.linspace(0, 255, 160).astype(np.uint8), (90, 1))
+    for frame in range(30):
+        log.add(Picture(frame, frame / 30, ramp, 0.0, 0.0), [Response(0.5 * np.sin(frame / 5), -0.2, 1, 0)])
+    log.close()
+    with viewing(tmp_path / "footage.rrd") as screen:
+        views = {view.origin: view for view in screen.state().views}
+        assert set(views) == {"/picture", "/potential/dsnn"}
+        blue = rgb(marks(["dsnn"])["dsnn"].colour)
+        assert screen.shows(tmp_path / "lane.png", coloured(blue, 0.5), views["/potential/dsnn"])
+        assert screen.shows(tmp_path / "seen.png", coloured(blue, 20), views["/picture"]), "the arrow along HS"
+
+
+@needs_vulkan
+def test_an_episode_in_the_viewer(tmp_path):
+    made = gym.make("colias_sim/Pursuit-v0", observation="neural", model="hybrid", max_episode_steps=20)
+    env = experiments.RecordRerun(made, tmp_path / "episode.rrd")
+    env.reset(seed=0)
+    for step in range(20):
+        env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))
+    env.close()
+    wanted = {"/camera", "/arena", "/potential/hybrid", "/azimuth/hybrid", "/wheels/left", "/wheels/right", "/reward"}
+    with viewing(tmp_path / "episode.rrd") as screen:
+        state = screen.state()
+        assert {f"/{view.origin.lstrip('/')}" for view in state.views} == wanted
+        for view in state.views:
+            assert screen.shows(tmp_path / "view.png", varied(10), view), view.name
+
+
+@needs_vulkan
+def test_two_runs_side_by_side_in_the_viewer(tmp_path):
+    one, other = trial(tmp_path / "one.rrd", "dsnn"), trial(tmp_path / "other.rrd", "emd")
+    (tmp_path / "both.rrd").write_bytes(side_by_side(one, other, None)[1])
+    with viewing(tmp_path / "both.rrd") as screen:
+        state = screen.state()
+        views = {view.origin: view for view in state.views}
+        assert {"/one/camera", "/other/camera", "/one/potential/dsnn", "/other/potential/emd"} <= set(views)
+        for path, model in (("/one/potential/dsnn", "dsnn"), ("/other/potential/emd", "emd")):
+            trace = coloured(rgb(marks([model])[model].colour), 0.5)
+            assert screen.shows(tmp_path / "lane.png", trace, views[path])
+
+
+def answering_with(answer: bytes):
+    """An address at which someone listens and gives one answer."""
+    server = socket.create_server((viewer.HOST, 0))
+
+    def serve() -> None:
+        connection, _ = server.accept()
+        with connection, server:
+            connection.recv(64)
+            connection.sendall(answer)
+
+    threading.Thread(target=serve, daemon=True).start()
+    return f"{viewer.HOST}:{server.getsockname()[1]}"
+
+
+def test_only_what_speaks_as_a_viewer_does_is_taken_for_one():
+    assert not viewer.listens(f"{viewer.HOST}:{viewer.free_port()}"), "nobody"
+    assert not viewer.listens(answering_with(b"HTTP/1.1 400 Bad Request\r\n\r\n")), "a server of pages"
+    assert not viewer.listens(answering_with(b"")), "one that hangs up"
+    assert viewer.listens(answering_with(bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])))
+
+
+@pytest.mark.parametrize("text", ["rerun+http://127.0.0.1:9876/proxy", "127.0.0.1:9876"])
+def test_an_address_is_read(text):
+    assert viewer.parsed(text) == "127.0.0.1:9876"
+
+
+@pytest.mark.parametrize("text", ["", "9876", "127.0.0.1", "127.0.0.1:0", "127.0.0.1:65536", "http://a:1", "a b:1"])
+def test_addresses_that_are_refused(text):
+    with pytest.raises(experiments.UsageError, match="legal is HOST:PORT") as refused:
+        viewer.parsed(text)
+    assert "\n" not in str(refused.value)
