@@ -130,6 +130,12 @@ def test_many_values_are_shuffled_as_often_as_the_name_says():
         assert certain.p == 1 / (PERMUTATIONS + 1) and certain.effect == pytest.approx(1.0)
 
 
+def test_drawings_as_extreme_as_what_was_seen_count():
+    """Of 200 differences of one size the rank sum is a binomial's: what equals 110 to 90 is a quarter of its p."""
+    exact = stats.binomtest(110, 200).pvalue
+    assert paired([1] * 110 + [-1] * 90, [0] * 200).p == pytest.approx(exact, abs=0.01)
+
+
 def test_p_is_that_of_the_other_way_round():
     assert contrast([1, 1, 4], [1, 5, 6, 6]).p == contrast([1, 5, 6, 6], [1, 1, 4]).p
     assert trend([(1, [3, 3]), (2, [3, 4]), (3, [9])]).p == trend([(-1, [3, 3]), (-2, [3, 4]), (-3, [9])]).p
