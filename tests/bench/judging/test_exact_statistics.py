@@ -131,9 +131,9 @@ def test_many_values_are_shuffled_as_often_as_the_name_says():
 
 
 def test_drawings_as_extreme_as_what_was_seen_count():
-    """Of 200 differences of one size the rank sum is a binomial's: what equals 110 to 90 is a quarter of its p."""
-    exact = stats.binomtest(110, 200).pvalue
-    assert paired([1] * 110 + [-1] * 90, [0] * 200).p == pytest.approx(exact, abs=0.01)
+    """Of 300 differences of one size the rank sum is a binomial's: what equals 165 to 135 is a fifth of its p."""
+    exact = stats.binomtest(165, 300).pvalue
+    assert paired([1] * 165 + [-1] * 135, [0] * 300).p == pytest.approx(exact, abs=0.01)
 
 
 def test_p_is_that_of_the_other_way_round():

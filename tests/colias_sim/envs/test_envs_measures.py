@@ -68,4 +68,5 @@ def test_declarations_cannot_be_changed():
 
 
 def test_the_envs_whose_paths_are_drawn_are_those_with_robots_to_meet():
-    assert {name for name, entry in ENVS.items() if entry.draws_paths} == {"Avoidance", "Pursuit"}
+    drawn = {name for name, entry in ENVS.items() if entry.draws_paths}
+    assert drawn == {"colias_sim/Avoidance-v0", "colias_sim/Pursuit-v0"}
