@@ -287,7 +287,8 @@ def find(mutants: Sequence[Mutant], root: Path) -> list[Site | None]:
     Returns
     -------
     list of Site or None
-        By its function; else by a statement of this text, or with other names, that stands only once; else None.
+        By its function; else by a statement of this text, or with other names, that stands only once in its area's
+        sources; else None.
     """
     by_key: dict[tuple[str, str, str, int, int], list[Site]] = {}
     by_statement: dict[tuple[str, str, int], list[Site]] = {}
@@ -308,6 +309,7 @@ def find(mutants: Sequence[Mutant], root: Path) -> list[Site | None]:
         for statement, table in ((mutant.statement, by_statement), (shape(mutant.statement), by_shape)):
             alike = table.get((statement, mutant.kind, mutant.place), [])
             name = mutant.function.rpartition(".")[2]
+            alike = [site for site in alike if any(site.path.match(source) for source in AREAS[mutant.area].sources)]
             alike = [site for site in alike if site.mutant.function.rpartition(".")[2] == name] or alike
             if len(alike) == 1:
                 return alike[0]

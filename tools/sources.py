@@ -252,6 +252,17 @@ def digest(rows: pa.Table) -> dict[str, Any]:
     }
 
 
+def as_text(sources: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the notes as JSON, each field of a run on a line of its own."""
+    runs = [
+        f" {json.dumps(name)}: {{\n"
+        + ",\n".join(f"  {json.dumps(field)}: {json.dumps(value)}" for field, value in source.items())
+        + "\n }"
+        for name, source in sources.items()
+    ]
+    return "{\n" + ",\n".join(runs) + "\n}\n"
+
+
 def unfit(sources: Mapping[str, Mapping[str, Any]], root: Path) -> str:
     """Say which picture or table is of no run, or is not what was noted of its run; empty where all are."""
     there = contents(root)
@@ -319,7 +330,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not (runs and places):
                 raise Stale(f"take {' '.join(given.runs_and_places)}: legal is folders of runs, and places")
             notes = noted(runs, places, given.root, given.by_hand)
-            path.write_text(json.dumps(sources | notes, indent=1) + "\n", encoding="utf-8")
+            path.write_text(as_text(sources | notes), encoding="utf-8")
             return 0
         if why := unfit(sources, given.root):
             raise Stale(why)

@@ -13,6 +13,7 @@ from tools.sources import (
     ROOT,
     SOURCES,
     Stale,
+    as_text,
     contents,
     difference,
     digest,
@@ -161,6 +162,11 @@ def test_a_table_that_its_run_does_not_have_is_taken_by_hand_alone(run, docs, ca
     assert sources(docs)["fast"]["by_hand"] == ["page.md#fast"] and unfit(sources(docs), docs) != ""  # of the picture
     assert main(["--root", str(docs), "take", str(run)]) == 2
     assert "legal is folders of runs, and places" in capsys.readouterr().err
+
+
+def test_the_notes_are_json_of_short_records():
+    text = (ROOT / SOURCES).read_text()
+    assert text == as_text(json.loads(text)) and len(text.splitlines()) <= 9 * len(json.loads(text)) + 2
 
 
 def test_a_run_of_changed_code_is_not_taken(run, docs):

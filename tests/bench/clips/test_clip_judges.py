@@ -123,6 +123,12 @@ def test_a_claim_needs_every_clip_that_its_words_name(claim):
     assert found.verdict == "not shown" and found.measured.startswith(says)
 
 
+def test_c11_asks_the_emd_about_slow_objects_and_the_dsnn_about_all():
+    rows = [{**each, "peak_hs": each["speed"] / 1000} if each["speed"] else each for each in enough("C11")]
+    measured = judge("C11", rows, T).measured
+    assert "emd: 0.040 to 0.060 with an object" in measured and "dsnn: 0.040 to 0.120 with an object" in measured
+
+
 @pytest.mark.parametrize("claim", ["C5", "C6", "C7", "C8", "C9", "C10", "C11", "C24", "C26", "C27"])
 def test_clips_that_the_words_are_not_about_do_not_count(claim):
     """Before a background that shifts otherwise, whatever is answered there."""

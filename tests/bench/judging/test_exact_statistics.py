@@ -150,6 +150,12 @@ def test_many_values_are_shuffled_as_often_as_the_name_says():
         assert certain.p == 1 / (PERMUTATIONS + 1) and certain.effect == pytest.approx(1.0)
 
 
+def test_drawings_as_extreme_as_what_was_seen_count():
+    """Of 300 differences of one size the rank sum is a binomial's: what equals 165 to 135 is a fifth of its p."""
+    exact = stats.binomtest(165, 300).pvalue
+    assert paired([1] * 165 + [-1] * 135, [0] * 300).p == pytest.approx(exact, abs=0.01)
+
+
 def test_p_is_that_of_the_other_way_round():
     assert contrast([1, 1, 4], [1, 5, 6, 6]).p == contrast([1, 5, 6, 6], [1, 1, 4]).p
     assert trend([(1, [3, 3]), (2, [3, 4]), (3, [9])]).p == trend([(-1, [3, 3]), (-2, [3, 4]), (-3, [9])]).p

@@ -130,6 +130,11 @@ def test_parts_of_a_run_and_single_tables(tmp_path):
         colias("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "none")
 
 
+def test_tables_are_written_into_folders_that_are_not_there_yet(tmp_path):
+    paths = write({"clips/trials": pa.table({"a": [1]})}, tmp_path / "some" / "where", "csv")
+    assert paths == [tmp_path / "some" / "where" / "clips" / "trials.csv"] and paths[0].is_file()
+
+
 def test_columns_have_one_type_and_no_pickles(tmp_path):
     table = pa.table({"n": [1, None], "word": ["a", None], "yes": [True, False], "none": pa.nulls(2), "1.x": [1, 2]})
     kinds = {name: array(table[name]).dtype.kind for name in table.column_names}

@@ -4,7 +4,7 @@ import pyarrow as pa
 import pytest
 import rerun as rr
 
-from experiments.bench.store.contents import Misfit, _check_values, is_recording
+from experiments.bench.store.contents import Misfit, _check_values, is_recording, same_rows
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +55,13 @@ def test_frames_have_every_value_but_the_channels_that_an_episode_s_model_lacks(
         return
     with pytest.raises(Misfit, match=f"here: a frame without {lacking}"):
         _check_values(part, {}, "here")
+
+
+@pytest.mark.parametrize(
+    ("change", "same"),
+    [({}, True), ({"wall_s": 9.0, "code": "b"}, True), ({"peak_hs": 0.2}, False), ({"model": "emd"}, False)],
+    ids=["again", "at another time, by other code", "another number", "another model"],
+)
+def test_rows_made_again_are_the_same_but_for_time_and_code(change, same):
+    row = {"model": "dsnn", "peak_hs": 0.1, "wall_s": 1.0, "code": "a"}
+    assert same_rows([row], [{**row, **change}]) is same

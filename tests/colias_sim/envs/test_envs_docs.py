@@ -4,6 +4,7 @@ import inspect
 import re
 
 from colias_sim.envs import ENVS
+from colias_sim.envs.factors import FACTORS
 from colias_sim.envs.options import options_of
 from tests.helpers.envs import bare, env_class, episode, every_env, options_type
 
@@ -22,6 +23,9 @@ def test_the_docstring_is_a_whole_page(name):
     for option, field in options_of(options_type(name)).items():
         (row,) = re.findall(rf"^\| `{option}` \| `(.+?)` \| (.+?) \| (.+) \|$", page, re.M)
         assert row[0].replace('"', "'") == repr(field.default)
+    for factor in FACTORS.values():
+        row = f"| `{factor.name}` | {factor.unit} | {factor.low:g} .. {factor.high:g} | {factor.changes} |"
+        assert row in page.splitlines()
     env = bare(name, observation="state")
     *_, info = episode(env, seed=0)[1]
     env.close()

@@ -65,3 +65,8 @@ def test_names_of_measures_mean_the_same_in_every_env():
 def test_declarations_cannot_be_changed():
     with pytest.raises(AttributeError):
         next(iter(ENVS.values())).note = ""  # type: ignore[misc]
+
+
+def test_the_envs_whose_paths_are_drawn_are_those_with_robots_to_meet():
+    drawn = {name for name, entry in ENVS.items() if entry.draws_paths}
+    assert drawn == {"colias_sim/Avoidance-v0", "colias_sim/Pursuit-v0"}

@@ -291,3 +291,12 @@ def test_a_camera_refuses_what_it_was_not_made_for():
             camera.tune(dataclasses.replace(config, **change))
     assert camera.config == config and isinstance(env._sim.model, mujoco.MjModel)
     env.close()
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_s_ranges_are_wide_and_what_is_a_factor_goes_both_ways(preset):
+    for name, (low, high) in PRESETS[preset].items():
+        factor = FACTORS[name]
+        assert factor.low <= low < high <= factor.high, name
+        if name in ("light", "noise", "motor_gain", "wheel_gain"):
+            assert low < 1.0 < high, name

@@ -7,6 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from colias_sim import CameraConfig
 from colias_sim.envs.factors import FACTORS
 from tests.helpers.envs import bare, every_env, fingerprint
 
@@ -44,6 +45,14 @@ def test_a_given_value_is_that_of_a_range_with_equal_ends(factor):
         drawn = bare(FIXATION, camera="ov7670", randomise={factor: (GIVEN[factor],) * 2})
         assert fingerprint(played(drawn)) == given
         drawn.close()
+
+
+@pytest.mark.parametrize("camera", [{"auto_exposure": True}, {"gain": 1.5}, {"auto_exposure": True, "gain": 1.5}])
+def test_an_eye_with_a_loop_or_a_gain_alone_takes_options(camera):
+    env = bare(FIXATION, camera=CameraConfig(**camera))
+    noisy, still = (env.reset(seed=0, options={"noise": noise})[0] for noise in (1.0, 0.0))
+    assert not np.array_equal(noisy, still)
+    env.close()
 
 
 def test_a_given_value_changes_no_other_draw():
