@@ -8,6 +8,7 @@ from typing import Any
 
 import viser
 
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET
 from experiments.bench.live.arena import ArenaSession, Robot
 from experiments.bench.live.inputs import Inputs
@@ -143,8 +144,9 @@ class Driving:
         return self._labels()[looped[1]] if looped else ""
 
     def _choose(self, label: str) -> None:
-        if self._session.looped:
-            self._session.show(self._session.looped[0], int(number_of(label.partition(":")[0])))
+        if not self._session.looped:
+            raise UsageError("no experiment is looped: choose one as the trial first")
+        self._session.show(self._session.looped[0], int(number_of(label.partition(":")[0])))
 
 
 def _shift(robot: str) -> str:

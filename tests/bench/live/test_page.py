@@ -22,7 +22,7 @@ from experiments.bench.live.arena import ArenaSession
 from experiments.bench.live.footage import FootageSession
 from experiments.bench.live.session import Session
 from experiments.bench.robot.trial import forget_simulations
-from tests.helpers.browser import CHROMIUM, Tab, browser
+from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
 from tests.helpers.footage import Walker, street, write
 
 needs_viser = pytest.mark.skipif(
@@ -70,10 +70,10 @@ def dsnn() -> Session:
     return ArenaSession(["dsnn"])
 
 
-def until(true: Any) -> None:
-    end = time.monotonic() + 30.0
+def until(true: Any, otherwise: str = "") -> None:
+    end = time.monotonic() + PATIENCE_S
     while not true():
-        assert time.monotonic() < end
+        assert time.monotonic() < end, otherwise
         time.sleep(0.02)
 
 
@@ -134,7 +134,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: min(answers) < -limit)
         tab.press("x")
         tab.click("[...document.querySelectorAll('[role=tab]')].find(t => t.innerText == 'Model')")
-        thumb = f"[...document.querySelectorAll('[role=slider]')].find(s => s.ariaValueNow == '{limit}')"
+        thumb = f"[...document.querySelectorAll('[role=slider]')].find(s => s.getAttribute('aria-valuenow') == '{limit}')"
         tab.until(f"{thumb} != undefined")
         tab.ask(f"{thumb}.focus()")
         tab.press("ArrowRight")
@@ -213,7 +213,7 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
     own = tmp_path / "mine.py"
     own.write_text(
         "from experiments import Experiment, Translation\n"
-        "EXPERIMENT = Experiment('mine', 'two speeds', Translation(speeds_cm_s=(6.0, 12.0)), 'speed_cm_s', 1)\n"
+        "EXPERIMENT = Experiment('mine', 'two speeds', Translation((6.0, 12.0), (8.0,)), 'speed_cm_s', 1)\n"
     )
     reflex = tmp_path / "turn.py"
     reflex.write_text(
@@ -283,7 +283,7 @@ def test_malformed_messages_change_nothing():
             for handle, value in [*((n, -1e300) for n in numbers), *((t, "/etc/passwd") for t in texts)]:
                 count = len(refused)
                 client.send(encoded(_messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})))
-                until(lambda count=count: len(refused) > count)
+                until(lambda count=count: len(refused) > count, f"{handle.label} took {value}")
             for updates in ({"value": []}, {"value": "x"}, {"no_such": 1.0}):
                 client.send(encoded(_messages.GuiUpdateMessage(numbers[0]._impl.uuid, updates)))
             client.send(encoded(_messages.GuiUpdateMessage("no such control", {"value": 1.0})))
