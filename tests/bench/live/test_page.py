@@ -134,7 +134,9 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: min(answers) < -limit)
         tab.press("x")
         tab.click("[...document.querySelectorAll('[role=tab]')].find(t => t.innerText == 'Model')")
-        thumb = f"[...document.querySelectorAll('[role=slider]')].find(s => s.getAttribute('aria-valuenow') == '{limit}')"
+        thumb = (
+            f"[...document.querySelectorAll('[role=slider]')].find(s => s.getAttribute('aria-valuenow') == '{limit}')"
+        )
         tab.until(f"{thumb} != undefined")
         tab.ask(f"{thumb}.focus()")
         tab.press("ArrowRight")
