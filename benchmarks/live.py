@@ -1,7 +1,7 @@
 """A frame of ``colias live``: the trial alone, with the page that shows it, and with a client that looks at the page.
 
-``python -m benchmarks.live`` runs these alone. It needs the extra ``[live]``. The client takes all that a browser takes, in
-a process of its own, and draws nothing.
+``python -m benchmarks.live`` runs these alone. It needs the extra ``[live]``. The client takes all that a browser
+takes, in a process of its own, and draws nothing.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ CLIENT = """
 import sys, msgspec, viser
 from viser._messages import ViewerCameraMessage
 from websockets.sync.client import connect
-camera = ViewerCameraMessage((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.1, 9.0, 600, 800, (0.0,) * 3, (0.0, 0.0, 1.0))
+up = 0.0, 0.0, 1.0
+camera = ViewerCameraMessage((1.0, 0.0, 0.0, 0.0), up, 1.0, 0.1, 9.0, 600, 800, (0.0, 0.0, 0.0), up)
 with connect(sys.argv[1], subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as socket:
     socket.send(msgspec.msgpack.encode(camera.as_serializable_dict()))
     while True:

@@ -21,19 +21,19 @@ MOVES: Mapping[str, tuple[float, float]] = {
     LEFT: (0.0, 90.0), AHEAD: (1.0, 0.0), STOP: (0.0, 0.0), BACK: (-1.0, 0.0), RIGHT: (0.0, -90.0),
 }  # fmt: skip
 """Button -> share of the speed, and turn rate in degrees/s."""
-KEYS = {AHEAD: "W", BACK: "S", LEFT: "A", RIGHT: "D", STOP: "X"}
-"""Move of the stimulus -> its key; with shift it is the observer's."""
+KEYS = {AHEAD: "I", BACK: "K", LEFT: "J", RIGHT: "L", STOP: "X"}
+"""Move of the stimulus -> its key; with shift it is the observer's. viser flies through the scene by W, A, S, D, Q, E."""
 WORLD = {
     "scene": ("light", "light_sd", "wall_contrast", "shell_grey"),
     "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px"),
 }
 """Section -> its parameters that the page offers."""
-HINT = """**Make it fire: press `W`.** The black robot crosses the camera's view, and HS passes T.
+HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view, and HS passes T.
 
 | | |
 |---|---|
-| `W` `S` | drive the stimulus ahead, back |
-| `A` `D` `X` | turn it left, right; stop |
+| `I` `K` | drive the stimulus ahead, back |
+| `J` `L` `X` | turn it left, right; stop |
 | with shift | the same for the observer |
 """
 ROBOTS: tuple[Robot, ...] = ("stimulus", "observer")
@@ -76,7 +76,7 @@ class Driving:
         """Add the controls of the robots."""
         gui, session, follow = self._server.gui, self._session, self._inputs.follow
         for robot in ROBOTS:
-            group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys A, W, X, S, D{_shift(robot)}")
+            group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys J, I, X, K, L{_shift(robot)}")
             group.on_click(
                 lambda event, robot=robot: self._inputs.ask(partial(self.move, robot, str(event.target.value)))
             )

@@ -107,7 +107,7 @@ def test_what_cannot_be_shown_is_one_line(source: str, reason: str, capsys: pyte
 
 def test_nothing_is_recorded_and_the_refusal_says_what_records(film: str):
     session = FootageSession(film, ["dsnn"])
-    with pytest.raises(UsageError, match="colias watch .*--record"):
+    with pytest.raises(UsageError, match=r"colias watch .*--record"):
         session.record()
     for refused in (
         lambda: session.change("dsnn", "t_sp", "-1"),

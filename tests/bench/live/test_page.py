@@ -124,13 +124,15 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         assert "Make it fire: press" in tab.ask("document.body.innerText")
         session = page.session
         limit = session.watching[0].chosen.threshold
-        tab.press("w")
+        tab.press("i")
         until(lambda: max(answers) > limit)
         robots = session.trial.sim.robots
         until(lambda: robots["stimulus"].pose.y < -0.01)  # past the middle of the view
+        (client,) = page.server.get_clients().values()
+        assert client.camera.position == pytest.approx(page.server.initial_camera.position), "a key moved the view"
         tab.press("x")
         until(lambda: abs(answers[-1]) < limit)
-        tab.press("s")
+        tab.press("k")
         until(lambda: min(answers) < -limit)
         tab.press("x")
         tab.click("[...document.querySelectorAll('[role=tab]')].find(t => t.innerText == 'Model')")
@@ -145,7 +147,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         assert list(session.values["dsnn"]) == ["t_sp"] and float(text) > limit
         assert session.watching[0].network.t_sp == float(text)
         tab.until("document.body.innerText.includes('before')")  # the ghost
-        tab.press("e")
+        tab.press("c")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.seen > 3)
         page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
         until(lambda: session.models == ("emd", "dsnn"))
@@ -182,7 +184,7 @@ def test_mouse_and_shift_drive_the_robots(tmp_path: Path):
         tab.drag(pixel(page, tab, (x, y + 2.5, z)), pixel(page, tab, (x, y + 10.0, z)))
         until(lambda: not session._target and robots["stimulus"].pose.y > y / 100 + 0.04)
         assert abs(100 * robots["stimulus"].pose.x - x) < 1.5  # along the axis that was dragged
-        tab.press("A", shift=True)
+        tab.press("J", shift=True)
         until(lambda: robots["observer"].pose.heading > 0.3)
         tab.press("X", shift=True)
         until(lambda: session._wheels["observer"] == (0.0, 0.0))
@@ -205,7 +207,7 @@ def test_footage_on_the_page(tmp_path: Path):
         page.inputs.ask(lambda: page.set_models(["dsnn", "emd"]))
         tab.until("document.body.innerText.includes('emd HS')")
         assert page.session.watching[0].maps
-        tab.press("e")
+        tab.press("c")
         tab.until("document.body.innerText.includes('this does it: colias watch')")
 
 
