@@ -22,7 +22,7 @@ MOVES: Mapping[str, tuple[float, float]] = {
 }  # fmt: skip
 """Button -> share of the speed, and turn rate in degrees/s."""
 KEYS = {AHEAD: "I", BACK: "K", LEFT: "J", RIGHT: "L", STOP: "X"}
-"""Move of the stimulus -> its key; with shift it is the observer's. viser flies through the scene by W, A, S, D, Q, E."""
+"""Move of the stimulus -> its key; with shift it is the observer's. By W, A, S, D, Q and E viser moves the view."""
 WORLD = {
     "scene": ("light", "light_sd", "wall_contrast", "shell_grey"),
     "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px"),
@@ -100,11 +100,8 @@ class Driving:
         session = self._session
         for section, names in WORLD.items():
             for name in names:
-                key = f"{section}.{name}"
-                self._inputs.parameter(
-                    section, lambda section=section: getattr(session.spec.settings, section), name,
-                    lambda text, key=key: session.set(key, text),
-                )  # fmt: skip
+                holder = partial(lambda section: getattr(session.spec.settings, section), section)
+                self._inputs.parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
         reset = self._server.gui.add_button("reset the world")
         reset.on_click(lambda _: self._inputs.ask(session.reset_world))
 

@@ -242,6 +242,36 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
 
 @needs_viser
 @pytest.mark.filterwarnings("default")
+def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
+    arena = tmp_path / "kinds.xml"
+    sizes = {
+        "box": ".01 .02 .03",
+        "cylinder": ".01 .04",
+        "sphere": ".02",
+        "capsule": ".01 .03",
+        "ellipsoid": ".02 .01 .03",
+    }
+    geoms = "".join(
+        f'<geom type="{kind}" size="{size}" pos="0.2 {0.06 * place - 0.12:.2f} 0.05"/>'
+        for place, (kind, size) in enumerate(sizes.items())
+    )
+    arena.write_text(
+        '<mujoco model="kinds"><include file="bright.xml"/><asset><mesh name="wedge"'
+        ' vertex="0 0 0 .03 0 0 0 .03 0 0 0 .05"/></asset><worldbody>'
+        f'{geoms}<geom type="mesh" mesh="wedge" pos="0.25 0.1 0"/></worldbody></mujoco>'
+    )
+    with serving(PORT + 7, lambda: ArenaSession(["dsnn"], [f"scene.arena={arena}"])) as page:
+        until(lambda: page.session.number > 2)
+        drawn = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
+        assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"
+        page.inputs.ask(lambda: page.session.set("scene.light", "0.5"))
+        until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
+        again = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
+        assert again == drawn
+
+
+@needs_viser
+@pytest.mark.filterwarnings("default")
 def test_malformed_messages_change_nothing():
     import msgspec
     import viser
