@@ -89,6 +89,12 @@ def test_kinematics_hold_in_physics(speed, turn):
     assert arc == pytest.approx(chord, abs=1e-3)
 
 
+@pytest.mark.parametrize(("speed", "turn"), [(0.1, 0.0), (0.05, 2.0), (-0.1, -1.5)])
+def test_the_motion_of_wheels_is_that_which_they_were_computed_for(speed, turn):
+    _, _, robot = bench()
+    assert robot.motion_of(robot.wheels_for(speed, turn)) == pytest.approx((speed, turn))
+
+
 def test_wheels_saturate_together():
     _, _, robot = bench()
     wheels = robot.wheels_for(0.35, 5.0)

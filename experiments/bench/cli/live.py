@@ -48,8 +48,8 @@ def live(
 ) -> int:
     """Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
 
-    Keys W and S drive the stimulus forward and backward, A and D turn it, X stops it; with shift they drive the
-    observer. Space pauses, N is one frame, R begins again, E records. The model's parameters are sliders.
+    Keys I and K drive the stimulus ahead and back, J and L turn it, X stops it; with shift they drive the observer.
+    Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
     [b]record[/b] writes a run of what was done since the trial began, which [b]colias rerun[/b] repeats bit for bit.
     With --footage there is nothing to drive, and --set reaches the models alone; [b]colias watch[/b] records it.

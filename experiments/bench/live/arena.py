@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from colias_sim import Frame, Pose
-from colias_sim.robot import WheelSpeeds
+from colias_sim.pose import WheelSpeeds
 from experiments import NAMES
 from experiments.behaviours import BEHAVIOURS
 from experiments.bench import registry

@@ -8,6 +8,7 @@ from typing import Any
 
 import viser
 
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET
 from experiments.bench.live.arena import ArenaSession, Robot
 from experiments.bench.live.inputs import Inputs
@@ -20,19 +21,19 @@ MOVES: Mapping[str, tuple[float, float]] = {
     LEFT: (0.0, 90.0), AHEAD: (1.0, 0.0), STOP: (0.0, 0.0), BACK: (-1.0, 0.0), RIGHT: (0.0, -90.0),
 }  # fmt: skip
 """Button -> share of the speed, and turn rate in degrees/s."""
-KEYS = {AHEAD: "W", BACK: "S", LEFT: "A", RIGHT: "D", STOP: "X"}
-"""Move of the stimulus -> its key; with shift it is the observer's."""
+KEYS = {AHEAD: "I", BACK: "K", LEFT: "J", RIGHT: "L", STOP: "X"}
+"""Move of the stimulus -> its key; with shift it is the observer's. By W, A, S, D, Q and E viser moves the view."""
 WORLD = {
     "scene": ("light", "light_sd", "wall_contrast", "shell_grey"),
     "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px"),
 }
 """Section -> its parameters that the page offers."""
-HINT = """**Make it fire: press `W`.** The black robot crosses the camera's view, and HS passes T.
+HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view, and HS passes T.
 
 | | |
 |---|---|
-| `W` `S` | drive the stimulus ahead, back |
-| `A` `D` `X` | turn it left, right; stop |
+| `I` `K` | drive the stimulus ahead, back |
+| `J` `L` `X` | turn it left, right; stop |
 | with shift | the same for the observer |
 """
 ROBOTS: tuple[Robot, ...] = ("stimulus", "observer")
@@ -75,7 +76,7 @@ class Driving:
         """Add the controls of the robots."""
         gui, session, follow = self._server.gui, self._session, self._inputs.follow
         for robot in ROBOTS:
-            group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys A, W, X, S, D{_shift(robot)}")
+            group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys J, I, X, K, L{_shift(robot)}")
             group.on_click(
                 lambda event, robot=robot: self._inputs.ask(partial(self.move, robot, str(event.target.value)))
             )
@@ -99,11 +100,8 @@ class Driving:
         session = self._session
         for section, names in WORLD.items():
             for name in names:
-                key = f"{section}.{name}"
-                self._inputs.parameter(
-                    section, lambda section=section: getattr(session.spec.settings, section), name,
-                    lambda text, key=key: session.set(key, text),
-                )  # fmt: skip
+                holder = partial(lambda section: getattr(session.spec.settings, section), section)
+                self._inputs.parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
         reset = self._server.gui.add_button("reset the world")
         reset.on_click(lambda _: self._inputs.ask(session.reset_world))
 
@@ -143,8 +141,9 @@ class Driving:
         return self._labels()[looped[1]] if looped else ""
 
     def _choose(self, label: str) -> None:
-        if self._session.looped:
-            self._session.show(self._session.looped[0], int(number_of(label.partition(":")[0])))
+        if not self._session.looped:
+            raise UsageError("no experiment is looped: choose one as the trial first")
+        self._session.show(self._session.looped[0], int(number_of(label.partition(":")[0])))
 
 
 def _shift(robot: str) -> str:

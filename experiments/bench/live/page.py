@@ -30,7 +30,7 @@ LEFT_PX, RIGHT_PX = 400.0, 370.0
 """Widths of the two panels."""
 SETTLING_FRAMES = 45
 """Frames after which a new browser draws the plots anew: laying out its panels, it may leave out the time axis."""
-NONE = "none"
+NONE, FRAME = "none", "the camera's frame"
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
 """Name of a pace -> simulated seconds for each second."""
 MAPS = {"retina P": "p", "lamina LA": "la", "ON after FDSR": "f_on", "OFF after FDSR": "f_off"}
@@ -41,7 +41,7 @@ FILM_HINT = """**The network watches the footage.** Move its parameters in the t
 |---|---|
 """
 SHARED_HINT = """| `Space` `N` | pause or go on; one frame |
-| `R` `E` | begin again; record |
+| `R` `C` | begin again; record |
 | `Z` | the model's parameters as they were |
 """
 
@@ -114,7 +114,7 @@ class Page:
         panel = gui.add_panel()
         with panel.add_tab("Network"):
             self._status = gui.add_markdown("")
-            self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label="the camera's frame")
+            self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label=FRAME)
             self._plots = gui.add_folder("HS and VS against T, spikes")
         panel.dock_left()
         panel.set_width(LEFT_PX)
@@ -135,7 +135,7 @@ class Page:
             pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1", hint="seconds shown for each second")
             maps = gui.add_dropdown("layer map", (NONE, *MAPS), hint="of the first model, in place of the frame")
             dark = gui.add_checkbox("dark", self.dark)
-            record = gui.add_button("record", hint="E: a run of what was done since the beginning")
+            record = gui.add_button("record", hint="C: a run of what was done since the beginning")
         pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
         record.on_click(lambda _: ask(self.record))
         follow(pace, self._set_pace, lambda: next(name for name, rate in RATES.items() if rate == self.pace))
@@ -145,7 +145,7 @@ class Page:
             ("pause or go on", "space", partial(self.time, "pause")),
             ("one frame", "N", partial(self.time, "step")),
             ("begin again", "R", partial(self.time, "again")),
-            ("record", "E", self.record),
+            ("record", "C", self.record),
             ("reset the model's parameters", "Z", self.reset_model),
         )
         self.server.on_client_connect(lambda _: self.inputs.ask(self._settle))
@@ -209,6 +209,7 @@ class Page:
         if name != NONE and name not in MAPS:
             raise UsageError(f"layer map {name}: legal is {NONE}, {', '.join(MAPS)}")
         self._map = name
+        self._image.label = FRAME if name == NONE else name
         self.session.show_maps(name != NONE)
 
     def _set_pace(self, name: str) -> None:
@@ -232,7 +233,7 @@ class Page:
             times = max(1, IMAGE_PX // picture.shape[1])
             self._image.image = _grey(np.repeat(np.repeat(picture, times, 0), times, 1))
             assert self._traces is not None
-            self._traces.add(view)
+            self._traces.add(view, self.dark)
             if self._settling == 1:
                 self._traces.redraw()
             self._settling = max(self._settling - 1, 0)
@@ -274,7 +275,7 @@ class Page:
             lambda: (*self.session.models, NONE)[1],
         )  # fmt: skip
         with self._plots:
-            self._traces = Traces(gui, [runner.chosen for runner in session.watching], session.interval_s, self.dark)
+            self._traces = Traces(gui, session, self.dark)
 
     def _draw_parameters(self, runner: ModelRunner) -> None:
         section, label = family(runner.label, type(runner.network)), runner.label
@@ -298,11 +299,20 @@ class Page:
         lines = [f"{self.session.title}{', **paused**' if self.paused else ''}"]
         lines.append(f"frame {view.number}, {view.time_s:.2f} s; simulated / wall time {rate:.2f}")
         for runner in self.session.watching:
-            answer, channel = view.answers[runner.label], runner.chosen.counted
+            answer, channel, label = view.answers[runner.label], runner.chosen.counted, runner.label
+            if runner.trouble:
+                lines.append(f"**{label} broke: {runner.trouble}**")
+                continue
             value = f"{channel.upper()} {getattr(answer, channel):+.3f}, " if answer is not None and channel else ""
-            cost = f"{1000 * view.seconds[runner.label]:.2f} ms a frame"
-            lines.append(f"**{runner.label} broke: {runner.trouble}**" if runner.trouble
-                         else f"{runner.label}: {value}{cost}")  # fmt: skip
+            lines.append(f"{label}: {value}{1000 * view.seconds[label]:.2f} ms a frame")
+            began = runner.chosen.network
+            changed = (
+                f"{name} {getattr(began, name)} -> {now}"
+                for name in self.session.values.get(label, ())
+                if (now := getattr(runner.network, name)) != getattr(began, name)
+            )
+            if text := ", ".join(changed):
+                lines.append(f"**{label} changed: {text}**")
         return "  \n".join(lines)
 
 

@@ -124,8 +124,9 @@ class Scene:
             self.handle.position = (CM * stimulus.x, CM * stimulus.y, 4.5)
 
 
-def _rounded(kind: int, size: npt.NDArray[np.float64], colour: tuple[int, ...]) -> trimesh.Trimesh:
+def _rounded(kind: int, size: npt.NDArray[np.float64], colour: tuple[int, ...]) -> Any:
     """Return a capsule, along z, or an ellipsoid, of MuJoCo's ``size``."""
+    mesh: Any
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
         mesh = trimesh.creation.capsule(height=2 * size[1], radius=size[0])
         mesh.apply_translation((0.0, 0.0, -mesh.bounds.mean(axis=0)[2]))
@@ -136,12 +137,12 @@ def _rounded(kind: int, size: npt.NDArray[np.float64], colour: tuple[int, ...]) 
     return mesh
 
 
-def _mesh(model: mujoco.MjModel, index: int, colour: tuple[int, ...]) -> trimesh.Trimesh:
+def _mesh(model: mujoco.MjModel, index: int, colour: tuple[int, ...]) -> Any:
     """Return the mesh of a geom, with its texture where it has one; a vertex for each corner of a face."""
     which = model.geom_dataid[index]
     first, count = model.mesh_faceadr[which], model.mesh_facenum[which]
     corners = (CM * model.mesh_vert[model.mesh_vertadr[which] :])[model.mesh_face[first : first + count].ravel()]
-    mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    mesh: Any = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
     texture = -1 if model.geom_matid[index] < 0 else model.mat_texid[model.geom_matid[index], RGB]
     if texture < 0 or model.mesh_texcoordadr[which] < 0:
         mesh.visual.face_colors = (*colour, 255)
@@ -149,8 +150,9 @@ def _mesh(model: mujoco.MjModel, index: int, colour: tuple[int, ...]) -> trimesh
     shape = model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture]
     pixels = model.tex_data[model.tex_adr[texture] :][: math.prod(shape)].reshape(shape)
     uv = model.mesh_texcoord[model.mesh_texcoordadr[which] :][model.mesh_facetexcoord[first : first + count].ravel()]
-    material = trimesh.visual.material.PBRMaterial(
+    visual: Any = trimesh.visual
+    material = visual.material.PBRMaterial(
         baseColorTexture=Image.fromarray(pixels), metallicFactor=0.0, roughnessFactor=1.0, doubleSided=False
     )  # fmt: skip
-    mesh.visual = trimesh.visual.TextureVisuals(uv * (1, -1) + (0, 1), material=material)
+    mesh.visual = visual.TextureVisuals(uv * (1, -1) + (0, 1), material=material)
     return mesh

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,16 +15,15 @@ from viser import uplot
 
 from dsnn import Response
 from dsnn.model import SPIKING
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.palette import marks
-from experiments.bench.live.session import View
+from experiments.bench.live.session import Session, View
 
 SHOWN_FRAMES = 180
 """Frames of the running traces."""
 GREY, GHOST = "#8c8c8c", "#b9a88a"
 LIGHTER = 0.5
 """Share of white in the colours on a dark page: the darkest hues could not be told from it."""
-LEAST_HS, LEAST_SPIKES = 0.3, 4.0
+LEAST_HS, LEAST_SPIKES = 0.3, 2.0
 """The least ends of the two scales."""
 ENDS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)
 DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
@@ -37,25 +37,23 @@ class Traces:
     ----------
     gui
         Where they are added.
-    models
-        The models.
-    interval_s
-        Time between two frames.
+    session
+        Whose models are shown; other models need other plots.
     dark
         Whether the page is dark.
     """
 
-    def __init__(self, gui: viser.GuiApi, models: Sequence[ConfiguredModel], interval_s: float, dark: bool) -> None:
-        self._models = models
-        self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * interval_s
+    def __init__(self, gui: viser.GuiApi, session: Session, dark: bool) -> None:
+        self._session = session
+        models = [runner.chosen for runner in session.watching]
+        self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * session.interval_s
         blank = [0.0] * SHOWN_FRAMES
         self._potentials = {
             (model.label, channel): deque(blank, SHOWN_FRAMES)
             for model in models for channel in DASHES if channel in model.channels
         }  # fmt: skip
         self._spikes = {model.label: deque(blank, SHOWN_FRAMES) for model in models}
-        limits = dict.fromkeys(model.threshold for model in models if model.threshold is not None)
-        self._limits = [sign * limit for limit in limits for sign in (1, -1)]
+        self._limits = self._thresholds()
         self._ghost: Floats | None = None
         axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
         shared: dict[str, Any] = {"axes": axes, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
@@ -67,8 +65,13 @@ class Traces:
             gui.add_uplot(self._counts(), counts, scales=spikes, height=120, **shared),
         )
 
+    def _thresholds(self) -> list[float]:
+        """Return T and -T of the models, by their parameters as they are now."""
+        now = (replace(runner.chosen, network=runner.network).threshold for runner in self._session.watching)
+        return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
+
     def _series(self, dark: bool) -> tuple[tuple[uplot.Series, ...], tuple[uplot.Series, ...]]:
-        looks = marks(model.label for model in self._models)
+        looks = marks(runner.label for runner in self._session.watching)
         colour = {label: on_dark(mark.colour) if dark else mark.colour for label, mark in looks.items()}
         x = uplot.Series(label="s")
         ghost = [uplot.Series(label="before", stroke=GHOST, width=2)] if self._ghost is not None else []
@@ -98,13 +101,16 @@ class Traces:
     def _counts(self) -> tuple[Floats, ...]:
         return (self._x, *map(np.array, self._spikes.values()))
 
-    def add(self, view: View) -> None:
-        """Draw the answers to a frame."""
+    def add(self, view: View, dark: bool) -> None:
+        """Draw the answers to a frame, on a light or a dark page."""
         for (label, channel), trace in self._potentials.items():
             answer = view.answers[label]
             trace.append(0.0 if answer is None else getattr(answer, channel))
         for label, trace in self._spikes.items():
             trace.append(_spikes(view.answers[label]))
+        if (limits := self._thresholds()) != self._limits:
+            self._limits = limits
+            self.paint(dark)
         curves, counts = self._curves(), self._counts()
         fitting = _end(curves[1:], LEAST_HS), _end(counts[1:], LEAST_SPIKES)
         if fitting != self._ends:
@@ -122,16 +128,14 @@ class Traces:
     def freeze(self, dark: bool) -> None:
         """Keep the present trace of the first model's first channel as a ghost behind the others."""
         if self._potentials:
-            first = self._ghost is None
             self._ghost = np.array(next(iter(self._potentials.values())))
-            if first:
-                self._plots[0].data = self._curves()
-                self.paint(dark)
+            self.paint(dark)
 
     def paint(self, dark: bool) -> None:
         """Colour the traces for a light or a dark page."""
-        for plot, series in zip(self._plots, self._series(dark), strict=True):
-            plot.series = series
+        curves = self._curves(), self._counts()
+        for plot, data, series in zip(self._plots, curves, self._series(dark), strict=True):
+            plot.data, plot.series = data, series
 
     def remove(self) -> None:
         """Take the plots off the page."""

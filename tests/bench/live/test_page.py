@@ -22,7 +22,7 @@ from experiments.bench.live.arena import ArenaSession
 from experiments.bench.live.footage import FootageSession
 from experiments.bench.live.session import Session
 from experiments.bench.robot.trial import forget_simulations
-from tests.helpers.browser import CHROMIUM, Tab, browser
+from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
 from tests.helpers.footage import Walker, street, write
 
 needs_viser = pytest.mark.skipif(
@@ -70,10 +70,10 @@ def dsnn() -> Session:
     return ArenaSession(["dsnn"])
 
 
-def until(true: Any) -> None:
-    end = time.monotonic() + 30.0
+def until(true: Any, otherwise: str = "") -> None:
+    end = time.monotonic() + PATIENCE_S
     while not true():
-        assert time.monotonic() < end
+        assert time.monotonic() < end, otherwise
         time.sleep(0.02)
 
 
@@ -124,17 +124,21 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         assert "Make it fire: press" in tab.ask("document.body.innerText")
         session = page.session
         limit = session.watching[0].chosen.threshold
-        tab.press("w")
+        tab.press("i")
         until(lambda: max(answers) > limit)
         robots = session.trial.sim.robots
         until(lambda: robots["stimulus"].pose.y < -0.01)  # past the middle of the view
+        (client,) = page.server.get_clients().values()
+        assert client.camera.position == pytest.approx(page.server.initial_camera.position), "a key moved the view"
         tab.press("x")
         until(lambda: abs(answers[-1]) < limit)
-        tab.press("s")
+        tab.press("k")
         until(lambda: min(answers) < -limit)
         tab.press("x")
         tab.click("[...document.querySelectorAll('[role=tab]')].find(t => t.innerText == 'Model')")
-        thumb = f"[...document.querySelectorAll('[role=slider]')].find(s => s.ariaValueNow == '{limit}')"
+        thumb = (
+            f"[...document.querySelectorAll('[role=slider]')].find(s => s.getAttribute('aria-valuenow') == '{limit}')"
+        )
         tab.until(f"{thumb} != undefined")
         tab.ask(f"{thumb}.focus()")
         tab.press("ArrowRight")
@@ -143,7 +147,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         assert list(session.values["dsnn"]) == ["t_sp"] and float(text) > limit
         assert session.watching[0].network.t_sp == float(text)
         tab.until("document.body.innerText.includes('before')")  # the ghost
-        tab.press("e")
+        tab.press("c")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.seen > 3)
         page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
         until(lambda: session.models == ("emd", "dsnn"))
@@ -180,7 +184,7 @@ def test_mouse_and_shift_drive_the_robots(tmp_path: Path):
         tab.drag(pixel(page, tab, (x, y + 2.5, z)), pixel(page, tab, (x, y + 10.0, z)))
         until(lambda: not session._target and robots["stimulus"].pose.y > y / 100 + 0.04)
         assert abs(100 * robots["stimulus"].pose.x - x) < 1.5  # along the axis that was dragged
-        tab.press("A", shift=True)
+        tab.press("J", shift=True)
         until(lambda: robots["observer"].pose.heading > 0.3)
         tab.press("X", shift=True)
         until(lambda: session._wheels["observer"] == (0.0, 0.0))
@@ -203,7 +207,7 @@ def test_footage_on_the_page(tmp_path: Path):
         page.inputs.ask(lambda: page.set_models(["dsnn", "emd"]))
         tab.until("document.body.innerText.includes('emd HS')")
         assert page.session.watching[0].maps
-        tab.press("e")
+        tab.press("c")
         tab.until("document.body.innerText.includes('this does it: colias watch')")
 
 
@@ -213,7 +217,7 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
     own = tmp_path / "mine.py"
     own.write_text(
         "from experiments import Experiment, Translation\n"
-        "EXPERIMENT = Experiment('mine', 'two speeds', Translation(speeds_cm_s=(6.0, 12.0)), 'speed_cm_s', 1)\n"
+        "EXPERIMENT = Experiment('mine', 'two speeds', Translation((6.0, 12.0), (8.0,)), 'speed_cm_s', 1)\n"
     )
     reflex = tmp_path / "turn.py"
     reflex.write_text(
@@ -234,6 +238,36 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
         session.step()
     assert session.behaviour == str(reflex) and session.trial.sim.robots["observer"].pose.heading > 0.1
     forget_simulations()
+
+
+@needs_viser
+@pytest.mark.filterwarnings("default")
+def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
+    arena = tmp_path / "kinds.xml"
+    sizes = {
+        "box": ".01 .02 .03",
+        "cylinder": ".01 .04",
+        "sphere": ".02",
+        "capsule": ".01 .03",
+        "ellipsoid": ".02 .01 .03",
+    }
+    geoms = "".join(
+        f'<geom type="{kind}" size="{size}" pos="0.2 {0.06 * place - 0.12:.2f} 0.05"/>'
+        for place, (kind, size) in enumerate(sizes.items())
+    )
+    arena.write_text(
+        '<mujoco model="kinds"><include file="bright.xml"/><asset><mesh name="wedge"'
+        ' vertex="0 0 0 .03 0 0 0 .03 0 0 0 .05"/></asset><worldbody>'
+        f'{geoms}<geom type="mesh" mesh="wedge" pos="0.25 0.1 0"/></worldbody></mujoco>'
+    )
+    with serving(PORT + 7, lambda: ArenaSession(["dsnn"], [f"scene.arena={arena}"])) as page:
+        until(lambda: page.session.number > 2)
+        drawn = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
+        assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"
+        page.inputs.ask(lambda: page.session.set("scene.light", "0.5"))
+        until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
+        again = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
+        assert again == drawn
 
 
 @needs_viser
@@ -283,7 +317,7 @@ def test_malformed_messages_change_nothing():
             for handle, value in [*((n, -1e300) for n in numbers), *((t, "/etc/passwd") for t in texts)]:
                 count = len(refused)
                 client.send(encoded(_messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})))
-                until(lambda count=count: len(refused) > count)
+                until(lambda count=count: len(refused) > count, f"{handle.label} took {value}")
             for updates in ({"value": []}, {"value": "x"}, {"no_such": 1.0}):
                 client.send(encoded(_messages.GuiUpdateMessage(numbers[0]._impl.uuid, updates)))
             client.send(encoded(_messages.GuiUpdateMessage("no such control", {"value": 1.0})))

@@ -136,6 +136,30 @@ def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
     assert looped == rows
 
 
+def test_the_world_goes_back_to_what_the_command_gave():
+    session = Session(["dsnn"], ["scene.light=0.7", "dsnn.w_i=0.5"])
+    session.set("scene.light", "0.4")
+    session.set("camera.read_noise", "3")
+    session.reset_world()
+    assert session.settings == {"scene.light": "0.7", "dsnn.w_i": "0.5"}
+    session.choose_models(["emd"])  # a parameter of a model that goes, goes with it
+    assert session.settings == {"scene.light": "0.7"}
+
+
+def test_an_arena_of_ones_own_stands_in_the_trial_and_is_recorded(tmp_path: Path):
+    arena = tmp_path / "pillar.xml"
+    arena.write_text(
+        '<mujoco model="pillar"><include file="bright.xml"/><worldbody>'
+        '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.18 0 0.04"/></worldbody></mujoco>'
+    )
+    session = Session(["dsnn"], [f"scene.arena={arena}"])
+    assert [geom.name for geom in (session.trial.sim.model.geom(i) for i in range(5))].count("pillar") == 1
+    session.drive("stimulus", 1.0)
+    seen = hs(session, 40)
+    done = session.record(tmp_path / "run")
+    assert [row["hs"] for row in done.frames.to_pylist()] == seen
+
+
 def test_robots_stop_before_the_wall_and_before_each_other():
     session = Session(["dsnn"])
     session.set_speed(30.0)
