@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import unit, with_field_docs
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.filters import FLUSH_EVERY, alpha, flush, total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
@@ -133,7 +133,10 @@ class EMD(NonCopyable):
     def _opponent(self, shift: int) -> float:
         """Mean over the field of both arms' difference, for cells ``shift`` apart in flat memory."""
         h, d = self._h.ravel(), self._d.ravel()
-        return float(d[:-shift] @ h[shift:] - h[:-shift] @ d[shift:]) / (self.shape[0] * self.shape[1])
+        # No dot products: in which order BLAS adds depends on the processor and on the threads that are free.
+        products = d[:-shift] * h[shift:]
+        products -= h[:-shift] * d[shift:]
+        return total(products) / (self.shape[0] * self.shape[1])
 
     def _potential(self, r: float) -> float:
         share = math.log1p(abs(r)) / math.log1p(FULL_SCALE) if self.params.log else abs(r) / FULL_SCALE
