@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Protocol
 
 import cv2
@@ -127,12 +128,19 @@ def _format(shape: tuple[int, ...]) -> rr.components.ImageFormat:
 
 
 def describe_coloured(
-    recording: rr.RecordingStream, entity: str, shape: tuple[int, ...], colours: Sequence[Colour]
+    recording: rr.RecordingStream, entity: str, shape: tuple[int, ...], colours: tuple[Colour, ...]
 ) -> None:
     """Log what stays of pictures (R, C) whose 256 values are shown in ``colours``: a byte a pixel, as of grey ones."""
-    infos = [rr.AnnotationInfo(id=value, color=colour) for value, colour in enumerate(colours)]
-    recording.log(entity, rr.AnnotationContext(infos), static=True)
+    recording.log(entity, _context(colours), static=True)
     recording.log(entity, rr.SegmentationImage.from_fields(format=_format(shape), opacity=1.0), static=True)
+
+
+@lru_cache
+def _context(colours: tuple[Colour, ...]) -> rr.AnnotationContext:
+    """Return what says which value has which colour; made once, as that takes as long as all else of a recording."""
+    return rr.AnnotationContext(
+        [rr.AnnotationInfo(id=value, color=colour) for value, colour in enumerate(colours)]
+    )  # fmt: skip
 
 
 def send_coloured(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:

@@ -97,7 +97,12 @@ SKIPPED = {
     "questions/many-cameras.md": ("needs a Dask scheduler: tests/bench/engine/test_pool.py",),
     "questions/ppo.md": ("needs PyTorch and minutes: tests/bench/training/test_train.py",),
     "questions/tables.md": ("needs polars and duckdb, which no extra installs",),
-    "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/bench/engine/test_pool.py"),
+    "robot-trials.md": (
+        "needs a screen",
+        "needs a screen: tests/bench/robot/test_live.py",
+        "needs a screen: tests/bench/cli/test_beside.py",
+        "needs a Dask scheduler: tests/bench/engine/test_pool.py",
+    ),
     "what-the-numbers-mean.md": (
         "takes minutes: tests/bench/report/test_reproduce.py",
         "takes minutes: tests/bench/judging/test_readings.py has their judging",

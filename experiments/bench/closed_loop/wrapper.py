@@ -70,7 +70,25 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         self.recorded: list[Path] = []
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode; one that was begun before and has not ended is written as far as it got."""
+        """Begin an episode; one that was begun before and has not ended is written as far as it got.
+
+        Parameters
+        ----------
+        seed, options
+            Those of the env.
+
+        Returns
+        -------
+        observation
+            The env's.
+        info : dict
+            The env's.
+
+        Raises
+        ------
+        OSError
+            The recording of the episode before cannot be written.
+        """
         self._write(touched=False)
         begun = self.env.reset(seed=seed, options=options)
         self._number += 1
@@ -78,7 +96,29 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         return begun
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Take a step of the env; the last one of an episode writes its recording."""
+        """Take a step of the env; the last one of an episode writes its recording.
+
+        Parameters
+        ----------
+        action
+            An element of the env's action space.
+
+        Returns
+        -------
+        observation
+            The env's.
+        reward
+            The env's.
+        terminated, truncated : bool
+            The env's.
+        info : dict
+            The env's.
+
+        Raises
+        ------
+        OSError
+            The recording cannot be written.
+        """
         taken = self.env.step(action)
         _, reward, terminated, truncated, info = taken
         if self._keep is not None:
@@ -89,7 +129,13 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         return taken
 
     def close(self) -> None:
-        """Write what an episode has that did not end, and close the env."""
+        """Write what an episode has that did not end, and close the env.
+
+        Raises
+        ------
+        OSError
+            The recording cannot be written; the env is closed.
+        """
         try:
             self._write(touched=False)
         finally:

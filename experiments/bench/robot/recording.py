@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -175,7 +175,8 @@ def _plane(camera: CameraConfig) -> float:
     return 4.0 / max(1.0, camera.width / camera.focal_px)
 
 
-def _look(variant: str, scene: SceneConfig) -> list[rr.AsComponents]:
+@lru_cache
+def _look(variant: str, scene: SceneConfig) -> tuple[rr.AsComponents, ...]:
     """Return the solids of a robot, in cm."""
     by_kind: dict[str, list[Shape]] = {}
     for shape in robot_shapes(variant, scene):
@@ -195,7 +196,7 @@ def _look(variant: str, scene: SceneConfig) -> list[rr.AsComponents]:
             looks.append(rr.Boxes3D(half_sizes=half, **placed))
         else:
             looks.append(rr.Ellipsoids3D(half_sizes=half, **placed))
-    return looks
+    return tuple(looks)
 
 
 def _floor() -> rr.LineStrips3D:
@@ -215,7 +216,8 @@ def _obstacles(obstacles: Sequence[Obstacle]) -> rr.LineStrips3D:
     return rr.LineStrips3D(strips, colors=[LIMIT_COLOUR], radii=[0.1])
 
 
-def map_colours(name: str) -> list[Colour]:
+@lru_cache
+def map_colours(name: str) -> tuple[Colour, ...]:
     """Return the colours of a layer map's 256 values: warm where it became brighter, cool where darker, else dark."""
     gain, zero = MAP_SCALES[name]
     full = MAP_FULL[name]
@@ -223,7 +225,7 @@ def map_colours(name: str) -> list[Colour]:
     strength = [(value - clipped) / (gain * full) for value in range(256)]
     if name == "f_off":
         strength = [-share for share in strength]
-    return [mixed(STILL, ON if share > 0 else OFF, min(abs(share), 1.0)) for share in strength]
+    return tuple(mixed(STILL, ON if share > 0 else OFF, min(abs(share), 1.0)) for share in strength)
 
 
 def arena_view(origin: str, name: str) -> rrb.Spatial3DView:
