@@ -115,7 +115,9 @@ def test_every_claim_is_answered(reproduced):
     plain = " ".join(page.split())
     assert plain.count("<strong>Rate:</strong>") == 2, "C13 and C14, which are about every single trial"
     assert "of 20 trials break it" in plain and "The trials of all replicates together:" in plain
-    assert all("what was tried" in plain for claim in robot if claim.count.holds < 2)
+    assert "<strong>What was tried:</strong>" in plain or all(claim.count.holds == 2 for claim in robot)
+    drawn = set(re.findall(r'<a class="tile [^>]*href="#(C[0-9]+)"(?:(?!</a>).)*<svg class="mini"', plain))
+    assert drawn == {claim.id for claim in judged}, "a picture of each claim that was judged, and of no other"
 
 
 def test_the_looming_detectors_see_the_approaches(reproduced):
@@ -171,10 +173,11 @@ PROBE = """<!doctype html><title>waiting</title>
 <script>
 document.getElementById("page").onload = event => {{
   const page = event.target.contentDocument, body = page.documentElement;
+  page.querySelectorAll("details").forEach(e => {{ e.open = true; }});
   const pictures = [...page.images], overflow = body.scrollWidth - {width};
   const wide = [...page.querySelectorAll("body *")].filter(
-    e => e.getBoundingClientRect().right > {width} + 1 && !e.closest(".wide, pre"));
-  const figure = page.querySelector(".plate"), before = figure.querySelector("img").getBoundingClientRect().width;
+    e => e.getBoundingClientRect().right > {width} + 1 && !e.closest(".wide, .view, pre"));
+  const figure = page.querySelector(".plate"), before = figure.querySelector(".view").getBoundingClientRect().width;
   event.target.contentWindow.location.hash = figure.id;
   const after = figure.querySelector("img").getBoundingClientRect().width;
   document.title = JSON.stringify({{
