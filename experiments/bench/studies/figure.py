@@ -31,7 +31,7 @@ SHORT = {"at the end of the range": "at end"}
 MOST_ROWS = 16
 """Points with names, of two axes and more: above so many, they make a map for each claim and not the rows of one."""
 MOST_COLUMNS = 3
-WIDTH, HEIGHT = 0.55, 0.42
+WIDTH, HEIGHT = 0.55, 0.5
 """Of a cell, inches."""
 LETTER_INCHES = 0.075
 """Width of a letter of a row's label."""
@@ -168,7 +168,7 @@ def _matrix(counts: Counts) -> Panel:
 
 def row_label(point: Point, model: str = "") -> str:
     """Return what a row of the matrix is called: the point's levels, then the model where there are several."""
-    return ", ".join(filter(None, (*(label for _, label in point.values), model)))
+    return "\n".join(filter(None, (*(label for _, label in point.values), model)))
 
 
 def _set(plan: StudyPlan) -> dict[str, Any]:
@@ -222,18 +222,19 @@ def _numbers(axes: Axes, panel: Panel) -> None:
         dark = number.value is not None and high > low and (number.value - low) / (high - low) > 0.6
         style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
         notes = _notes(number)
-        axes.text(column, row + (0.16 if notes else 0.0), number.text(), fontsize=8, **style)
-        axes.text(column, row - 0.22, notes, fontsize=8, **style)
+        lines = notes.count("\n") + 1 if notes else 0
+        axes.text(column, row + (0.0, 0.16, 0.28)[lines], number.text(), fontsize=8, **style)
+        axes.text(column, row - (0.0, 0.22, 0.14)[lines], notes, fontsize=8, **style)
     axes.imshow(values, cmap=SCALE, vmin=low, vmax=high + 0.15 * (high - low), origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
 
 
 def _notes(number: Number) -> str:
-    """Say, as a cell's second line, the replicates' lowest and highest value if they differ, and the mark's words."""
+    """Say, as a cell's further lines, the replicates' lowest and highest value if they differ, and the mark's words."""
     spread = ""
     if number.lowest is not None and number.highest is not None and number.lowest != number.highest:
         spread = f"{number.lowest:.3g}-{number.highest:.3g}"
-    return ", ".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
+    return "\n".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
 
 
 def _frame(axes: Axes, panel: Panel) -> None:

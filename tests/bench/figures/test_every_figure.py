@@ -10,6 +10,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
+from experiments.bench.figures.plotting import WIDTH
 from tests.helpers import figure_checks as checks
 from tests.helpers.figure_list import FIGURES, OF_ONE_MODEL, shown
 from tests.helpers.figure_rows import MODELS_SHOWN
@@ -23,6 +24,16 @@ CASES = [
     (name, count) for name in FIGURES for count in MODELS_SHOWN
     if count == "one" or (name not in OF_ONE_MODEL and not (count == "twenty" and name in SLOW + COLOURS_ALONE))
 ]  # fmt: skip
+
+
+WIDE = ("atlas", "maps", "eyes and drives", "range of eyes", "sensitivity", "video")
+"""Grids with a cell for each thing that was tried, and frames of films: not all fit a page's width."""
+WIDE_OF_TWENTY = ("edges",)
+"""Wide with twenty models alone: they have a bar for each."""
+
+
+def inches(figure: Figure) -> float:
+    return float(figure.get_size_inches()[0])
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +56,12 @@ def test_a_figure_can_be_read(name, count, ones):
     models = MODELS_SHOWN[count]
     figure = ones[0][name] if count == "one" else FIGURES[name](models)
     figure.set_dpi(72)
-    places = checks.drawn(figure)
+    drawn_texts = checks.drawn_texts(figure)
+    places, texts = [(text.get_text(), box) for text, box in drawn_texts], [text for text, _ in drawn_texts]
+    wide = name in WIDE or (name in WIDE_OF_TWENTY and count == "twenty") or inches(figure) <= WIDTH
     found = {
+        "type that is too small in print": checks.small(texts, 1.0 if wide else WIDTH / inches(figure)),
+        "faint type": checks.faint(texts),
         "texts that overlap": checks.overlaps(places),
         "texts that run out of the figure": checks.outside(figure, places),
         "axes without a label": checks.unlabelled(figure),

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Rectangle
 
-from experiments.bench.figures.plotting import STYLE, headline, plain
+from experiments.bench.figures.plotting import STYLE, WIDTH, headline, plain
 from experiments.bench.studies.counts import TOGETHER
 from experiments.bench.studies.figure import DEFAULT, SCALE, SHADES
 from experiments.bench.studies.fitting.box import Range
@@ -48,7 +48,7 @@ def draw(fitted: Fitted) -> Figure:
     down = -(-max(len(pairs), 1) // across)
     tables = 0.7 + 0.3 * (len(fitted.claims) + 1)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(max(2.7 * across, 7.5), 2.4 * down + tables + 1.3), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, 2.4 * down + tables + 1.3), layout="constrained")
         above, below = drawn.subfigures(2, 1, squeeze=False, height_ratios=(2.4 * down, tables + 0.3))[:, 0]
         panels = above.subplots(down, across, squeeze=False)
         for axes, pair in zip(panels.flat, pairs, strict=False):
