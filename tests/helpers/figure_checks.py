@@ -22,7 +22,7 @@ LEAST_POINTS = 8.0
 """Of type as printed."""
 DIMENSIONLESS = (
     "spikes", "potential", "response", "accuracy", "auc", "alarms", "return", "time on target", "gain", "trials",
-    "frame", "hs", "reflectance", "contrast", "motion of", "direction in", "on target",
+    "frame", "hs", "share", "reflectance", "contrast", "motion of", "direction in", "on target",
 )  # fmt: skip
 """Words of a label that needs no unit: counts, potentials, shares, and classes."""
 UNIT = re.compile(r"\(.+\)|%|/min|/m\b|µs|, deg|cm/s|°")

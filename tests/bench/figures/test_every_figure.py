@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from experiments.bench.figures.plotting import WIDTH
 from tests.helpers import figure_checks as checks
+from tests.helpers import figure_references as references
 from tests.helpers.figure_list import FIGURES, OF_ONE_MODEL, shown
 from tests.helpers.figure_rows import MODELS_SHOWN
 
@@ -71,6 +72,27 @@ def test_a_figure_can_be_read(name, count, ones):
         "numbers that stand elsewhere": checks.ordinal(figure),
     }
     assert not {what: where for what, where in found.items() if where}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_looks_as_it_did_when_it_was_last_looked_at(name, ones):
+    """Where the change is meant: look at the figure, then ``python -m tests.helpers.figure_references``."""
+    assert not references.differences(references.cells(ones[0][name]), references.load()[name])
+
+
+def test_what_is_gone_or_elsewhere_in_a_figure_is_noticed():
+    stored = references.load()["robot"]
+
+    def changed(change) -> str:
+        figure = FIGURES["robot"](MODELS_SHOWN["one"])
+        change(figure)
+        return references.differences(references.cells(figure), stored)
+
+    assert not changed(lambda figure: None)
+    assert changed(lambda figure: [line.set_visible(False) for line in figure.axes[1].get_lines()])
+    assert changed(lambda figure: figure.axes[0].set_ylim(-500, 500))
+    assert changed(lambda figure: figure.axes[0].set_visible(False))
+    assert changed(lambda figure: figure.set_facecolor("black"))
 
 
 BENCH = Path(__file__).parents[3] / "experiments" / "bench"
