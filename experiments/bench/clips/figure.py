@@ -105,7 +105,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     for axes in lowest([panels]):
         axes.set_xlabel("time (s)", fontsize=8)
     for axes in leftmost([panels]):
-        axes.set_ylabel("membrane potential", fontsize=8)
+        axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
     keys = [Line2D([], [], color=mark.colour, lw=2, label=plain(model), **_dots(mark, 1))
             for model, mark in looks.items()]  # fmt: skip
     _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
