@@ -19,11 +19,9 @@ from tests.helpers.figure_rows import MODELS_SHOWN
 mpl.use("agg")
 SLOW = ("background", "robot, words", "behaviours, one episode", "tuning, size", "tuning, contrast")
 """Not drawn with twenty models: others are, which are laid out by the same function."""
-COLOURS_ALONE = ("video",)
-"""Not drawn with twenty models either: a video has the palette's ten hues and no line styles, so hues come again."""
 CASES = [
     (name, count) for name in FIGURES for count in MODELS_SHOWN
-    if count == "one" or (name not in OF_ONE_MODEL and not (count == "twenty" and name in SLOW + COLOURS_ALONE))
+    if count == "one" or (name not in OF_ONE_MODEL and not (count == "twenty" and name in SLOW))
 ]  # fmt: skip
 
 
