@@ -100,8 +100,9 @@ def _parents(axes: Axes) -> Iterable[Any]:
 def _neighbours(axes: Axes, name: str) -> list[Axes]:
     """The panels of the same figure in its column, or in its row, itself among them: one label is for all."""
     own = axes.get_subplotspec()
-    if own is None:
-        return [axes]
+    if own is None:  # panels of a video are placed by hand: one label is for a column
+        left = axes.get_position().x0
+        return [other for other in axes.get_figure(root=False).axes if abs(other.get_position().x0 - left) < 1e-3]
     span = "colspan" if name == "x" else "rowspan"
     return [
         other for other in axes.get_figure(root=False).axes

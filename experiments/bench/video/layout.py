@@ -23,8 +23,8 @@ PAD, CAPTION, TITLE = 20.0, 50.0, 38.0
 """Margin of a frame, and room for its caption and for the title above a panel, at plain size."""
 ONE_COLUMN, SMALLER = 3, 0.72
 """Lanes in one column at most; the size of type where there are more lanes than one."""
-MOST_DOWN = 6
-"""Lanes below each other at most, where there are two columns and more."""
+MOST_DOWN, SMALLEST = 6, 0.85
+"""Lanes below each other at most, where there are two columns and more; the size of titles where there are more."""
 SHARE = 0.66, 0.56, 0.46
 """How far down the pictures reach: above one lane, above up to `ONE_COLUMN`, above more."""
 ROOM_CM = 7.0
