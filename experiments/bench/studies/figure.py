@@ -191,7 +191,7 @@ def _matrix(counts: Counts) -> Panel:
 
 def row_label(point: Point, model: str = "") -> str:
     """Return what a row of the matrix is called: the point's levels, then the model where there are several."""
-    return "\n".join(filter(None, (*(label for _, label in point.values), model)))
+    return ", ".join(filter(None, (*(label for _, label in point.values), model)))
 
 
 def _set(plan: StudyPlan) -> dict[str, Any]:
