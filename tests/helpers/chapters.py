@@ -70,10 +70,12 @@ SKIPPED = {
     ),
     "live.md": (
         "runs until Ctrl-C: tests/bench/live/test_page.py",
+        "needs the reader's own footage: tests/bench/live/test_footage.py",
         "needs a recording: tests/bench/live/test_session.py",
     ),
     "fitting.md": (
         "needs Optuna: tests/bench/studies/fitting/test_fit.py",
+        "needs Optuna: tests/bench/studies/fitting/test_measures.py",
         "needs Optuna: tests/bench/studies/fitting/test_fit.py",
     ),
     "footage.md": (

@@ -11,22 +11,30 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 Place = tuple[str, Bbox]
+LEAST_POINTS = 8.0
+"""Of type as printed."""
 DIMENSIONLESS = (
     "spikes", "potential", "response", "accuracy", "auc", "alarms", "return", "time on target", "gain", "trials",
-    "frame", "hs", "reflectance", "contrast", "motion of", "direction in", "on target",
+    "frame", "hs", "share", "reflectance", "contrast", "motion of", "direction in", "on target",
 )  # fmt: skip
 """Words of a label that needs no unit: counts, potentials, shares, and classes."""
 UNIT = re.compile(r"\(.+\)|%|/min|/m\b|µs|, deg|cm/s|°")
 
 
 def drawn(figure: Figure) -> list[Place]:
-    """Draw a figure; return its texts with their places. An axis keeps labels that it does not draw."""
+    """Draw a figure; return its texts with their places."""
+    return [(text.get_text(), box) for text, box in drawn_texts(figure)]
+
+
+def drawn_texts(figure: Figure) -> list[tuple[Text, Bbox]]:
+    """Draw a figure; return its texts, each with its place. An axis keeps labels that it does not draw."""
     texts: list[Text] = []
     draw = Text.draw
     with pytest.MonkeyPatch.context() as patch:
@@ -34,8 +42,28 @@ def drawn(figure: Figure) -> list[Place]:
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
         shown = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
-        found = [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in shown]
-    return [(said, box) for said, box in found if box.width > 1 and box.height > 1]
+        found = [(text, text.get_window_extent(canvas.get_renderer())) for text in shown]
+    return [(text, box) for text, box in found if box.width > 1 and box.height > 1]
+
+
+def small(texts: Sequence[Text], printed: float) -> list[str]:
+    """Texts of less than 8 points where the figure is ``printed`` at that share of its size."""
+    return [f"{text.get_text()!r}: {text.get_fontsize() * printed:.1f} points" for text in texts
+            if text.get_fontsize() * printed < LEAST_POINTS - 1e-6]  # fmt: skip
+
+
+def faint(texts: Sequence[Text], least: float = 3.0) -> list[str]:
+    """Texts of less contrast to the figure's white than that, by WCAG 2.1; those in cells of maps are on colours."""
+    found = []
+    for text in texts:
+        if text.axes is not None and text.axes.images:
+            continue
+        coded = np.asarray(to_rgb(text.get_color()))
+        parts = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+        ratio = 1.05 / (float(parts @ (0.2126, 0.7152, 0.0722)) + 0.05)
+        if ratio < least:
+            found.append(f"{text.get_text()!r}: {ratio:.1f}")
+    return found
 
 
 def overlaps(places: Sequence[Place]) -> list[str]:
@@ -72,8 +100,9 @@ def _parents(axes: Axes) -> Iterable[Any]:
 def _neighbours(axes: Axes, name: str) -> list[Axes]:
     """The panels of the same figure in its column, or in its row, itself among them: one label is for all."""
     own = axes.get_subplotspec()
-    if own is None:
-        return [axes]
+    if own is None:  # panels of a video are placed by hand: one label is for a column
+        left = axes.get_position().x0
+        return [other for other in axes.get_figure(root=False).axes if abs(other.get_position().x0 - left) < 1e-3]
     span = "colspan" if name == "x" else "rowspan"
     return [
         other for other in axes.get_figure(root=False).axes

@@ -133,8 +133,8 @@ def video(models: Sequence[str]) -> Figure:
     traces = []
     for place, model in enumerate(models):
         potential = wave(model, phase=0.2 * place)
-        traces.append(Trace("potential", model, tints[model], time_s, potential))
-        traces.append(Trace("spikes", model, tints[model], time_s, (potential > 0.1).astype(np.float64)))
+        traces.append(Trace("potential", "HS", tints[model], time_s, potential, model=model))
+        traces.append(Trace("spikes", "HS", tints[model], time_s, (potential > 0.1).astype(np.float64), model=model))
     tracks = tuple(Track(name, (90, 90, 90), time_s, np.zeros((len(time_s), 3))) for name in ("observer", "mover1"))
     eyes = ("picture", "camera_ov7670")
     reel = Reel(Path("trial.rrd"), "speed", time_s, tuple(traces), tracks, (0.16, -0.16), eyes, 70.0, {})

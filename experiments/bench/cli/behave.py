@@ -10,6 +10,7 @@ import typer
 from experiments.bench.cli.options import (
     EXIT_FAILED,
     Cluster,
+    For,
     OtherCode,
     Out,
     Quiet,
@@ -18,6 +19,7 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 
 def register(app: typer.Typer) -> None:
@@ -60,6 +62,7 @@ def behave(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Play a behaviour's episodes, and those of its baselines in the same worlds, and print a table with intervals.

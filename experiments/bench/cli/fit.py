@@ -10,6 +10,7 @@ from experiments.bench.cli.options import (
     EXIT_FAILED,
     Assignments,
     Cluster,
+    For,
     OtherCode,
     Out,
     Quiet,
@@ -18,6 +19,7 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.studies.fitting.fit import Fit
@@ -102,6 +104,7 @@ def fit(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Search a box of parameters for settings under which all claims are kept together, or measures are largest.

@@ -9,6 +9,7 @@ import typer
 from experiments.bench.cli.options import (
     EXIT_FAILED,
     Cluster,
+    For,
     Models,
     Only,
     OtherCode,
@@ -19,6 +20,7 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 
 def register(app: typer.Typer) -> None:
@@ -39,6 +41,7 @@ def leaderboard(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.

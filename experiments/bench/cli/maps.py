@@ -10,6 +10,7 @@ from experiments.bench.cli.options import (
     EXIT_FAILED,
     Assignments,
     Cluster,
+    For,
     OtherCode,
     Out,
     OwnPictures,
@@ -20,6 +21,7 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 
 def register(app: typer.Typer) -> None:
@@ -86,6 +88,7 @@ def map_claims(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Run whole replicates of the experiments at every point of a grid, and count in how many each claim holds.

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.bench.figures.media import Medium, choose
+
 if TYPE_CHECKING:
     from experiments.bench.engine.batch import Resources
     from experiments.bench.engine.pictures import Pictures
@@ -32,6 +34,15 @@ Workers = Annotated[
     int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
 ]
 Cluster = Annotated[str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")]
+For = Annotated[
+    Medium,
+    typer.Option(
+        "--for",
+        callback=choose,
+        help="What figures are for: paper (7.16 inches wide, type of 8 points), talk (a slide) or web. Their layout is"
+        " the same.",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")]
 Seed = Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")]
 OtherCode = Annotated[

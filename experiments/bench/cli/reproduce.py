@@ -10,6 +10,7 @@ import typer
 from experiments.bench.cli.options import (
     EXIT_FAILED,
     Cluster,
+    For,
     Models,
     Only,
     OtherCode,
@@ -21,6 +22,7 @@ from experiments.bench.cli.options import (
     resources,
     results_folder,
 )
+from experiments.bench.figures.media import Medium
 
 
 def register(app: typer.Typer) -> None:
@@ -63,6 +65,7 @@ def reproduce(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Run replicates of the paper's experiments, and one with each thing moved; write one page about it.

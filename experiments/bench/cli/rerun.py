@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Quiet, Workers
+from experiments.bench.cli.options import EXIT_FAILED, For, Quiet, Workers
+from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.store.record import Record
@@ -44,6 +45,7 @@ def rerun(
         Path | None, typer.Option(help="Folder of the repetition; otherwise a new one, runs/rerun-NAME-TIME.")
     ] = None,
     workers: Workers = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Do what a run was begun by once more, with the copies of your own files that its folder has, into a new folder.

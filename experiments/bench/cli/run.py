@@ -10,6 +10,7 @@ from experiments.bench.cli.options import (
     EXIT_FAILED,
     Assignments,
     Cluster,
+    For,
     Models,
     Only,
     OtherCode,
@@ -24,6 +25,7 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.clips.summary import OfflineReport
@@ -68,6 +70,7 @@ def run_experiment(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Run an experiment and write its results into a folder.

@@ -10,6 +10,7 @@ import typer
 from experiments.bench.cli.options import (
     EXIT_FAILED,
     Cluster,
+    For,
     OtherCode,
     Out,
     OwnPictures,
@@ -21,6 +22,7 @@ from experiments.bench.cli.options import (
     results_folder,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.engine.batch import Resources
@@ -54,6 +56,7 @@ def study(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Run a study: replicates of its experiments at every point of its grid. Count in how many each claim holds.

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, OtherCode, Quiet, Seed, Workers, resources, results_folder
+from experiments.bench.cli.options import EXIT_FAILED, For, OtherCode, Quiet, Seed, Workers, resources, results_folder
 from experiments.bench.engine import interrupts
+from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.closed_loop.policy import About
@@ -60,6 +61,7 @@ def train(
     episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Train a small network on what the vision model says, and hold it against the reflexes, rest, chance and truth.

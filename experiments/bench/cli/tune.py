@@ -9,6 +9,7 @@ import typer
 from experiments.bench.cli.options import (
     EXIT_FAILED,
     Cluster,
+    For,
     Models,
     Only,
     OtherCode,
@@ -18,6 +19,7 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+from experiments.bench.figures.media import Medium
 
 
 def register(app: typer.Typer) -> None:
@@ -51,6 +53,7 @@ def tune(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
+    medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
     """Show every model objects and gratings at every speed, size, contrast, frequency and direction.

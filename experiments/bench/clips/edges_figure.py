@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 
 from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
 from experiments.bench.figures.palette import Mark, marks
-from experiments.bench.figures.plotting import STYLE, columns_of_key, extra_widths, plain
+from experiments.bench.figures.plotting import STYLE, WIDTH, columns_of_key, extra_widths, plain, wrapped
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -87,7 +87,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     with mpl.rc_context(STYLE):
         bar = max(WIDTHS[2], BAR_WIDTH * (len(models) - 1))
         ratios = (WIDTHS[0], *[WIDTHS[1]] * len(motions), bar)
-        width = 11.0 * sum(ratios) / (sum(ratios) - bar + WIDTHS[2])
+        width = WIDTH * sum(ratios) / (sum(ratios) - bar + WIDTHS[2])
         high = 2.55 if len(models) - 1 <= MOST_WRITTEN else 3.4
         drawn = Figure(figsize=(width, high * len(polarities) + 1.0), layout="constrained")
         grid = drawn.subplots(len(polarities), len(ratios), squeeze=False, width_ratios=ratios)
@@ -102,7 +102,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 _limits(axes, thresholds)
                 axes.set_ylim(-1.12 * highest, 1.12 * highest)
                 axes.tick_params(labelsize=8, labelleft=axes is traces[0])
-                axes.set_title(f"{motion}, {speed:g} px/s", fontsize=8)
+                axes.set_title(f"{motion},\n{speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
             _bars(bars, edge_rows, left, looks)
@@ -129,7 +129,7 @@ def _icons(axes: Axes, polarity: str) -> None:
     name, cases = CASES[polarity]
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
-    axes.set_title(name, fontsize=8, loc="left", color=INK, fontweight="bold")
+    axes.set_title(name.replace(": ", ":\n"), fontsize=8, loc="left", color=INK, fontweight="bold")
     for bottom, caption in zip((8.6, 4.4), cases, strict=True):
         dark, leading = caption.startswith("dark"), caption.endswith("leading edge")
         axes.add_patch(Rectangle((0.2, bottom), 9.4, 2.4, fc=SKY, ec="none"))
@@ -137,11 +137,11 @@ def _icons(axes: Axes, polarity: str) -> None:
         edge = 6.2 if leading else 3.2
         axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
         axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
-        axes.text(0.2, bottom - 0.15, caption, fontsize=8, va="top", color=INK)
+        axes.text(0.2, bottom - 0.15, wrapped(caption, 1.0, 8), fontsize=8, va="top", color=INK)
     high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
     axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
     axes.plot([4.9, 4.9], [0.9, 2.2], color=MARK, lw=2.2)
-    axes.text(0.2, 0.55, "luminance where it passes", fontsize=8, va="top", color=INK)
+    axes.text(0.2, 0.55, "luminance\nwhere it passes", fontsize=8, va="top", color=INK)
 
 
 def _traces(axes: Axes, rows: Rows, frames: pa.Table, looks: Mapping[str, Mark]) -> None:
@@ -178,16 +178,19 @@ def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: 
         shares = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
         axes.bar(place, float(np.mean(shares)), width=0.62, color=looks[model].colour, alpha=0.75)
         axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
-        text = f"{min(shares):.1f}" if max(shares) - min(shares) < 0.05 else f"{min(shares):.1f} to {max(shares):.1f}"
+        text = f"{min(shares):.1f}" if max(shares) - min(shares) < 0.05 else f"{min(shares):.0f} to\n{max(shares):.0f}"
         axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=8, ha="center", va="bottom", rotation=upright)
     for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
         axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
         axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=8,
                       color=MARK, ha="right", va="bottom")  # fmt: skip
-    axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others],
-                    fontsize=8, rotation=upright)  # fmt: skip
+    names = [_said(model) if upright else _said(model).replace(" ", "\n") for model in others]
+    axes.set_xticks(range(len(others)), names, fontsize=8, rotation=upright)
     highest = max((100.0 * left[clip, model] for clip in clips for model in others if (clip, model) in left), default=0)
-    axes.set(ylim=(0.0, max(118.0, highest + (60.0 if upright else 18.0))), xlim=(-0.5, len(others)))
+    axes.set(
+        ylim=(0.0, max(118.0, highest + (60.0 if upright else 18.0))),
+        xlim=(-0.5, len(others) + (1.0 if upright else 0.0)),
+    )
     axes.set_yticks([0, 25, 50, 75, 100])
     axes.tick_params(axis="y", labelsize=8)
-    axes.set_title("largest |HS|, % of intact", fontsize=8)
+    axes.set_title("largest |HS|,\n% of intact", fontsize=8)

@@ -18,6 +18,7 @@ from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.figures.palette import HUES, Mark, level_colours, marks
 from experiments.bench.figures.plotting import (
     STYLE,
+    WIDTH,
     columns_of_key,
     extra_widths,
     grid_of_panels,
@@ -32,8 +33,10 @@ from experiments.bench.store.parameters import in_title
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 LEVELS = {"speed": "object", "grey": "grey", "background_speed": "background"}
-ACROSS = 4
+ACROSS = 3
 """Most panels side by side."""
+PANEL_INCHES = 2.0
+"""Width of a panel's title."""
 SAME = 0.004
 """Difference of two potentials that look like one."""
 MOST_NAMED = 3
@@ -79,13 +82,13 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
 
 
 def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
-    """A panel for each clip: HS solid and VS dotted against the frame, one colour a model."""
+    """A panel for each clip: HS solid and VS dotted against time, one colour a model."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
     looks = marks(models)
     across = min(ACROSS, len(clips))
     down = -(-len(clips) // across)
-    drawn = Figure(figsize=(max(2.1 * across + 0.6, 4.8), 1.9 * down + 1.0 + 0.08 * len(models)), layout="constrained")
+    drawn = Figure(figsize=(WIDTH, 1.9 * down + 1.0 + 0.08 * len(models)), layout="constrained")
     (panels,) = grid_of_panels(drawn, 1, len(clips), ACROSS, sharey=True)
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in SYSTEMS}
@@ -94,14 +97,15 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
         for system, (_, style) in SYSTEMS.items():
             curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in clip_rows]
             for row, curve, extra in zip(clip_rows, curves, extra_widths(curves, SAME), strict=True):
-                axes.plot(curve, ls=style, lw=1.1 + extra, color=looks[row["model"]].colour,
-                          **_dots(looks[row["model"]], len(curve)))  # fmt: skip
+                mark = looks[row["model"]]
+                axes.plot(np.arange(len(curve)) / row["fps"], curve, ls=style, lw=1.1 + extra, color=mark.colour,
+                          **_dots(mark, len(curve)))  # fmt: skip
         _limits(axes, thresholds, models)
-        axes.set_title(plain(wrapped(clip, 2.1, 8)), fontsize=8)
+        axes.set_title(plain(wrapped(clip, PANEL_INCHES, 8)), fontsize=8)
     for axes in lowest([panels]):
-        axes.set_xlabel("frame", fontsize=8)
+        axes.set_xlabel("time (s)", fontsize=8)
     for axes in leftmost([panels]):
-        axes.set_ylabel("membrane potential", fontsize=8)
+        axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
     keys = [Line2D([], [], color=mark.colour, lw=2, label=plain(model), **_dots(mark, 1))
             for model, mark in looks.items()]  # fmt: skip
     _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
@@ -126,7 +130,7 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
             panel_rows = [row for row in object_rows if (row["model"], row[shape.panels]) == (model, level)]
             _by_level(axes, panel_rows, shape.lines, shades, shape.along)
             _limits(axes, thresholds, [model])
-            axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", 2.7, 8)), fontsize=8)
+            axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", PANEL_INCHES, 8)), fontsize=8)
         _from_zero(block)
     _labels(panels, NAMES[shape.along].format(unit=unit))
     keys = _level_keys(shape.lines, shades, unit)
@@ -147,7 +151,7 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
     across = min(len(models), ACROSS)
     rows_of_peaks = -(-len(models) // across)
     heights = [2.6, *(2.2 * rows_of_peaks,) * 2]
-    drawn = Figure(figsize=(max(2.7 * across + 0.8, 5.4), sum(heights) + 2.0), layout="constrained")
+    drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, sum(heights) + 2.0), layout="constrained")
     top, *lower = np.asarray(drawn.subfigures(3, 1, height_ratios=heights)).tolist()
     first = [row for row in object_rows if row["model"] == models[0]]
     trial, who, hs = frames["trial"].to_numpy(), np.asarray(frames["model"]), frames["hs"].to_numpy()
@@ -162,10 +166,10 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         ordered = sorted(traced, key=partial(_number, name))
         curves = [hs[(trial == row["trial"]) & (who == row["model"])] for row in ordered]
         for row, curve, extra in zip(ordered, curves, extra_widths(curves, SAME), strict=True):
-            axes.plot(curve, lw=1.1 + extra, color=shades[row[name]])
+            axes.plot(np.arange(len(curve)) / row["fps"], curve, lw=1.1 + extra, color=shades[row[name]])
         _limits(axes, thresholds, models[:1])
         axes.set_title(plain(f"HS of {models[0]}, {caption}; by {name}, as below"), fontsize=8)
-        axes.set_xlabel("frame", fontsize=8)
+        axes.set_xlabel("time (s)", fontsize=8)
     for part, along, lines, levels in zip(lower, ("speed", "grey"), ("grey", "speed"), (greys, speeds), strict=True):
         shades = level_colours(levels)
         panels = grid_of_panels(part, 1, len(models), ACROSS, sharex=True)
@@ -173,7 +177,7 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
             of_model = [row for row in object_rows if row["model"] == model]
             _by_level(axes, of_model, lines, shades, along)
             _limits(axes, thresholds, [model])
-            axes.set_title(plain(wrapped(model, 2.7, 8)), fontsize=8)
+            axes.set_title(plain(wrapped(model, PANEL_INCHES, 8)), fontsize=8)
         _from_zero(panels[0])
         _labels(panels, NAMES[along].format(unit=unit))
         _legend(part, [*_level_keys(lines, shades, unit), *_system_keys()])
@@ -189,7 +193,7 @@ def _by_model(models: Sequence[str], blocks: int) -> tuple[Figure, list[list[Axe
     """Return a figure of ``blocks`` of panels, in each a panel for every model."""
     across = min(len(models), ACROSS)
     down = blocks * -(-len(models) // across)
-    drawn = Figure(figsize=(max(2.7 * across + 0.8, 5.4), 2.2 * down + 1.2), layout="constrained")
+    drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, 2.2 * down + 1.2), layout="constrained")
     return drawn, grid_of_panels(drawn, blocks, len(models), ACROSS, sharex=True)
 
 
@@ -266,7 +270,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             axes.set_xscale("log")
             axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8)
             axes.set_xticks([], minor=True)
-            axes.set_title(plain(wrapped(f"{model}, {title}", 2.7, 8)), fontsize=8)
+            axes.set_title(plain(wrapped(f"{model}, {title}", PANEL_INCHES, 8)), fontsize=8)
             if title == ALONE:
                 axes.set_yscale("log")
                 axes.set_ylim(1e-5, max(1.5, 1.2 * axes.dataLim.y1))
@@ -311,7 +315,7 @@ def _px_a_frame(row: Mapping[str, Any]) -> float:
 def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     """A bar a model: from the smallest to the largest peak |HS| of translations; below it that without an object."""
     models = list(dict.fromkeys(row["model"] for row in rows))
-    drawn = Figure(figsize=(6.4, 1.2 + 0.28 * len(models)), layout="constrained")
+    drawn = Figure(figsize=(WIDTH, 1.2 + 0.28 * len(models)), layout="constrained")
     axes = drawn.subplots()
     kinds = (("an object crosses", _moving(rows), HUES[0], -0.16),
              (ALONE, [row for row in rows if row["object"] == "absent"], HUES[1], 0.2))  # fmt: skip

@@ -23,6 +23,7 @@ from experiments.bench.figures import plotting
 from experiments.bench.figures.palette import HUES, Mark, marks
 from experiments.bench.figures.plotting import (
     INCHES_A_ROW,
+    WIDTH,
     Panel,
     grid_of_panels,
     headline,
@@ -37,10 +38,10 @@ from scenes import ARENA_RADIUS_CM
 
 COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"
 """Colours of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
-ACROSS = 4
+ACROSS = 3
 """Most panels of paths side by side."""
-WIDTH, TRACK_INCHES, KEYS_INCHES = 9.6, 2.45, 0.75
-"""Sizes of the figure, of a row of panels of paths, of the keys below them; inches."""
+TRACK_INCHES, KEYS_INCHES = 2.3, 0.9
+"""Heights of a row of panels of paths, of the keys below them; inches."""
 SHOWN_CM = ARENA_RADIUS_CM + 2.0
 """Half the width of a panel of paths."""
 
@@ -103,7 +104,7 @@ def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:
     for axes in leftmost([panels]):
         axes.set_ylabel("y (cm)", fontsize=8)
     many = any(len(standing.rows) > 1 for standing in standings)
-    part.legend(handles=_keys(played, many=many), loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    part.legend(handles=_keys(played, many=many), loc="outside lower center", ncols=3, frameon=False, fontsize=8)
 
 
 def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None:

@@ -31,7 +31,8 @@ from experiments.bench.recording import (
 from scenes import ARENA_RADIUS_CM
 
 JPEG_QUALITY = 85
-TRACK_COLOURS = ((46, 160, 90), (214, 39, 40))
+TRACK_COLOURS = (rgb(HUES[2]), rgb(HUES[1]))
+"""Colours of the observer's track and of headings."""
 LEFT, RIGHT = rgb(HUES[1]), rgb(HUES[6])
 """Colours of the wheels."""
 

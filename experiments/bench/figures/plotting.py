@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,6 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
+from experiments.bench.figures.media import sheet
 from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.store.files import drawn_from
 from experiments.bench.store.places import replacing
@@ -161,15 +163,32 @@ def columns_of_key(labels: Sequence[str], inches: float, size: float, handle: fl
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
-    """Write ``NAME.svg`` and ``NAME.png`` atomically, with their `drawn_from`; return the path of the latter."""
-    source = drawn_from(folder)
+    """Write ``NAME.svg`` and ``NAME.png`` atomically, with their `drawn_from`; return the path of the latter.
+
+    Both are as large as `media.sheet` says: a figure of `WIDTH` is as wide as it, and its type grows with it.
+    """
+    source, scale = drawn_from(folder), sheet().inches / WIDTH
     noted = {"Source": source} if source else {}
     with drawing():
         _settle(drawn)
         for kind, metadata in (("svg", {"Date": None} | noted), ("png", noted)):
             with replacing(folder / f"{name}.{kind}") as partial:
-                drawn.savefig(partial, format=kind, dpi=160, metadata=metadata)
+                drawn.savefig(partial, format=kind, dpi=sheet().dpi * scale, metadata=metadata)
+                if kind == "svg":
+                    _enlarge(partial, scale)
     return folder / f"{name}.png"
+
+
+def _enlarge(path: Path, scale: float) -> None:
+    """Have an SVG file be drawn ``scale`` times as large, whatever is in it."""
+    sides = re.compile(r'width="([\d.]+)pt" height="([\d.]+)pt"')
+
+    def larger(found: re.Match[str]) -> str:
+        width, height = (scale * float(side) for side in found.groups())
+        return f'width="{width:.6g}pt" height="{height:.6g}pt"'
+
+    enlarged = sides.sub(larger, path.read_text(encoding="utf-8"), count=1)
+    path.write_text(enlarged, encoding="utf-8")
 
 
 def _settle(drawn: Figure) -> None:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.bench.figures.palette import HUES
-from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, plain, save
+from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, WIDTH, plain, save
 from experiments.bench.firmware.budget import MOST_WAITS, Budget, label
 
 LIMIT = "#383838"
@@ -36,7 +36,7 @@ def draw(budgets: Sequence[Budget]) -> Figure:
     """
     height = max(INCHES_A_ROW * len(budgets), 0.7) + 1.3
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(9.5, height), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, height), layout="constrained")
         memory, time = drawn.subplots(1, 2, sharey=True, width_ratios=(3, 2))
         _memory(memory, budgets)
         _time(time, budgets)

@@ -250,7 +250,10 @@ def _counts(
     series = _series(rows, varies, models)
     ordinal = isinstance(levels[0], str)
     ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
-    dotted = len(series) <= MOST_DOTTED
+    most = max(
+        (len([row for row in one.rows if row[varies] == level]) for one in series for level in levels), default=0
+    )
+    dotted = len(series) <= MOST_DOTTED or (ordinal and most < LEAST_FOR_BOOTSTRAP)
     for axes, lane in zip(panels.flat, groups, strict=False):
         in_lane = [one for one in series if one.rows[0]["model"] in lane]
         curves = [_means(one, varies, levels) for one in in_lane]
@@ -261,7 +264,7 @@ def _counts(
             step = SPREAD / len(in_lane) if ordinal else 0.0
             shifted = {level: tick + shift for level, tick in ticks.items()}
             _draw_series(axes, one_series, shifted, varies, colours,
-                         step=step, extra=extra[index], ordinal=ordinal, alone=len(series) == 1,
+                         step=step, extra=0.0 if ordinal else extra[index], ordinal=ordinal, alone=len(series) == 1,
                          dotted=dotted)  # fmt: skip
         axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=8)
         if not ordinal:
@@ -279,14 +282,12 @@ def _counts(
     elif len(series) > 1:
         columns = columns_of_key([one.label for one in series], inches, 8)
         place.legend(fontsize=8, frameon=False, loc="outside upper center", ncols=columns)
-    most = max(
-        (len([row for row in one.rows if row[varies] == level]) for one in series for level in levels), default=0
-    )
     notes = [f"not drawn, as without spikes: {', '.join(silent)}"] if silent else []
     if most >= LEAST_FOR_BOOTSTRAP:
         notes.insert(0, "dots: trials; bars: 95 % intervals of means" if dotted else "bars: 95 % intervals of means")
-    elif dotted and most > 1 and not ordinal:
-        notes.insert(0, "dots: trials, larger where several agree; line: means")
+    elif dotted and most > 1:
+        at_words = "pale: trials; strong: means"
+        notes.insert(0, at_words if ordinal else "dots: trials, larger where several agree; line: means")
     caption = plain("\n".join(wrapped(note, inches - 0.6, 8) for note in notes))
     if len(groups) > 1:
         place.suptitle(caption, fontsize=8, x=0.01, ha="left")
@@ -376,7 +377,8 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> Non
     for sign in signs:
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
     text, lowest = f"threshold T = {'±' if len(signs) > 1 else ''}{threshold:g}", min(signs) * threshold
-    axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=8)
+    axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=8,
+                  bbox={"fc": "white", "alpha": 0.7, "lw": 0, "pad": 0.5})  # fmt: skip
 
 
 def _frame(place: SubFigure, axes: Axes, axis: str, of: str, lowest: float) -> None:

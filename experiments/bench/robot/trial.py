@@ -43,7 +43,7 @@ class FrameColumns:
 
     sim_time_s: npt.NDArray[np.float64]
     stimulus_bearing_deg: npt.NDArray[np.float64]
-    """Bearing from the observer's optical axis, left positive: in the tables and on the figures' axes."""
+    """Bearing from the observer's optical axis, left positive, as in the tables; figures have right positive."""
     stimulus_x_cm: npt.NDArray[np.float64]
     stimulus_y_cm: npt.NDArray[np.float64]
     stimulus_heading_deg: npt.NDArray[np.float64]

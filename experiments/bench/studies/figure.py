@@ -11,10 +11,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 
 from experiments.bench.engine.settings import PRESET
-from experiments.bench.figures.plotting import STYLE, headline, plain
+from experiments.bench.figures.plotting import STYLE, headline, plain, wrapped
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
@@ -31,7 +32,7 @@ SHORT = {"at the end of the range": "at end"}
 MOST_ROWS = 16
 """Points with names, of two axes and more: above so many, they make a map for each claim and not the rows of one."""
 MOST_COLUMNS = 3
-WIDTH, HEIGHT = 0.55, 0.42
+WIDTH, HEIGHT = 0.55, 0.5
 """Of a cell, inches."""
 LETTER_INCHES = 0.075
 """Width of a letter of a row's label."""
@@ -86,20 +87,34 @@ def draw(counts: Counts) -> Figure:
     columns = min(number, MOST_COLUMNS)
     lines = math.ceil(number / columns)
     left = 0.0 if gridded else LETTER_INCHES * max(len(row) for row in panels[0].rows)
-    size = (columns * (max(wide * WIDTH, 2.2) + 0.5) + 1.2 + left, lines * (max(high * HEIGHT, 0.5) + 0.7) + 1.0)
+    size = (
+        columns * (max(wide * WIDTH, 2.2) + 0.5) + 1.8 + left,
+        lines * (max(high * HEIGHT, 0.5) + (0.9 if number > 1 else 0.7)) + 1.0,
+    )
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=size, layout="constrained")
         places = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+        shares: list[tuple[Axes, AxesImage]] = []
         for axes, panel in zip(places.flat, panels, strict=False):
             draw_panel = _numbers if isinstance(next(iter(panel.cells.values())), Number) else _claims
-            draw_panel(axes, panel)
-            axes.set_title(plain(panel.title), fontsize=8, loc="left")
+            image = draw_panel(axes, panel)
+            if draw_panel is _numbers:
+                drawn.colorbar(image, ax=axes, pad=0.02, aspect=25).outline.set_visible(False)
+            else:
+                shares.append((axes, image))
+            title_inches = max(wide * WIDTH, 2.2) if number > 1 else size[0] - left - 1.0
+            axes.set_title(plain(wrapped(panel.title, title_inches, 8)), fontsize=8, loc="left")
             if gridded and across:
                 _mark_default(axes, across, up)
             if mapped:
                 _frame_default(axes, plan, panel)
         for axes in places.flat[number:]:
             axes.set_axis_off()
+        if shares:
+            bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], pad=0.02, aspect=25, shrink=1 / lines)
+            bar.ax.set_ylim(0.0, 1.0)
+            bar.outline.set_visible(False)
+            bar.set_label("share of replicates\nin which it holds")
         if gridded and across:
             drawn.supxlabel(plain(" ".join(across.words())), fontsize=8)
             if up:
@@ -123,9 +138,10 @@ def _grids(counts: Counts) -> list[Panel]:
         labels = dict(cell.point.values)
         return up.labels.index(labels[up.name]) if up else 0, across.labels.index(labels[across.name])
 
+    words = _words(counts)
     panels = []
     for title, cells in by_claim(counts.cells).items():
-        about = "all together" if cells[0].claim == TOGETHER else f"{title}  ({cells[0].experiment})"
+        about = "all together" if cells[0].claim == TOGETHER else f"{title}{words.get(cells[0].claim, '')}"
         panels.append(Panel(about, columns, rows, {place(cell): cell for cell in cells}))
     for title, numbers in by_measure(counts.numbers).items():
         unit = f", {numbers[0].measure.unit}" if numbers[0].measure.unit else ""
@@ -134,17 +150,24 @@ def _grids(counts: Counts) -> list[Panel]:
     return panels
 
 
+def _words(counts: Counts) -> dict[str, str]:
+    """Return the title of each claim, to be put behind its id."""
+    return {claim.id: f": {claim.title}" for claim, _ in counts.plan.claims}
+
+
 def _maps(counts: Counts) -> list[Panel]:
     """A panel for each claim over points with names: the last axis down from its first level, the others across."""
     plan = counts.plan
     columns = tuple(dict.fromkeys(_across(point) for point in plan.points))
     rows = tuple(reversed(plan.axes[-1].labels))
 
+    words = _words(counts)
+
     def place(point: Point) -> tuple[int, int]:
         return rows.index(point.values[-1][1]), columns.index(_across(point))
 
     return [
-        Panel("all together" if cells[0].claim == TOGETHER else title, columns, rows,
+        Panel("all together" if cells[0].claim == TOGETHER else title + words.get(cells[0].claim, ""), columns, rows,
               {place(cell.point): cell for cell in cells})
         for title, cells in by_claim(counts.cells).items()
     ]  # fmt: skip
@@ -192,7 +215,7 @@ def _counted(counts: Counts) -> str:
     return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeats each'}"
 
 
-def _claims(axes: Axes, panel: Panel) -> None:
+def _claims(axes: Axes, panel: Panel) -> AxesImage:
     held = np.zeros((len(panel.rows), len(panel.columns)))
     for (row, column), cell in panel.cells.items():
         assert isinstance(cell, ClaimCell)
@@ -202,11 +225,12 @@ def _claims(axes: Axes, panel: Panel) -> None:
         dark = held[row, column] > 0.6 and not cell.unjudged
         axes.text(column, row, cell.text(), ha="center", va="center", fontsize=8,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
-    axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
+    image = axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
+    return image
 
 
-def _numbers(axes: Axes, panel: Panel) -> None:
+def _numbers(axes: Axes, panel: Panel) -> AxesImage:
     """Draw the cells of one measure; a second line has its spread over replicates, or its mark."""
     values = np.full((len(panel.rows), len(panel.columns)), np.nan)
     for (row, column), number in panel.cells.items():
@@ -222,18 +246,21 @@ def _numbers(axes: Axes, panel: Panel) -> None:
         dark = number.value is not None and high > low and (number.value - low) / (high - low) > 0.6
         style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
         notes = _notes(number)
-        axes.text(column, row + (0.16 if notes else 0.0), number.text(), fontsize=8, **style)
-        axes.text(column, row - 0.22, notes, fontsize=8, **style)
-    axes.imshow(values, cmap=SCALE, vmin=low, vmax=high + 0.15 * (high - low), origin="lower", aspect="auto", zorder=0)
+        lines = notes.count("\n") + 1 if notes else 0
+        axes.text(column, row + (0.0, 0.16, 0.28)[lines], number.text(), fontsize=8, **style)
+        axes.text(column, row - (0.0, 0.22, 0.14)[lines], notes, fontsize=8, **style)
+    most = high + 0.15 * (high - low)
+    image = axes.imshow(values, cmap=SCALE, vmin=low, vmax=most, origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
+    return image
 
 
 def _notes(number: Number) -> str:
-    """Say, as a cell's second line, the replicates' lowest and highest value if they differ, and the mark's words."""
+    """Say, as a cell's further lines, the replicates' lowest and highest value if they differ, and the mark's words."""
     spread = ""
     if number.lowest is not None and number.highest is not None and number.lowest != number.highest:
         spread = f"{number.lowest:.3g}-{number.highest:.3g}"
-    return ", ".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
+    return "\n".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
 
 
 def _frame(axes: Axes, panel: Panel) -> None:

@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
 from experiments.bench.figures import plotting
-from experiments.bench.figures.plotting import INCHES_A_ROW, Panel, headline, scoreboard
+from experiments.bench.figures.palette import GREYS, HUES
+from experiments.bench.figures.plotting import INCHES_A_ROW, WIDTH, Panel, headline, scoreboard
 from experiments.bench.training.scores import of_runs
 from experiments.bench.training.study import Studied
 from experiments.bench.training.table import described
 
-LEARNT, OTHERS = "#1f4e79", "#7a7a7a"
+LEARNT, OTHERS = HUES[0], GREYS[0]
 BELOW = 0.3
 """Offset of the points of the training seeds, from the middle of their row."""
 LEGEND = "small points: training seeds; their large point: interquartile mean, 95 % interval over training seeds\n" \
@@ -33,7 +34,7 @@ def draw(studied: Studied) -> Figure:
     standings = studied.standings
     tints = {standing.name: LEARNT if place == 0 else OTHERS for place, standing in enumerate(standings)}
     with mpl.rc_context(plotting.STYLE):
-        drawn = Figure(figsize=(7.6, 1.35 + INCHES_A_ROW * len(standings)), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, 1.35 + INCHES_A_ROW * len(standings)), layout="constrained")
         axes = np.atleast_1d(drawn.subplots(1, len(panels), sharey=True))
         scoreboard(list(axes), panels, standings, tints)
         for place, panel in zip(axes, panels, strict=True):

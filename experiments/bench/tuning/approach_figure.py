@@ -8,20 +8,20 @@ from collections.abc import Callable, Mapping, Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from experiments.bench.figures.palette import marks
-from experiments.bench.figures.plotting import columns_of_key, extra_widths, plain
+from experiments.bench.figures.plotting import WIDTH, columns_of_key, extra_widths, plain, wrapped
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import Family
 
 MEASURES: Mapping[str, Callable[[TuningPoint], float | None]] = {
-    "peak potential\nabove rest": lambda a: a.response,
+    "peak potential above rest": lambda a: a.response,
     "spikes": lambda a: float(a.spikes),
-    "time to contact at\nthe first spike (s)": lambda a: a.contact_s,
+    "time to contact at the first spike (s)": lambda a: a.contact_s,
 }
 """Measures drawn against l / v."""
-ANGLES_DEG = (10.0, 20.0, 40.0, 60.0)
+ANGLES_DEG = (10.0, 20.0, 60.0)
 """Full angles, whose time to contact is drawn for comparison."""
 
 
@@ -30,7 +30,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
     models = [model for model in channels if family.shown_to(channels[model])]
     tints = marks(models)
     places = sorted({probe.x for probe in family.probes})
-    drawn = Figure(figsize=(9.6, 2.5 * len(family.lines) + 1.2), layout="constrained")
+    drawn = Figure(figsize=(WIDTH, 2.1 * len(family.lines) + 1.2), layout="constrained")
     panels = drawn.subplots(len(family.lines), len(MEASURES), sharex=True, sharey="col", squeeze=False)
     for row, line in zip(panels, family.lines, strict=True):
         for axes, (name, value) in zip(row, MEASURES.items(), strict=True):
@@ -41,7 +41,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
                 mark = tints[model]
                 axes.plot([x for x, _ in curve], [y for _, y in curve], marker=mark.marker, ms=4 + more, lw=1.2 + more,
                           color=mark.colour)  # fmt: skip
-            axes.set_title(f"{line}: {name}", fontsize=8, loc="left")
+            axes.set_title(wrapped(f"{line}: {name}", 1.9, 8), fontsize=8, loc="left")
             if name.startswith("time"):
                 _angles(axes, places)
                 if not any(heights):
@@ -77,6 +77,7 @@ def _curve(
 def _angles(axes: Axes, places: Sequence[float]) -> None:
     """Mark fixed angles: what fires at one does so at a time to contact in proportion to l / v."""
     axes.set_yscale("log")
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
     for angle in ANGLES_DEG:
         times = [place / math.tan(math.radians(angle / 2)) for place in places]

@@ -15,7 +15,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.figures.palette import colours, marks
-from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
+from experiments.bench.figures.plotting import STYLE, WIDTH, columns_of_key, headline, plain, wrapped
 from experiments.bench.store.parameters import in_title
 from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
@@ -76,7 +76,7 @@ def _largest(given: Answers, model: str, family: Family) -> float:
 def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
     """Return a panel for each line: every model's response as a share of its largest in the family."""
     lines, tints = family.lines, marks(channels)
-    drawn = Figure(figsize=(max(5.6, 3.0 * len(lines) + 0.4), 3.9), layout="constrained")
+    drawn = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
     for axes, line in zip(panels, lines, strict=True):
         shares = {}
@@ -121,7 +121,7 @@ def _log(axes: Axes, ticks: Sequence[float]) -> None:
 
 def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     """Return a heat map for each model: both axes in octaves, the best of each column marked, a scale of its own."""
-    drawn, panels = _panels(len(channels), 2.5)
+    drawn, panels = _panels(len(channels), 2.0 if len(channels) > 1 else 2.8)
     tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
         x, y, response = grid(given, model, family.name)
@@ -129,7 +129,7 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         caption = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
         scatters = largest > NOTHING and undefined_peak(response)
         caption += "; peak not defined" if scatters else ""
-        axes.set_title(plain(wrapped(f"{model} ({caption})", 2.0, 9)), fontsize=8, color=tints[model])
+        axes.set_title(plain(wrapped(f"{model} ({caption})", 1.7, 8)), fontsize=8, color=tints[model])
         if not x:
             continue
         shares = response / (largest or 1.0)
@@ -163,7 +163,7 @@ def _edges(centres: Sequence[float]) -> list[float]:
 
 def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     """Return a polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
-    drawn, panels = _panels(len(channels), 2.8, projection="polar")
+    drawn, panels = _panels(len(channels), 2.08 if len(channels) > 1 else 3.4, projection="polar")
     # The layout reckons the headings of polar panels a little too low: hence more room around them.
     drawn.set_layout_engine("constrained", h_pad=0.12)
     gratings, objects = family.lines
@@ -190,7 +190,8 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         Line2D([], [], color="black", lw=0.9, ls=":", label="VS (gratings)"),
     ]
     title = "all rectified; radius: share of the largest of that stimulus"
-    drawn.legend(handles=keys, loc="outside lower center", ncols=4, frameon=False, fontsize=8, title=title,
+    across = 4 if len(channels) > 1 else 2
+    drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8, title=title,
                  title_fontsize=8)  # fmt: skip
     return drawn
 
@@ -228,7 +229,7 @@ def _compass(axes: PolarAxes) -> None:
     axes.set_theta_direction(-1)
     axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=8)
     axes.set_ylim(0.0, 1.1)
-    axes.set_yticks([0.5, 1.0], ["0.5", "1"], fontsize=8)
+    axes.set_yticks([0.5, 1.0], ["", "1"], fontsize=8)
     axes.set_rlabel_position(-22.5)
     axes.grid(lw=0.4)
 
@@ -237,7 +238,7 @@ def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]
     """Return a figure with a square panel for each model, `ACROSS` a row; the rest of the last row is empty."""
     across = min(ACROSS, count)
     down = -(-count // across)
-    drawn = Figure(figsize=(max(side * across, 5.6) + 0.9, side * down + 0.9), layout="constrained")
+    drawn = Figure(figsize=(WIDTH if across > 1 else 5.6, side * down + 0.9), layout="constrained")
     panels = list(drawn.subplots(down, across, squeeze=False, subplot_kw=options).flat)
     for axes in panels[count:]:
         axes.set_visible(False)

@@ -23,6 +23,8 @@ PAD, CAPTION, TITLE = 20.0, 50.0, 38.0
 """Margin of a frame, and room for its caption and for the title above a panel, at plain size."""
 ONE_COLUMN, SMALLER = 3, 0.72
 """Lanes in one column at most; the size of type where there are more lanes than one."""
+MOST_DOWN, SMALLEST = 6, 0.85
+"""Lanes below each other at most, where there are two columns and more; the size of titles where there are more."""
 SHARE = 0.66, 0.56, 0.46
 """How far down the pictures reach: above one lane, above up to `ONE_COLUMN`, above more."""
 ROOM_CM = 7.0
@@ -195,12 +197,12 @@ def levels_of(reel: Reel, model: str) -> list[float]:
 
 
 def lane_panels(reel: Reel, box: tuple[float, float, float, float], scale: float) -> dict[str, Panel]:
-    """Place the lanes in a box (left, top, right, bottom), in pixels: below each other, in two columns where many."""
+    """Place the lanes in a box (left, top, right, bottom), in pixels: below each other, in columns where many."""
     left, top, right, bottom = box
     models = lanes_of(reel)
     if not models:
         return {}
-    columns = 1 if len(models) <= ONE_COLUMN else 2
+    columns = 1 if len(models) <= ONE_COLUMN else max(2, math.ceil(len(models) / MOST_DOWN))
     rows = math.ceil(len(models) / columns)
     gap, between = TITLE * SMALLER * scale, LEFT * scale
     wide, high = (right - left - between * (columns - 1)) / columns, (bottom - top - gap * (rows - 1)) / rows

@@ -14,7 +14,17 @@ from matplotlib.text import Text
 
 from experiments.bench.figures.plotting import STYLE, drawing, plain
 from experiments.bench.figures.series import OFF, ON
-from experiments.bench.video.layout import LEFT, SMALLER, Layout, Panel, levels_of, moves_on, traces_of
+from experiments.bench.video.layout import (
+    LEFT,
+    MOST_DOWN,
+    SMALLER,
+    SMALLEST,
+    Layout,
+    Panel,
+    levels_of,
+    moves_on,
+    traces_of,
+)
 from experiments.bench.video.pictures import Picture
 from experiments.bench.video.reading import Colour, Reel
 from scenes import ARENA_RADIUS_CM
@@ -168,7 +178,10 @@ class Still:
                   for (name, tint), trace in zip(names, traces, strict=True)]  # fmt: skip
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
-        self._words(axes, words, size)
+        crowded = len(lanes) > MOST_DOWN * 2
+        if crowded and len(traces) == 1:
+            words = [(plain(model), colour)]
+        self._words(axes, words, size * (SMALLEST if crowded else 1.0))
         column = [other for other in lanes.values() if other.left == panel.left]
         if panel == column[len(column) // 2]:
             axes.set_ylabel("potential", fontsize=0.85 * size)

@@ -66,7 +66,7 @@ def test_bars_are_shares_of_the_intact_network_with_the_claim_s_bounds(run):
 
 def test_the_icons_name_the_edges_of_objects(run):
     for polarity, (icons, *_) in panels(run).items():
-        said = {text.get_text() for text in icons.texts}
+        said = {text.get_text().replace("\n", " ") for text in icons.texts}
         assert set(CASES[polarity][1]) <= said
     darkens = {case for case in CASES["off"][1]}
     assert darkens == {"dark object, leading edge", "light object, trailing edge"}

@@ -10,19 +10,29 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
+from experiments.bench.figures.plotting import WIDTH
 from tests.helpers import figure_checks as checks
+from tests.helpers import figure_references as references
 from tests.helpers.figure_list import FIGURES, OF_ONE_MODEL, shown
 from tests.helpers.figure_rows import MODELS_SHOWN
 
 mpl.use("agg")
 SLOW = ("background", "robot, words", "behaviours, one episode", "tuning, size", "tuning, contrast")
 """Not drawn with twenty models: others are, which are laid out by the same function."""
-COLOURS_ALONE = ("video",)
-"""Not drawn with twenty models either: a video has the palette's ten hues and no line styles, so hues come again."""
 CASES = [
     (name, count) for name in FIGURES for count in MODELS_SHOWN
-    if count == "one" or (name not in OF_ONE_MODEL and not (count == "twenty" and name in SLOW + COLOURS_ALONE))
+    if count == "one" or (name not in OF_ONE_MODEL and not (count == "twenty" and name in SLOW))
 ]  # fmt: skip
+
+
+WIDE = ("atlas", "maps", "eyes and drives", "range of eyes", "sensitivity", "video")
+"""Grids with a cell for each thing that was tried, and frames of films: not all fit a page's width."""
+WIDE_OF_TWENTY = ("edges",)
+"""Wide with twenty models alone: they have a bar for each."""
+
+
+def inches(figure: Figure) -> float:
+    return float(figure.get_size_inches()[0])
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +55,12 @@ def test_a_figure_can_be_read(name, count, ones):
     models = MODELS_SHOWN[count]
     figure = ones[0][name] if count == "one" else FIGURES[name](models)
     figure.set_dpi(72)
-    places = checks.drawn(figure)
+    drawn_texts = checks.drawn_texts(figure)
+    places, texts = [(text.get_text(), box) for text, box in drawn_texts], [text for text, _ in drawn_texts]
+    wide = name in WIDE or (name in WIDE_OF_TWENTY and count == "twenty") or inches(figure) <= WIDTH
     found = {
+        "type that is too small in print": checks.small(texts, 1.0 if wide else WIDTH / inches(figure)),
+        "faint type": checks.faint(texts),
         "texts that overlap": checks.overlaps(places),
         "texts that run out of the figure": checks.outside(figure, places),
         "axes without a label": checks.unlabelled(figure),
@@ -56,6 +70,27 @@ def test_a_figure_can_be_read(name, count, ones):
         "numbers that stand elsewhere": checks.ordinal(figure),
     }
     assert not {what: where for what, where in found.items() if where}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_looks_as_it_did_when_it_was_last_looked_at(name, ones):
+    """Where the change is meant: look at the figure, then ``python -m tests.helpers.figure_references``."""
+    assert not references.differences(references.cells(ones[0][name]), references.load()[name])
+
+
+def test_what_is_gone_or_elsewhere_in_a_figure_is_noticed():
+    stored = references.load()["robot"]
+
+    def changed(change) -> str:
+        figure = FIGURES["robot"](MODELS_SHOWN["one"])
+        change(figure)
+        return references.differences(references.cells(figure), stored)
+
+    assert not changed(lambda figure: None)
+    assert changed(lambda figure: [line.set_visible(False) for line in figure.axes[1].get_lines()])
+    assert changed(lambda figure: figure.axes[0].set_ylim(-500, 500))
+    assert changed(lambda figure: figure.axes[0].set_visible(False))
+    assert changed(lambda figure: figure.set_facecolor("black"))
 
 
 BENCH = Path(__file__).parents[3] / "experiments" / "bench"

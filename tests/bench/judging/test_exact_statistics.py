@@ -171,7 +171,7 @@ def test_what_is_no_number_has_no_p():
 
 @pytest.mark.parametrize("n", [3, 4, 5, 10])
 def test_an_interval_of_few_values_covers_the_mean_as_often_as_it_says(n):
-    """Plain percentiles, which cannot leave the sample's range, cover it in 50 % of samples of two."""
+    """Plain percentiles, which cannot leave the sample's range, cover it in 75 % of samples of three."""
     rng = np.random.default_rng(0)
     summaries = [summarise(rng.normal(3.0, 2.0, n)) for _ in range(300)]
     assert 0.9 < np.mean([s.ci_low <= 3.0 <= s.ci_high for s in summaries]) < 0.99

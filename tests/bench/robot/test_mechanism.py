@@ -14,6 +14,7 @@ from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments import Experiment, General, Translation
 from experiments.bench import registry
+from experiments.bench.figures.palette import lanes
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.claims import paper_claims
@@ -161,11 +162,13 @@ def test_the_tables_of_a_run_of_variants(run):
 def test_the_figure_is_drawn_again_from_its_tables(run):
     drawn = run.figure()
     panels = [axes for part in drawn.subfigs for axes in part.axes]
-    assert len(panels) == 8
+    groups = lanes(run.models)
+    assert len(panels) == 4 + 4 * len(groups)
+    for first, group in zip(panels[4::4], groups, strict=True):
+        lines = [line for line in first.get_lines() if not line.get_label().startswith("_")]
+        assert [line.get_label() for line in lines] == group
+        assert len({line.get_color() for line in lines}) == len(group), "no two of a lane have one colour"
     potential = panels[4].get_lines()
-    assert [line.get_label() for line in potential if not line.get_label().startswith("_")] == run.models
-    looks = {(line.get_color(), str(line.get_linestyle())) for line in potential if line.get_label() in run.models}
-    assert len(looks) == len(run.models), "no two look alike"
     means = {row["speed_cm_s"]: row["mean"] for row in run.summary.to_pylist()
              if (row["model"], row["quantity"]) == ("dsnn", "mean_hs_near_axis")}  # fmt: skip
     assert dict(zip(*potential[0].get_data(), strict=True)) == pytest.approx(means)

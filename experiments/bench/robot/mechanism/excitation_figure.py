@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from experiments.bench.figures.palette import HUES
-from experiments.bench.figures.plotting import STYLE, headline
+from experiments.bench.figures.plotting import STYLE, WIDTH, headline
 from experiments.bench.robot.mechanism.excitation import Course, Floats
 
-ACROSS = 5
+ACROSS = 3
 """Conditions side by side."""
 EXCITED, INHIBITED, POTENTIAL, BALANCED = HUES[0], HUES[4], "black", HUES[1]
 LEFTOVER = HUES[2]
@@ -52,9 +52,7 @@ def figure(courses_shown: Sequence[Course], heading: str, threshold: float | Non
     blocks = [courses_shown[start : start + ACROSS] for start in range(0, len(courses_shown), ACROSS)]
     across = min(len(courses_shown), ACROSS)
     with mpl.rc_context(STYLE):
-        drawn = Figure(
-            figsize=(max(2.2 * across, 6.4), (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained"
-        )
+        drawn = Figure(figsize=(WIDTH, (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained")
         grid = drawn.subplots(3 * len(blocks), across, squeeze=False, sharex=True, height_ratios=HEIGHTS * len(blocks))
         highest, deepest = _limits(courses_shown, threshold)
         for row, block in enumerate(blocks):
@@ -69,7 +67,7 @@ def figure(courses_shown: Sequence[Course], heading: str, threshold: float | Non
                 panels[1].set_ylim(-1.1 * deepest, 1.1 * deepest)
         grid[0, 0].set_xlim(*_busy(courses_shown, QUIET * highest))
         headline(drawn, heading)
-        drawn.legend(handles=_keys(courses_shown[0].w_i, threshold), loc="outside lower center", ncols=4, frameon=False,
+        drawn.legend(handles=_keys(courses_shown[0].w_i, threshold), loc="outside lower center", ncols=3, frameon=False,
                      fontsize=8)  # fmt: skip
     return drawn
 

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.bench.figures.plotting import STYLE, headline, plain
+from experiments.bench.figures.plotting import STYLE, WIDTH, headline, plain
 from experiments.bench.studies.counts import TOGETHER
 from experiments.bench.studies.figure import DEFAULT, SCALE, SHADES
 from experiments.bench.studies.fitting.box import Range
@@ -53,7 +53,7 @@ def draw(fitted: Fitted | Optimum) -> Figure:
     names = len(fitted.importance) - 1
     tables = max(0.7 + 0.3 * (names + 1), 2.0 if isinstance(fitted, Optimum) else 0.0)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(max(2.7 * across, 7.5), 2.4 * down + tables + 1.3), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, 2.4 * down + tables + 1.3), layout="constrained")
         above, below = drawn.subfigures(2, 1, squeeze=False, height_ratios=(2.4 * down, tables + 0.3))[:, 0]
         panels = above.subplots(down, across, squeeze=False)
         for axes, pair in zip(panels.flat, pairs, strict=False):
