@@ -286,8 +286,9 @@ def test_malformed_messages_change_nothing():
         (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.1, 9.0, 600, 800, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     )
     dial = partial(
-        connect, f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None
-    )
+        connect, f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=[f"viser-v{viser.__version__}"],
+        max_size=None, max_queue=None, ping_interval=None,
+    )  # fmt: skip
     with serving(PORT + 1, dsnn) as page:
         session = page.session
         page.inputs.ask(lambda: session.drive("stimulus", 1.0))
