@@ -77,7 +77,7 @@ class Inputs:
             Returns the value that the session has.
         """
 
-        def update(event: Any) -> None:
+        async def update(event: Any) -> None:  # at once, in viser's loop: from its pool a refresh could come before it
             value = event.target.value
             self.ask(lambda: None if value == present() else do(value))
 

@@ -30,6 +30,7 @@ LEFT_PX, RIGHT_PX = 400.0, 370.0
 """Widths of the two panels."""
 SETTLING_FRAMES = 45
 """Frames after which a new browser draws the plots anew: laying out its panels, it may leave out the time axis."""
+PAUSED = "  \n**paused**"
 NONE, FRAME = "none", "the camera's frame"
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
 """Name of a pace -> simulated seconds for each second."""
@@ -158,6 +159,9 @@ class Page:
         """Pause or go on, go one frame, or begin again."""
         if word == "pause":
             self.paused = not self.paused
+            self._status.content = self._status.content.replace(PAUSED, "")
+            if self.paused:
+                self._status.content += PAUSED
         elif word == "step":
             self.paused, self._steps = True, self._steps + 1
         elif word == "again":
@@ -172,13 +176,13 @@ class Page:
 
     def change(self, model: str, name: str, text: str) -> None:
         """Change a parameter of a model; the trace before stays as a ghost."""
-        self._freeze()
         self.session.change(model, name, text)
+        self._freeze()
 
     def reset_model(self) -> None:
         """Give the models the parameters that they began with."""
-        self._freeze()
         self.session.reset_parameters()
+        self._freeze()
 
     def set_models(self, names: Iterable[str]) -> None:
         """Show other models."""
@@ -296,8 +300,8 @@ class Page:
         return np.asarray(127.5 + 127.5 * layer / most, np.uint8)
 
     def _line(self, view: View, rate: float) -> str:
-        lines = [f"{self.session.title}{', **paused**' if self.paused else ''}"]
-        lines.append(f"frame {view.number}, {view.time_s:.2f} s; simulated / wall time {rate:.2f}")
+        number = f"frame {view.number}, {view.time_s:.2f} s; simulated / wall time {rate:.2f}"
+        lines = [self.session.title, number]
         for runner in self.session.watching:
             answer, channel, label = view.answers[runner.label], runner.chosen.counted, runner.label
             if runner.trouble:
@@ -313,7 +317,7 @@ class Page:
             )
             if text := ", ".join(changed):
                 lines.append(f"**{label} changed: {text}**")
-        return "  \n".join(lines)
+        return "  \n".join(lines) + (PAUSED if self.paused else "")
 
 
 def _grey(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

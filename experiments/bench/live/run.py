@@ -126,7 +126,8 @@ def serve(page: Page, frames: int | None = None) -> None:
             view = session.step()
         except UsageError as error:
             page.tell(str(error))
-            page.paused = True
+            if not page.paused:
+                page.time("pause")
             continue
         times.append(time.perf_counter())
         rate = (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6)

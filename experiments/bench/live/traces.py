@@ -50,7 +50,7 @@ class Traces:
         blank = [0.0] * SHOWN_FRAMES
         self._potentials = {
             (model.label, channel): deque(blank, SHOWN_FRAMES)
-            for model in models for channel in DASHES if channel in model.channels
+            for model in models for channel in [c for c in DASHES if c in model.channels] or model.channels
         }  # fmt: skip
         self._spikes = {model.label: deque(blank, SHOWN_FRAMES) for model in models}
         self._limits = self._thresholds()
@@ -76,7 +76,9 @@ class Traces:
         x = uplot.Series(label="s")
         ghost = [uplot.Series(label="before", stroke=GHOST, width=2)] if self._ghost is not None else []
         lines = [
-            uplot.Series(label=f"{label} {channel.upper()}", stroke=colour[label], width=2, dash=DASHES[channel])
+            uplot.Series(
+                label=f"{label} {channel.upper()}", stroke=colour[label], width=2, dash=DASHES.get(channel, [])
+            )
             for label, channel in self._potentials
         ]
         limits = [

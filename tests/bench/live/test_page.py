@@ -286,8 +286,9 @@ def test_malformed_messages_change_nothing():
         (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.1, 9.0, 600, 800, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     )
     dial = partial(
-        connect, f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None
-    )
+        connect, f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=[f"viser-v{viser.__version__}"],
+        max_size=None, max_queue=None, ping_interval=None,
+    )  # fmt: skip
     with serving(PORT + 1, dsnn) as page:
         session = page.session
         page.inputs.ask(lambda: session.drive("stimulus", 1.0))
@@ -315,9 +316,11 @@ def test_malformed_messages_change_nothing():
             client.send(encoded(camera))
             until(lambda: page.server.get_clients())
             for handle, value in [*((n, -1e300) for n in numbers), *((t, "/etc/passwd") for t in texts)]:
-                count = len(refused)
+                count, before = len(refused), handle.value
                 client.send(encoded(_messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})))
                 until(lambda count=count: len(refused) > count, f"{handle.label} took {value}")
+                until(lambda handle=handle, before=before: handle.value == before, f"{handle.label} kept {value}")
+                time.sleep(0.02)  # the other controls are looked at after it
             for updates in ({"value": []}, {"value": "x"}, {"no_such": 1.0}):
                 client.send(encoded(_messages.GuiUpdateMessage(numbers[0]._impl.uuid, updates)))
             client.send(encoded(_messages.GuiUpdateMessage("no such control", {"value": 1.0})))
