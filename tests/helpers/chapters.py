@@ -61,7 +61,6 @@ SKIPPED = {
         "needs PyTorch and minutes: tests/bench/training/test_train.py",
         "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
         "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
-        "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
         "needs a screen",
     ),
     "eye.md": (
