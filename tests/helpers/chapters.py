@@ -69,7 +69,6 @@ SKIPPED = {
     ),
     "live.md": (
         "runs until Ctrl-C: tests/bench/live/test_page.py",
-        "needs the reader's own footage: tests/bench/live/test_footage.py",
         "needs a recording: tests/bench/live/test_session.py",
     ),
     "fitting.md": (
