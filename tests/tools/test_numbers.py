@@ -286,7 +286,7 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"at least {least} trials of each condition, or {most} if it is about every single trial",
         f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
         f"of {statistics.PERMUTATIONS} permutations",
-        f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials is Student's",
+        f"of a mean of {statistics.LEAST_FOR_INTERVAL} or {statistics.LEAST_FOR_BOOTSTRAP - 1} trials is Student's",
     ):
         assert said in text, said
 

@@ -47,7 +47,8 @@ def draw(run: Record) -> Figure:
 def _of_clips(run: Record, rows: list[Any]) -> Figure:
     """Return the figure of clips."""
     declared = run.description["experiment"]
-    first_rows = [row for row in rows if row["repeat"] == 0]
+    # Rows of a run of 0.1 have no rate, and every clip had this one.
+    first_rows = [{"fps": 30.0, **row} for row in rows if row["repeat"] == 0]
     thresholds = _thresholds(run, run.description["models"])
     title = clips_figure.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
     return clips_figure.draw(Drawing(**declared["figure"]), first_rows, run.frames, thresholds, title)

@@ -262,7 +262,7 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     assert (row["auc_translation_robot_n"], row["auc_recession_robot_n"]) == ("15", "6")
     assert (row["auc_translation_n"], row["auc_recession_n"], row["auc_background_n"]) == ("50", "36", "30")
     assert (out / "figure.svg").read_text().count(">gradient<") == 1
-    assert (out / "looming.svg").read_text().count(">lgmd1<") == 2, "a row in each of two bands"
+    assert (out / "looming.svg").read_text().count(">lgmd1<") == 3, "a row in each of three bands"
     assert pq.read_table(out / "clips-clutter" / "trials.parquet").num_rows == 16
     assert pq.read_table(out / "looming-plain" / "trials.parquet").num_rows == 48
 

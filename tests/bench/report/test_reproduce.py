@@ -40,7 +40,7 @@ def once_a_condition(trial):
     """
     done = {}
 
-    def run_trial(spec, *, keep_media=False):
+    def run_trial(spec, *, keep_media=False, watch=None):
         same = (spec.experiment, spec.condition, spec.settings, keep_media)
         if same not in done:
             done[same] = trial(spec, keep_media=keep_media)

@@ -10,7 +10,7 @@ from experiments.bench import registry
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.pictures.eyes import both, through
 from experiments.bench.robot.plan import plan
-from experiments.bench.robot.recording import blueprint, exposing, record
+from experiments.bench.robot.recording import exposing, layout, record
 from experiments.bench.robot.trial import run_trial
 
 
@@ -46,7 +46,7 @@ def test_the_recording_shows_both_eyes_and_the_exposure(seen):
     content = record(seen)
     for entity in (b"camera_ov7670", b"exposure/ov7670", b"/camera"):
         assert entity in content
-    assert blueprint(seen) is not None
+    assert layout(seen.media, seen.answers) is not None
 
 
 def test_only_the_name_of_a_preset_is_an_eye():

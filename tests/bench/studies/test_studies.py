@@ -89,13 +89,13 @@ def test_the_range_of_eyes_has_the_fixed_ones_and_moves_what_is_not_known():
 def test_many_points_with_names_make_a_map_for_each_claim():
     counts = Counts(planned("eye-range", replicates=1, repeats=1))
     drawn = figure.draw(counts)
-    assert [axes.get_title(loc="left") for axes in drawn.axes if axes.axison] == [
-        *(f"C{number}" for number in range(13, 21))
-    ]
+    titles = [axes.get_title(loc="left") for axes in drawn.axes if axes.axison]
+    assert [title.partition(":")[0] for title in titles if title] == [f"C{number}" for number in range(13, 21)]
     axes = drawn.axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == [*reversed(counts.plan.axes[-1].labels)]
     assert len(axes.texts) == len(counts.plan.points) == 36
-    assert len(figure.draw(Counts(planned("fidelity", replicates=1, repeats=1))).axes) == 1, "few are rows"
+    few = figure.draw(Counts(planned("fidelity", replicates=1, repeats=1)))
+    assert len([axes for axes in few.axes if axes.get_title("left")]) == 1, "few are rows"
 
 
 def test_the_first_point_is_the_reproduction_s_own_replicate():
