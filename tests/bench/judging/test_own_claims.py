@@ -51,7 +51,7 @@ WRONG = {
     "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
     "one alone": (
         lambda: Experiment("mine", "mine", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
-        "experiment mine: claims is mine alone: legal is a tuple; a comma makes one: (X,)",
+        "claims=the claim mine: legal is a tuple of names, and of claims of your own; a comma makes one: (X,)",
     ),
     "the paper's object": (lambda: clips(clips_claims.find("C1")), "claim C1 is the paper's: declare it by its id"),
     "no verdict": (
