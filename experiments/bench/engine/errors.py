@@ -105,6 +105,11 @@ def short(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
+def of_one(text: str) -> str:
+    """Return what to say of a text where a tuple of texts is legal: that a comma makes a tuple of it."""
+    return f"; a comma makes one: ({short(text)},)"
+
+
 def plain(value: Any) -> Any:
     """Return a text or number of a user's own kind as a plain one: no worker could unpickle an enum's member."""
     if isinstance(value, str):

@@ -107,6 +107,8 @@ def collect(
                 raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
             meant = _meant(key, known)
             near = f"nearest: {meant}; " if meant else ""
+            if LISTED_BY in listed_by and section not in values:
+                near += f"sections here are {', '.join(values)}; --model FILE adds a model of your own; "
             raise UsageError(f"{option} {assignment}: no parameter '{key}' ({near}all: {listed_by})")
         collected.setdefault(section, {})[name] = text
     return collected

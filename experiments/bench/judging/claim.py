@@ -169,6 +169,8 @@ class Claim:
         """
         if not self.own:
             return self.judge(rows, *more)
+        if not rows:  # every trial of the model failed: a judge need not expect that
+            return Outcome.unjudged("nothing to judge it on was shown")
         copies = [dict(row) for row in rows]  # what a judge changes is its own
         try:
             answer = apart(lambda: self.judge(copies, *more))

@@ -10,9 +10,11 @@ from experiments.bench.judging.claim import Claim
 
 def check_claims(experiment: str, claims: Any) -> None:
     """Raise ``ValueError`` for claims that no experiment can declare: a tuple of ids, and of claims of one's own."""
-    where = f"experiment {experiment}: claims={short(claims)}"
     if not isinstance(claims, tuple) or not all(isinstance(claim, str | Claim) for claim in claims):
-        raise ValueError(f"{where}: legal is a tuple of names, and of claims of your own")
+        value = f"the claim {claims.id}" if isinstance(claims, Claim) else short(claims)
+        hint = "; a comma makes one: (X,)" if isinstance(claims, str | Claim) else ""
+        where = f"experiment {experiment}: claims={value}"
+        raise ValueError(f"{where}: legal is a tuple of names, and of claims of your own{hint}")
     for claim in claims:
         if isinstance(claim, Claim) and not claim.own:
             raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")

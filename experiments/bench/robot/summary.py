@@ -125,7 +125,7 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
 
 def _noting(verdict: Verdict, experiment: str, lost: int, notes: Sequence[str]) -> Verdict:
     """The verdict, naming its experiment, with the trials it could not be judged on and ``notes`` on the others."""
-    failed = f"{lost} trials of the run failed" if lost else ""
+    failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
     return dataclasses.replace(verdict, outcome=verdict.outcome.noting([failed, *notes]), experiment=experiment)
 
 

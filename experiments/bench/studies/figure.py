@@ -119,6 +119,8 @@ def draw(counts: Counts) -> Figure:
             drawn.supxlabel(plain(" ".join(across.words())), fontsize=8)
             if up:
                 drawn.supylabel(plain("\n".join(up.words())), fontsize=8)
+        if not gridded and not mapped and len(plan.axes) > 1:  # a row is called by a level of each of them
+            drawn.supylabel(plain(", ".join(axis.name for axis in plan.axes)), fontsize=8)
         if mapped:
             drawn.supxlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
             drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from experiments.bench.engine.errors import UsageError, check_name
+from experiments.bench.engine.errors import UsageError, check_name, of_one
 from experiments.bench.judging.claim import Claim
 
 if TYPE_CHECKING:
@@ -40,6 +40,13 @@ class Level:
     settings: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
     plays: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        for what in ("settings", "models"):
+            values = getattr(self, what)
+            if isinstance(values, str):
+                raise UsageError(f"level {self.label}: {what}={values!r}: legal is a tuple{of_one(values)}")
+            object.__setattr__(self, what, tuple(values))
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,8 +253,12 @@ class Study:
         for what in ("claims", "measures", "experiments", "axes", "over", "models", "assignments"):
             values = getattr(self, what)
             if isinstance(values, str):
-                raise UsageError(f"study {self.name}: {what}={values!r}: legal is a tuple")
+                raise UsageError(f"study {self.name}: {what}={values!r}: legal is a tuple{of_one(values)}")
             object.__setattr__(self, what, tuple(values))
+        for what, legal in (("replicates", ""), ("repeats", ", or None: the experiment's own number")):
+            number = getattr(self, what)
+            if not isinstance(number, int) and not (number is None and legal):
+                raise UsageError(f"study {self.name}: {what}={number!r}: legal is a whole number{legal}")
         for axis in self.axes:
             if not isinstance(axis, Axis) or not axis.levels:
                 raise UsageError(f"study {self.name}: axes: {axis!r}: legal is an experiments.Axis with levels")

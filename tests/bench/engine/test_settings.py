@@ -84,6 +84,7 @@ def test_a_preset_comes_first_whatever_the_order():
     [
         (["robot.preset=colias5"], "--set robot.preset=colias5: legal is default, colias4"),
         (["scene.preset=default"], "no parameter 'scene.preset'"),
+        (["mine.gain=2"], "sections here are dsnn, robot, camera, scene, experiment; --model FILE adds a model"),
         (["robot.trim=3"], "trim: counted in powers, so power_step_cm_s has to be above 0"),
         (["robot.preset=colias4", "experiment.speeds_cm_s=1"], "below robot.dead_band=20 a wheel does not turn"),
         (["robot.preset=colias4", "experiment.speeds_cm_s=15"], "up to 14.535 cm/s"),

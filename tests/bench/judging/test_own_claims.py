@@ -49,6 +49,10 @@ WRONG = {
     "conditions as a list": (lambda: clip_claim(conditions=[1]), "legal is a mapping of columns"),
     "a value alone": (lambda: clip_claim(conditions={"motion": "rightward"}), "legal is a mapping of columns"),
     "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
+    "one alone": (
+        lambda: Experiment("mine", "mine", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
+        "claims=the claim mine: legal is a tuple of names, and of claims of your own; a comma makes one: (X,)",
+    ),
     "the paper's object": (lambda: clips(clips_claims.find("C1")), "claim C1 is the paper's: declare it by its id"),
     "no verdict": (
         lambda: Outcome("yes", ""),
@@ -121,6 +125,12 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     shown = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
     assert re.match(said, clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured)
+
+
+def test_a_judge_is_not_asked_about_nothing():
+    """Every trial of a model may fail; a judge that takes the largest of its rows has none then."""
+    broken = judge(claim(judge=lambda rows, threshold: max(row["spikes"] for row in rows)), [], 0.2)
+    assert broken.outcome.verdict == "not shown" and "nothing to judge it on was shown" in broken.outcome.measured
 
 
 def test_columns_that_there_are_not():

@@ -1,6 +1,7 @@
 """What a run ends with on a terminal of 80 columns: few lines, whole words, deciding numbers, no idle p."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,14 @@ def test_a_run_is_told_in_twelve_lines_of_whole_words(narrow, capsys):
         assert re.search(rf"{claim} held in [01] of 1 replicate: [A-Z][^;]+; {re.escape(check.text)}", words)
     assert "p = " not in words and MEASURED not in words, "claims.json has these"
     assert "runs/speed-20260101-120000: figure.png, trials.parquet, claims.json" in words
+
+
+def test_verdicts_of_a_model_that_failed_in_every_trial_are_told_apart(narrow, capsys):
+    usual = report()
+    lost = [replace(verdict, model=model) for model in ("dsnn", "lost") for verdict in usual.verdicts]
+    show(replace(usual, verdicts=lost), recordings=False)
+    words = capsys.readouterr().out
+    assert "C15 (dsnn)" in words and "C15 (lost)" in words
 
 
 @pytest.mark.parametrize(("n", "shown"), [(4, "-"), (5, "-"), (6, "0.0312")])

@@ -353,3 +353,27 @@ def test_a_wrong_use_and_an_old_spelling_end_in_one_line(arguments, says, tmp_pa
 def test_a_study_that_cannot_be_planned_says_why(study, says):
     with pytest.raises(UsageError, match=says):
         run.planned(study)
+
+
+@pytest.mark.parametrize(
+    ("declare", "says"),
+    [
+        (lambda: Study("s", "s", replicates="two"), "replicates='two': legal is a whole number"),
+        (lambda: Study("s", "s", replicates=None), "replicates=None: legal is a whole number"),
+        (lambda: Study("s", "s", repeats=2.5), "repeats=2.5: legal is a whole number, or None"),
+        (lambda: Study("s", "s", claims="C13"), "claims='C13': legal is a tuple; a comma makes one: ('C13',)"),
+        (lambda: Level("dim", "scene.light=0.6"), "level dim: settings='scene.light=0.6': legal is a tuple"),
+        (lambda: Level("dim", models="emd"), "level dim: models='emd': legal is a tuple; a comma makes one: ('emd',)"),
+    ],
+)
+def test_a_study_that_cannot_be_declared_says_why(declare, says):
+    with pytest.raises(UsageError) as caught:
+        declare()
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_figure_names_the_axes_of_its_rows():
+    light = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
+    plan = run.planned(Study("s", "s", claims=("C13",), axes=(light,), over=("dsnn.n_con=4,8",), replicates=1))
+    drawn = figure.draw(Counts(plan))
+    assert drawn.get_supylabel() == "light, dsnn.n_con"
