@@ -35,6 +35,8 @@ SCALE_CM = 10.0
 """Length of the plan's scale."""
 CLOCK_PX = 360.0
 """Room that the spikes so far and the time take at the right of the caption, at plain size."""
+ARROW = "   \N{RIGHTWARDS ARROW} motion"
+"""What the arrow on a picture of changes is: the motion that a model answers."""
 SPIKE_SHARE = 0.11
 """Length of the longest stroke of a spike, as a share of its lane's height."""
 TYPE_PX = 27.0
@@ -127,7 +129,7 @@ class Still:
         brighter, _, darker = title.partition(" / ")
         if not darker:
             return self.empty(panel, title)
-        words = [(brighter, _shade(ON)), (" / ", FRAME_COLOUR), (darker, _shade(OFF))]
+        words = [(brighter, _shade(ON)), (" / ", FRAME_COLOUR), (darker, _shade(OFF)), (ARROW, FRAME_COLOUR)]
         self._words(axes, words, TYPE_PX * self._scale)
         return axes
 
