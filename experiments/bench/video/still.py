@@ -12,11 +12,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from experiments.bench.figures.plotting import STYLE, drawing, plain
+from experiments.bench.figures.plotting import LETTER, STYLE, drawing, plain
 from experiments.bench.figures.series import OFF, ON
 from experiments.bench.video.layout import (
     LEFT,
     MOST_DOWN,
+    ONE_COLUMN,
     SMALLER,
     SMALLEST,
     Layout,
@@ -35,8 +36,10 @@ SCALE_CM = 10.0
 """Length of the plan's scale."""
 CLOCK_PX = 360.0
 """Room that the spikes so far and the time take at the right of the caption, at plain size."""
-ARROW = "   \N{RIGHTWARDS ARROW} motion"
-"""What the arrow on a picture of changes is: the motion that a model answers."""
+ARROW = "\N{RIGHTWARDS ARROW} HS, VS"
+"""What the arrow on a picture of changes is: a model's answer, as long as HS to the right and VS downward."""
+SIGNS = {"hs": "right +", "vs": "down +"}
+"""Channel -> the motion that a positive potential is of."""
 SPIKE_SHARE = 0.11
 """Length of the longest stroke of a spike, as a share of its lane's height."""
 TYPE_PX = 27.0
@@ -123,14 +126,17 @@ class Still:
                        color=FRAME_COLOUR)  # fmt: skip
         return axes
 
-    def change(self, panel: Panel, title: str = "brighter / darker") -> Axes:
-        """Draw the frame of a picture of changes; its title has the colours that these have, but darker."""
-        axes = self.empty(panel, "")
-        brighter, _, darker = title.partition(" / ")
-        if not darker:
-            return self.empty(panel, title)
-        words = [(brighter, _shade(ON)), (" / ", FRAME_COLOUR), (darker, _shade(OFF)), (ARROW, FRAME_COLOUR)]
-        self._words(axes, words, TYPE_PX * self._scale)
+    def change(self, panel: Panel) -> Axes:
+        """Draw the frame of a picture of changes; its title has the colours that these have, but darker.
+
+        What the arrow is stands beside them where the panel is wide enough.
+        """
+        axes, size = self.empty(panel, ""), TYPE_PX * self._scale
+        words = [("brighter", _shade(ON)), (" / ", FRAME_COLOUR), ("darker", _shade(OFF))]
+        arrow = (f"   {ARROW}", FRAME_COLOUR)
+        letters = sum(len(word) for word, _ in (*words, arrow))
+        fits = 0.92 * LETTER * size * letters <= panel.width  # a fifth of it is spaces, which are narrow
+        self._words(axes, [*words, arrow] if fits else words, size)
         return axes
 
     def plan(self, panel: Panel, title: str, obstacles: Sequence[npt.NDArray[np.float64]] = ()) -> None:
@@ -176,7 +182,8 @@ class Still:
         axes.yaxis.set_major_formatter("{x:g}")
         names = [(plain(trace.name.removeprefix(f"{model} ")), _hex(trace.colour)) for trace in traces]
         words = [(f"{plain(model)}  ", FRAME_COLOUR)]
-        words += [(f"{name}{' (dots)' if trace.dotted else ''}  ", tint)
+        signs = SIGNS if len(lanes) <= ONE_COLUMN else {}
+        words += [(f"{name}{_notes(signs.get(trace.channel, ''), 'dots' if trace.dotted else '')}  ", tint)
                   for (name, tint), trace in zip(names, traces, strict=True)]  # fmt: skip
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
@@ -244,6 +251,12 @@ def eye_title(entity: str) -> str:
     """Return what is written above the pictures of an eye."""
     name = entity.partition("_")[2]
     return {"picture": "what it sees", "clip": "clip"}.get(entity, f"its camera{f', {name}' if name else ''}")
+
+
+def _notes(*notes: str) -> str:
+    """Return the notes that there are, in brackets."""
+    there = ", ".join(filter(None, notes))
+    return f" ({there})" if there else ""
 
 
 def _advance(word: Text, renderer: object) -> float:

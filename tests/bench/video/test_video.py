@@ -308,7 +308,7 @@ def test_a_strip_shows_its_moments(trial, folder):
     width = (1800 - 2 * 20 - 3 * 10) / 4
     for k, index in enumerate(np.rint(np.linspace(0, result.frames - 1, 4)).astype(int)):
         high = round(width / 99 * 72)
-        left, top = round(20 + k * (width + 10)), round(96 + high + 10)  # below the view from outside
+        left, top = round(20 + k * (width + 10)), round(96 + high + 44)  # below the view from outside and a title
         shown = cv2.resize(picture[top : top + high, left : left + round(width)].astype(np.uint8), (99, 72))
         apart = [np.abs(shown.astype(int) - frame).mean() for frame in result.media.pictures[""]]
         assert abs(int(np.argmin(apart)) - index) <= 1
