@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from experiments.bench.figures.plotting import LETTER, STYLE, drawing, plain
+from experiments.bench.figures.plotting import STYLE, drawing, plain
 from experiments.bench.figures.series import OFF, ON
 from experiments.bench.video.layout import (
     LEFT,
@@ -133,10 +133,7 @@ class Still:
         """
         axes, size = self.empty(panel, ""), TYPE_PX * self._scale
         words = [("brighter", _shade(ON)), (" / ", FRAME_COLOUR), ("darker", _shade(OFF))]
-        arrow = (f"   {ARROW}", FRAME_COLOUR)
-        letters = sum(len(word) for word, _ in (*words, arrow))
-        fits = 0.92 * LETTER * size * letters <= panel.width  # a fifth of it is spaces, which are narrow
-        self._words(axes, [*words, arrow] if fits else words, size)
+        self._words(axes, [*words, (f"   {ARROW}", FRAME_COLOUR)], size, whole=True)
         return axes
 
     def plan(self, panel: Panel, title: str, obstacles: Sequence[npt.NDArray[np.float64]] = ()) -> None:
@@ -200,8 +197,11 @@ class Still:
             axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)", fontsize=0.85 * size,
                             labelpad=1.0)  # fmt: skip
 
-    def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float) -> None:
-        """Write words of several colours above axes, one after the other; the last is cut to the room there is."""
+    def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float, *, whole: bool = False) -> None:
+        """Write words of several colours above axes, one after the other.
+
+        One for which there is no room is cut to it, or left out where words are to be ``whole``.
+        """
         renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
         with drawing(self._style):
             across, width = 0.0, axes.get_window_extent(renderer).width
@@ -209,6 +209,9 @@ class Still:
                 word: Text = axes.text(across / width, 1.0, text, color=colour, fontsize=size, transform=axes.transAxes,
                                        va="bottom", ha="left")  # fmt: skip
                 advance = _advance(word, renderer)
+                if whole and across + advance > width:
+                    word.remove()
+                    continue
                 for length in range(len(text) - 1, 0, -1):
                     if across + advance <= width:
                         break

@@ -34,7 +34,7 @@ from experiments.bench.video.make import Film, frames
 from experiments.bench.video.outside import outside
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import Reel, read
-from experiments.bench.video.still import draw_still
+from experiments.bench.video.still import Still, draw_still
 from tests.helpers.h264 import decoded, report
 
 SIZE = 480, 270
@@ -387,3 +387,11 @@ def test_a_missing_encoder_is_told_in_one_line_with_its_remedy(trial, folder, mo
     assert main.command(["video", str(trial[1]), "--out", str(folder / "none.png"), "--quiet"]) == 0, (
         "a strip needs none"
     )
+
+
+@pytest.mark.parametrize(("width", "named"), [(400, True), (180, False)])
+def test_a_title_says_what_the_arrow_is_whole_or_not_at_all(width, named):
+    still = Still(640, 360, 0.75)
+    axes = still.change(Panel(10, 40, width, 120))
+    words = [text.get_text().strip() for text in axes.texts]
+    assert words == ["brighter", "/", "darker", *(["\u2192 HS, VS"] if named else [])]
