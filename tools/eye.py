@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.bench.figures.palette import HUES
-from experiments.bench.figures.plotting import STYLE
+from experiments.bench.figures.palette import level_colours
+from experiments.bench.figures.plotting import STYLE, TYPE, WIDTH
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3
@@ -53,35 +53,40 @@ def settling(exposure_ms: float, count: int = 16) -> Sequence[Frame]:
 
 def drawn() -> Figure:
     """Return the pictures above, the loop and the lens below."""
-    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
     grid = figure.add_gridspec(2, 12)
     for i, (title, camera) in enumerate(PICTURES.items()):
         frame = passing(camera, 0.2 if title == FIFTH else 1.0)
         axes = figure.add_subplot(grid[0, 3 * i : 3 * i + 3])
         axes.imshow(frame.luma, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
-        axes.set_title(f"{title}\n{frame.exposure_ms:.1f} ms", fontsize=8)
+        words = title.replace(", ", ",\n")
+        axes.set_title(f"{words}\n{frame.exposure_ms:.1f} ms", fontsize=TYPE)
         axes.set_axis_off()
     mean, exposure, lens = (figure.add_subplot(grid[1, 4 * i : 4 * i + 4]) for i in range(3))
-    for start, colour in zip((0.5, 8.0, 30.0), HUES, strict=False):
+    for start, colour in level_colours((0.5, 8.0, 30.0)).items():
         frames = settling(start)
         mean.plot([frame.luma.mean() for frame in frames], ".-", color=colour, label=f"from {start:g} ms")
         exposure.semilogy([frame.exposure_ms for frame in frames], ".-", color=colour)
     mean.axhspan(EYE.ae_target - EYE.ae_zone, EYE.ae_target + EYE.ae_zone, color="#dddddd", label="control zone")
-    mean.set(xlabel="frame", ylabel="mean grey", ylim=(0, 255))
-    mean.legend(frameon=False, fontsize=7)
-    exposure.set(xlabel="frame", ylabel="exposure, ms")
+    mean.set(xlabel="frame of the camera", ylabel="mean grey level", ylim=(0, 256), yticks=range(0, 257, 64))
+    mean.legend(frameon=False, fontsize=TYPE, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    exposure.set(xlabel="frame of the camera", ylabel="exposure (ms)")
+    exposure.set_yticks([0.5, 1, 2, 5, 10, 20], ["0.5", "1", "2", "5", "10", "20"])
+    exposure.minorticks_off()
+    for axes in (mean, exposure):
+        axes.set_xticks(range(0, 16, 5))
     f = np.linspace(0.0, 0.5, 100)
-    for sd, colour in zip((EYE.blur_px, 0.6, 1.0), HUES, strict=False):
-        lens.plot(f, np.exp(sd**2 * (np.cos(2 * np.pi * f) - 1)), color=colour, label=f"blur_px={sd:g}")
-    lens.set(xlabel="cycles a pixel", ylabel="the lens's transfer", ylim=(0, 1.02))
-    lens.legend(frameon=False, fontsize=7)
+    for sd, colour in level_colours((EYE.blur_px, 0.6, 1.0)).items():
+        lens.plot(f, np.exp(sd**2 * (np.cos(2 * np.pi * f) - 1)), color=colour, label=f"blur of {sd:g} px")
+    lens.set(xlabel="spatial frequency (cycles/px)", ylabel="transfer of the lens", ylim=(0, 1.02))
+    lens.legend(frameon=False, fontsize=TYPE, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
 
 
 def main(folder: Path) -> None:
     """Draw the picture into ``folder``."""
     with mpl.rc_context(STYLE):
-        drawn().savefig(folder / "eye.png", dpi=110)
+        drawn().savefig(folder / "eye.png", dpi=160)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -90,7 +91,12 @@ def _title(played: Played) -> str:
         for key, part in (value.items() if isinstance(value, Mapping) else [("", value)])
     )
     episodes = count(len(played.standings[0].rows), "episode")
-    return f"{played.env.partition('/')[2]}, {episodes} each; 95 % intervals{f'; set: {options}' if options else ''}"
+    scores = [score for standing in played.standings for score in standing.scores.values() if score is not None]
+    barred = any(score.low < score.high and math.isfinite(score.high - score.low) for score in scores)
+    stroked = any(measure.kind == "mean" for measure in ENVS[played.env].all_measures)
+    what = f"{'short strokes: episodes' if stroked else ''}{'; ' * (stroked and barred)}"
+    what += "bars: 95 % intervals" if barred else ""
+    return f"{played.env.partition('/')[2]}, {episodes} each; {what}{f'; set: {options}' if options else ''}"
 
 
 def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:

@@ -31,6 +31,8 @@ BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
 """Beginning of the names of behaviours that are told the state of the world."""
+LIGHTEST = 0.59
+"""Share of the colour map of levels beyond which lines on white have less contrast than 3:1."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
@@ -130,10 +132,8 @@ def colours(names: Iterable[str]) -> dict[str, str]:
 
 
 def level_colours(levels: Sequence[Any]) -> dict[Any, str]:
-    """Return a colour for each level of a condition: numbers from dark to light, words in hues; none twice."""
-    if all(isinstance(level, str) for level in levels) and len(levels) <= len(HUES):
-        return dict(zip(levels, HUES, strict=False))
+    """Return a colour for each level of a condition, from dark to light; none twice, none that is a model's."""
     import matplotlib as mpl  # not before: workers, which need the palette for recordings, do without
 
-    shades = mpl.colormaps["viridis"](np.linspace(0.0, 0.88, max(len(levels), 2)))
+    shades = mpl.colormaps["viridis"](np.linspace(0.0, LIGHTEST, max(len(levels), 2)))
     return {level: mpl.colors.to_hex(shade) for level, shade in zip(levels, shades, strict=False)}

@@ -66,7 +66,7 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
     limit = (chip.ram_main + chip.ram_core) / KB
     axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
     top = max(limit, *(sum(budget.purposes.values()) / KB for budget in budgets))
-    axes.set_xlim(0.0, 1.5 * top)
+    axes.set_xlim(0.0, 2.0 * top)  # room for the words beside the longest bar
     axes.set_title(f"RAM (kB); the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=8, loc="left")
 
 

@@ -84,20 +84,23 @@ class Series:
 
     Parameters
     ----------
-    label
-        What tells it apart from the others.
     rows
         Its trials.
     mark
         Its model's.
     condition
         Number of the combination of its other conditions: it has a line style and a filling of the marker.
+    words
+        What that combination is called.
+    label
+        What tells the series from the others: these words, after the model's name where there are several models.
     """
 
-    label: str
     rows: Rows
     mark: Mark
     condition: int
+    words: str
+    label: str
 
 
 def title(
@@ -148,7 +151,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     across = 1 if len(models) == 1 else 2 if beside else ACROSS
     down = math.ceil(len(models) / across)
     lane = 1.5 + 0.15 * max(map(len, groups))
-    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.6, 1.35 * down + 0.8)
+    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.8, 1.35 * down + 0.8)
     with mpl.rc_context(STYLE):
         high = max(3.1, 1.9 * down + 0.8) if beside else sum(heights) + 0.3
         drawn = Figure(figsize=(WIDTH, high), layout="constrained")
@@ -177,25 +180,25 @@ def _potentials(
     panels = place.subplots(*shape, squeeze=False, sharex=True, sharey=True)
     axis = _trace_axis(rows)
     looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
+    looks = marks(models)
     for axes, model, looms in zip(panels.flat, models, looming, strict=False):
         model_rows = [row for row in rows if row["model"] == model]
         _traces(axes, model_rows, frames, varies, colours, axis)
-        _threshold(axes, thresholds.get(model), (1,) if looms else (1, -1))
+        system = ("looming" if looms else "HS") if any(looming) and not all(looming) else ""
+        _threshold(axes, system, thresholds.get(model), (1,) if looms else (1, -1))
         if len(models) > 1:
-            axes.set_title(plain(wrapped(model, 0.9 * WIDTH / (shape[1] + (shape[1] < ACROSS)), 8)), fontsize=8,
-                           loc="left")  # fmt: skip
-        if any(looming) and not all(looming):
-            axes.annotate("looming" if looms else "HS", (0.99, 0.02), xycoords="axes fraction", ha="right", fontsize=8)
+            _name(axes, wrapped(model, 0.8 * WIDTH / (shape[1] + (shape[1] < ACROSS)), 8), looks[model])
     for axes in list(panels.flat)[len(models) :]:
         axes.set_visible(False)
-    whose = "of the looming detector" if all(looming) else "" if any(looming) else "of HS, right positive"
+    whose = "of the looming detector" if all(looming) else "of HS, right positive"
+    whose = "(HS: right positive)" if any(looming) and not all(looming) else whose
     _frame(place, panels[0, 0], axis, whose, 0.0 if all(looming) else -1.0)
-    _level_keys(place, colours, UNITS.get(varies, ""), _others(rows, varies, models))
+    _level_keys(place, colours, varies, _others(rows, varies, models))
 
 
 def said(level: Any) -> str:
     """Return a level as axes and keys show it."""
-    return level if isinstance(level, str) else f"{level:g}"
+    return level if isinstance(level, str) else f"{level:g}".replace("-", "\N{MINUS SIGN}")
 
 
 def _trace_axis(rows: Rows) -> str:
@@ -212,7 +215,11 @@ def _conditions(rows: Rows, varies: str) -> list[str]:
 
 def _condition(row: Mapping[str, Any], names: Sequence[str]) -> str:
     values = [(name, row[name]) for name in names]
-    return plain(", ".join(f"{v:g} {UNITS[n]}" if n in UNITS and v is not None else str(v) for n, v in values))
+    return plain(", ".join(_with_unit(v, UNITS[n]) if n in UNITS and v is not None else str(v) for n, v in values))
+
+
+def _with_unit(level: Any, unit: str) -> str:
+    return f"{said(level)}{'' if unit.startswith('°') else ' '}{unit}".strip()
 
 
 def _others(rows: Rows, varies: str, models: Sequence[str]) -> dict[str, Any]:
@@ -230,9 +237,9 @@ def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
     for (model,), chosen in group(rows, "model").items():
         parts = list(group(chosen, *names).values()) if names else [chosen]
         for place, part in enumerate(parts):
-            words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
-            style = model_marks[model]
-            series.append(Series(", ".join(words), part, style, place))
+            words = _condition(part[0], names)
+            label = ", ".join(filter(None, [plain(model) if several else "", words]))
+            series.append(Series(part, model_marks[model], place, words, label))
     return series
 
 
@@ -274,14 +281,18 @@ def _counts(
     place.supxlabel(AXIS_LABELS[varies], fontsize=8)
     place.supylabel("spikes per trial", fontsize=8)
     top = panels[0, 0].get_ylim()[1]
-    panels[0, 0].set_ylim(min(-2.0, -0.04 * top), 1.04 * top)
+    panels[0, 0].set_ylim(-0.06 * max(top, 1.0), 1.04 * max(top, 1.0))
     inches = float(place.bbox.width / place.figure.dpi)
+    keys = _condition_keys(series, ordinal=ordinal)
     if len(groups) > 1:
-        for axes in list(panels.flat)[: len(groups)]:
-            axes.legend(fontsize=8, handlelength=1.6, frameon=False, loc="lower left", bbox_to_anchor=(-0.05, 1.0))
-    elif len(series) > 1:
-        columns = columns_of_key([one.label for one in series], inches, 8)
-        place.legend(fontsize=8, frameon=False, loc="outside upper center", ncols=columns)
+        for axes, lane in zip(panels.flat, groups, strict=False):
+            axes.legend(handles=_model_keys(series, lane, ordinal=ordinal), fontsize=8, handlelength=1.6, frameon=False,
+                        loc="lower left", bbox_to_anchor=(-0.05, 1.0))  # fmt: skip
+    elif len(groups[0]) > 1:
+        keys = [*_model_keys(series, groups[0], ordinal=ordinal), *keys]
+    if keys and len(groups) == 1:
+        columns = columns_of_key([str(key.get_label()) for key in keys], inches, 8)
+        place.legend(handles=keys, fontsize=8, frameon=False, loc="outside upper center", ncols=columns)
     notes = [f"not drawn, as without spikes: {', '.join(silent)}"] if silent else []
     if most >= LEAST_FOR_BOOTSTRAP:
         notes.insert(0, "dots: trials; bars: 95 % intervals of means" if dotted else "bars: 95 % intervals of means")
@@ -289,10 +300,29 @@ def _counts(
         at_words = "pale: trials; strong: means"
         notes.insert(0, at_words if ordinal else "dots: trials, larger where several agree; line: means")
     caption = plain("\n".join(wrapped(note, inches - 0.6, 8) for note in notes))
-    if len(groups) > 1:
+    if len(groups) > 1 and keys:
+        place.legend(handles=keys, title=caption, alignment="left", title_fontsize=8, fontsize=8, frameon=False,
+                     loc="outside upper left", ncols=len(keys))  # fmt: skip
+    elif len(groups) > 1:
         place.suptitle(caption, fontsize=8, x=0.01, ha="left")
     else:
         panels[0, 0].set_title(caption, fontsize=8, loc="left")
+
+
+def _model_keys(series: Sequence[Series], models: Sequence[str], *, ordinal: bool) -> list[Line2D]:
+    """Return the key of the colours and markers of ``models``."""
+    looks = {one.rows[0]["model"]: one.mark for one in series}
+    return [Line2D([], [], color=looks[model].colour, marker=looks[model].marker, ms=4, lw=0.9,
+                   ls="none" if ordinal else "-", label=plain(model)) for model in models]  # fmt: skip
+
+
+def _condition_keys(series: Sequence[Series], *, ordinal: bool) -> list[Line2D]:
+    """Return the key of the conditions beside that of the axis: of fillings of markers, and of lines between them."""
+    words = {one.condition: one.words for one in series}
+    if len(words) < 2:
+        return []
+    return [Line2D([], [], color="black", marker="o", ms=4, lw=0.9, fillstyle=FILLS[place % len(FILLS)], label=label,
+                   ls="none" if ordinal else LINES[place % len(LINES)]) for place, label in words.items()]  # fmt: skip
 
 
 def _means(series: Series, varies: str, levels: Sequence[Any]) -> list[float]:
@@ -360,7 +390,7 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
     for row in rows:
         chosen = trial == row["trial"]
         style = styles.get(_condition(row, names), "-")
-        axes.plot(sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
+        axes.plot(sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.7, alpha=0.75)
 
 
 def _looming(row: Mapping[str, Any]) -> bool:
@@ -370,14 +400,24 @@ def _looming(row: Mapping[str, Any]) -> bool:
     return row["hs_spikes"] is None and bool(row["peak_looming"]) and not (row["peak_hs"] or row["trough_hs"])
 
 
-def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> None:
-    """The threshold as dashed lines: of either sign for HS, the positive one for looming."""
-    if threshold is None:
-        return
-    for sign in signs:
-        axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    text, lowest = f"threshold T = {'±' if len(signs) > 1 else ''}{threshold:g}", min(signs) * threshold
-    axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=8,
+def _name(axes: Axes, name: str, mark: Mark) -> None:
+    """Write a model's name above its panel, beside the mark that it has in the panel of counts."""
+    key = Line2D([], [], ls="none", marker=mark.marker, color=mark.colour, ms=4, label=plain(name))
+    axes.legend(handles=[key], fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0),
+                borderpad=0.0, borderaxespad=0.3, handlelength=0.8, handletextpad=0.4)  # fmt: skip
+
+
+def _threshold(axes: Axes, system: str, threshold: float | None, signs: Sequence[int]) -> None:
+    """Draw the threshold as dashed lines: of either sign for HS, the positive one for looming.
+
+    Its value, and the system whose potential the panel shows, stand in the corner where traces seldom are.
+    """
+    words = [system] if system else []
+    if threshold is not None:
+        for sign in signs:
+            axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
+        words.append(f"threshold T = {'±' if len(signs) > 1 else ''}{threshold:.4g}")
+    axes.annotate("\n".join(words), (0.99, 0.02), xycoords="axes fraction", ha="right", va="bottom", fontsize=8,
                   bbox={"fc": "white", "alpha": 0.7, "lw": 0, "pad": 0.5})  # fmt: skip
 
 
@@ -390,11 +430,12 @@ def _frame(place: SubFigure, axes: Axes, axis: str, of: str, lowest: float) -> N
     place.supylabel(f"potential {of}".strip(), fontsize=8)
 
 
-def _level_keys(place: SubFigure, colours: Mapping[Any, str], unit: str, others: Mapping[str, Any]) -> None:
-    """Draw the key of the colours and the line styles of the traces."""
-    keys = [Line2D([], [], color=tint, lw=2, label=f"{said(level)} {unit}".strip()) for level, tint in colours.items()]
+def _level_keys(place: SubFigure, colours: Mapping[Any, str], varies: str, others: Mapping[str, Any]) -> None:
+    """Draw the key of the colours and the line styles of the traces, with what the colours are of."""
+    unit, quantity = UNITS.get(varies, ""), AXIS_LABELS[varies].partition(" (")[0]
+    keys = [Line2D([], [], color=tint, lw=2, label=_with_unit(level, unit)) for level, tint in colours.items()]
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
     inches = float(place.bbox.width / place.figure.dpi)
     across = columns_of_key([str(key.get_label()) for key in keys], inches, 8, 1.4)
     place.legend(handles=keys, handlelength=1.4, columnspacing=1.2, frameon=False, fontsize=8, ncols=across,
-                 loc="outside upper center")  # fmt: skip
+                 loc="outside upper center", title=f"colour: {quantity}", title_fontsize=8)  # fmt: skip

@@ -51,7 +51,7 @@ def show(report: Report, recordings: bool) -> None:
 
 
 def _comparisons_table(report: Report) -> Table:
-    tests = "; ".join(sorted({row["test"] for row in report.comparisons}))
+    tests = max((row["test"] for row in report.comparisons), key=len)  # without a difference it has no method of p
     table = Table(
         title=f"\nmodels on the same frames ({tests}; p after Holm)", title_justify="left", box=None,
         header_style="bold", pad_edge=False,

@@ -17,6 +17,7 @@ from experiments.bench.figures.series import OFF, ON
 from experiments.bench.video.layout import (
     LEFT,
     MOST_DOWN,
+    ONE_COLUMN,
     SMALLER,
     SMALLEST,
     Layout,
@@ -35,6 +36,10 @@ SCALE_CM = 10.0
 """Length of the plan's scale."""
 CLOCK_PX = 360.0
 """Room that the spikes so far and the time take at the right of the caption, at plain size."""
+ARROW = "\N{RIGHTWARDS ARROW} HS, VS"
+"""What the arrow on a picture of changes is: a model's answer, as long as HS to the right and VS downward."""
+SIGNS = {"hs": "right +", "vs": "down +"}
+"""Channel -> the motion that a positive potential is of."""
 SPIKE_SHARE = 0.11
 """Length of the longest stroke of a spike, as a share of its lane's height."""
 TYPE_PX = 27.0
@@ -121,14 +126,14 @@ class Still:
                        color=FRAME_COLOUR)  # fmt: skip
         return axes
 
-    def change(self, panel: Panel, title: str = "brighter / darker") -> Axes:
-        """Draw the frame of a picture of changes; its title has the colours that these have, but darker."""
-        axes = self.empty(panel, "")
-        brighter, _, darker = title.partition(" / ")
-        if not darker:
-            return self.empty(panel, title)
-        words = [(brighter, _shade(ON)), (" / ", FRAME_COLOUR), (darker, _shade(OFF))]
-        self._words(axes, words, TYPE_PX * self._scale)
+    def change(self, panel: Panel) -> Axes:
+        """Draw the frame of a picture of changes; its title has the colours that these have, but darker.
+
+        What the arrow is stands beside them where the panel is wide enough.
+        """
+        axes, size = self.empty(panel, ""), TYPE_PX * self._scale
+        words = [("brighter", _shade(ON)), (" / ", FRAME_COLOUR), ("darker", _shade(OFF))]
+        self._words(axes, [*words, (f"   {ARROW}", FRAME_COLOUR)], size, whole=True)
         return axes
 
     def plan(self, panel: Panel, title: str, obstacles: Sequence[npt.NDArray[np.float64]] = ()) -> None:
@@ -174,7 +179,8 @@ class Still:
         axes.yaxis.set_major_formatter("{x:g}")
         names = [(plain(trace.name.removeprefix(f"{model} ")), _hex(trace.colour)) for trace in traces]
         words = [(f"{plain(model)}  ", FRAME_COLOUR)]
-        words += [(f"{name}{' (dots)' if trace.dotted else ''}  ", tint)
+        signs = SIGNS if len(lanes) <= ONE_COLUMN else {}
+        words += [(f"{name}{_notes(signs.get(trace.channel, ''), 'dots' if trace.dotted else '')}  ", tint)
                   for (name, tint), trace in zip(names, traces, strict=True)]  # fmt: skip
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
@@ -191,8 +197,11 @@ class Still:
             axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)", fontsize=0.85 * size,
                             labelpad=1.0)  # fmt: skip
 
-    def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float) -> None:
-        """Write words of several colours above axes, one after the other; the last is cut to the room there is."""
+    def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float, *, whole: bool = False) -> None:
+        """Write words of several colours above axes, one after the other.
+
+        One for which there is no room is cut to it, or left out where words are to be ``whole``.
+        """
         renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
         with drawing(self._style):
             across, width = 0.0, axes.get_window_extent(renderer).width
@@ -200,6 +209,9 @@ class Still:
                 word: Text = axes.text(across / width, 1.0, text, color=colour, fontsize=size, transform=axes.transAxes,
                                        va="bottom", ha="left")  # fmt: skip
                 advance = _advance(word, renderer)
+                if whole and across + advance > width:
+                    word.remove()
+                    continue
                 for length in range(len(text) - 1, 0, -1):
                     if across + advance <= width:
                         break
@@ -242,6 +254,12 @@ def eye_title(entity: str) -> str:
     """Return what is written above the pictures of an eye."""
     name = entity.partition("_")[2]
     return {"picture": "what it sees", "clip": "clip"}.get(entity, f"its camera{f', {name}' if name else ''}")
+
+
+def _notes(*notes: str) -> str:
+    """Return the notes that there are, in brackets."""
+    there = ", ".join(filter(None, notes))
+    return f" ({there})" if there else ""
 
 
 def _advance(word: Text, renderer: object) -> float:

@@ -15,13 +15,13 @@ from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_pan
 from experiments.bench.video.make import SIZES_PX, aspects, caption_of, changes_at, pictures_at
 from experiments.bench.video.outside import ASPECT, outside
 from experiments.bench.video.reading import Reel
-from experiments.bench.video.still import Still
+from experiments.bench.video.still import ARROW, Still, eye_title
 
 MOMENTS = range(1, 13)
 WIDTH_PX = 1800
 MARK = (120, 120, 120)
-PAD, GAP = 20.0, 10.0
-"""Margin, and room between pictures, at full width."""
+PAD, GAP, TITLED = 20.0, 10.0, 44.0
+"""Margin, and room between pictures beside and below each other, at full width."""
 
 
 def make_strip(
@@ -68,9 +68,14 @@ def make_strip(
     still.caption(caption_of(reel, caption))
     for panel, time_s in zip(rows[0] if rows else [], times, strict=False):
         still.empty(panel, f"{time_s:.2f} s")
-    for row in rows[1:]:
+    titles = [*(eye_title(eye) for eye in reel.eyes), ""][0 if robots else 1 :]
+    for row, title in zip(rows[1:], titles, strict=True):
         for panel in row:
-            still.empty(panel, "")
+            still.empty(panel, title if panel == row[0] else "")
+    if shapes:
+        still.change(rows[-1][0])
+        for panel in rows[-1][1:2]:
+            still.empty(panel, ARROW)
     plans = rows[0] if reel.tracks and view is None else []
     if plans:
         x, y = ground(reel)
@@ -111,8 +116,8 @@ def _rows(shapes: list[float], count: int, across: float, scale: float) -> tuple
         high = round(across / shape)
         lefts = [round(PAD * scale + k * (across + GAP * scale)) for k in range(count)]
         rows.append([Panel(left, round(top), round(across), high) for left in lefts])
-        top += high + GAP * scale
-    return rows, top - (GAP * scale if shapes else 40 * scale)
+        top += high + TITLED * scale
+    return rows, top - (TITLED * scale if shapes else 40 * scale)
 
 
 def _whole(panel: Panel, reel: Reel) -> Panel:

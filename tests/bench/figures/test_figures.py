@@ -54,13 +54,34 @@ def test_every_model_has_a_key_and_a_panel_of_its_own(count):
     axes_shown = [axes for axes in made.axes if axes.get_visible()]
     groups = lanes(models)
     counts, panels = axes_shown[: len(groups)], axes_shown[len(groups) :]
-    assert [axes.get_title(loc="left") for axes in panels] == (list(models) if count > 1 else [""])
+    names = [[text.get_text() for text in key.get_texts()] for axes in panels if (key := axes.get_legend())]
+    assert names == ([[model] for model in models] if count > 1 else [])
     assert all(sum(len(line.get_xdata()) == 4 for line in axes.get_lines()) == 12 for axes in panels)
     if count > 1:
         assert [series(axes) for axes in counts] == groups, "a lane for each group"
         for axes, group in zip(counts, groups, strict=True):
             tints = {line.get_color() for line in axes.get_lines() if line.get_label() in models}
             assert len(tints) == len(group), "no two models of a lane have one colour"
+
+
+@pytest.mark.parametrize("count", [2, 9, 20])
+def test_a_key_has_each_model_and_each_condition_once(count):
+    """Not a line for each pair of them: with many models those leave no room for the counts."""
+    models = tuple(f"model {i}" for i in range(count))
+    kinds = [(way, speed, 8.0) for way in ("rightward", "leftward") for speed in (2.0, 4.0)]
+    made = drawn(kinds, models=models)
+    counts = made.subfigs[0]
+    legends = [*counts.legends, *(axes.get_legend() for axes in counts.axes if axes.get_legend() is not None)]
+    words = [text.get_text() for legend in legends for text in legend.get_texts()]
+    assert sorted(words) == sorted([*models, "rightward", "leftward"])
+
+
+def test_a_panel_s_name_has_the_mark_of_its_model_in_the_key():
+    made = drawn(SPEEDS, models=("dsnn", "emd", "mine"))
+    (key,) = made.subfigs[0].legends
+    looks = {handle.get_label(): (handle.get_color(), handle.get_marker()) for handle in key.legend_handles}
+    named = [axes.get_legend().legend_handles[0] for axes in made.subfigs[1].axes if axes.get_legend()]
+    assert {handle.get_label(): (handle.get_color(), handle.get_marker()) for handle in named} == looks
 
 
 def test_an_axis_of_numbers_has_their_scale():

@@ -144,8 +144,10 @@ def test_no_two_of_a_lane_have_one_colour_and_every_name_is_in_one_lane(own):
     assert len(lanes(names[:4])) == 1
 
 
-def test_levels_go_from_dark_to_light_and_words_have_hues():
-    tints = list(level_colours([1.0, 2.0, 5.0, 9.0]).values())
+@pytest.mark.parametrize("levels", [[1.0, 2.0, 5.0, 9.0], ["approach", "recession", "translation"]])
+def test_levels_go_from_dark_to_light_are_seen_on_white_and_are_no_model_s_colour(levels):
+    tints = list(level_colours(levels).values())
     luminance = linear(tints) @ np.array([0.2126, 0.7152, 0.0722])
     assert (np.diff(luminance) > 0.02).all()
-    assert set(level_colours(["a", "b"]).values()) <= set(HUES)
+    assert min(contrast(tint, WHITE) for tint in tints) >= LEAST_CONTRAST
+    assert not set(tints) & {*HUES, *GREYS}

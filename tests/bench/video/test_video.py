@@ -34,7 +34,7 @@ from experiments.bench.video.make import Film, frames
 from experiments.bench.video.outside import outside
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import Reel, read
-from experiments.bench.video.still import draw_still
+from experiments.bench.video.still import Still, draw_still
 from tests.helpers.h264 import decoded, report
 
 SIZE = 480, 270
@@ -308,7 +308,7 @@ def test_a_strip_shows_its_moments(trial, folder):
     width = (1800 - 2 * 20 - 3 * 10) / 4
     for k, index in enumerate(np.rint(np.linspace(0, result.frames - 1, 4)).astype(int)):
         high = round(width / 99 * 72)
-        left, top = round(20 + k * (width + 10)), round(96 + high + 10)  # below the view from outside
+        left, top = round(20 + k * (width + 10)), round(96 + high + 44)  # below the view from outside and a title
         shown = cv2.resize(picture[top : top + high, left : left + round(width)].astype(np.uint8), (99, 72))
         apart = [np.abs(shown.astype(int) - frame).mean() for frame in result.media.pictures[""]]
         assert abs(int(np.argmin(apart)) - index) <= 1
@@ -387,3 +387,11 @@ def test_a_missing_encoder_is_told_in_one_line_with_its_remedy(trial, folder, mo
     assert main.command(["video", str(trial[1]), "--out", str(folder / "none.png"), "--quiet"]) == 0, (
         "a strip needs none"
     )
+
+
+@pytest.mark.parametrize(("width", "named"), [(400, True), (180, False)])
+def test_a_title_says_what_the_arrow_is_whole_or_not_at_all(width, named):
+    still = Still(640, 360, 0.75)
+    axes = still.change(Panel(10, 40, width, 120))
+    words = [text.get_text().strip() for text in axes.texts]
+    assert words == ["brighter", "/", "darker", *(["\u2192 HS, VS"] if named else [])]
