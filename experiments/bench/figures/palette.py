@@ -25,7 +25,7 @@ MOST_LINES = len(HUES)
 WHITE, DARK = "#ffffff", "#121212"
 """Backgrounds on which every hue and grey is seen."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
+LINES: tuple[Any, ...] = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
 """Line styles of conditions, and of several channels of one model."""
 BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
