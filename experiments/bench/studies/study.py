@@ -34,6 +34,11 @@ class Level:
         The study's models that are shown there; empty: all of them.
     plays
         Name of a model that claims know -> the label, in the trials, of the model that stands for it there.
+
+    Raises
+    ------
+    UsageError
+        ``settings`` or ``models`` is a text, not a tuple.
     """
 
     label: str

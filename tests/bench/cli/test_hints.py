@@ -76,7 +76,9 @@ def test_a_key_is_taken_for_one_of_like_name_not_of_like_section(typed, meant):
     with pytest.raises(ValueError, match=f"no parameter '{typed}'") as caught:
         main.command(["run", "speed", "--set", f"{typed}=1"])
     said = str(caught.value)
-    assert f"(nearest: {meant}; all: " in said if meant else "(all: " in said, said
+    assert said.count("nearest: ") == bool(meant) and f"(nearest: {meant}; " * bool(meant) in said, said
+    known = typed.partition(".")[0] in ("dsnn", "robot", "camera", "scene", "experiment")
+    assert known != ("sections here are dsnn, robot, camera, scene, experiment" in said) and "all: " in said, said
 
 
 MODEL = """
