@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from experiments.bench.robot.live import LiveTrial
 from experiments.bench.robot.run import Keep, work
 from experiments.bench.robot.trial import run_trial
 from tests.bench.robot.test_trial import same, spec
-from tests.helpers.rerun_viewer import listening, needs_vulkan, viewing
+from tests.helpers.rerun_viewer import PATIENCE_S, listening, needs_vulkan, viewing
 
 TWO = (choose("dsnn"), choose("emd"))
 
@@ -37,13 +38,26 @@ def column(path: Path, entity: str, name: str) -> np.ndarray:
     return np.array([np.ravel(values[place]) for place in np.argsort(frames)])
 
 
-def ended(process: subprocess.Popen[bytes], path: Path) -> Path:
-    """End a program that saves what it receives; return the file with the footer that it then lacks."""
+def rows_in(path: Path, entity: str) -> int:
+    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
+    return sum(chunk.to_record_batch().num_rows for chunk in chunks)
+
+
+def ended(process: subprocess.Popen[bytes], path: Path, entities: Sequence[str], frames: int) -> Path:
+    """End a program that saves what it receives, once each entity has all of its frames; return the file, whole.
+
+    A sender is done when all has left it; the program may then still have to write it, and writes nothing more once it
+    is told to end. What it has written lacks a footer until it is merged.
+    """
+    whole, end = path.with_name("whole.rrd"), time.monotonic() + PATIENCE_S
+    command = [*program(), "rrd", "merge", str(path), "-o", str(whole)]
+    while subprocess.run(command, capture_output=True, timeout=60).returncode or any(
+        rows_in(whole, entity) < frames for entity in entities
+    ):
+        assert time.monotonic() < end, f"{path}: not all of {frames} frames of {', '.join(entities)} arrived"
+        time.sleep(0.2)
     process.terminate()
     process.wait(20)
-    whole = path.with_name("whole.rrd")
-    command = [*program(), "rrd", "merge", str(path), "-o", str(whole)]
-    subprocess.run(command, check=True, capture_output=True, timeout=60)
     return whole
 
 
@@ -54,7 +68,10 @@ def test_what_arrives_is_the_trial(tmp_path):
         live = LiveTrial(asked, address)
         result = run_trial(asked, keep_media=True, watch=live.see)
         live.close()
-        path = ended(process, tmp_path / "live.rrd")
+        series = [f"{answer.model}/{channel}" for answer in result.answers for channel in answer.channels]
+        entities = [f"/{kind}/{name}" for kind in ("potential", "spikes") for name in series]
+        entities += ["/camera", "/scene/stimulus", *(f"/maps/{name}" for name in result.media.maps)]
+        path = ended(process, tmp_path / "live.rrd", entities, result.frames)
     assert same(result, run_trial(asked))
     for answer in result.answers:
         for channel in answer.channels:
@@ -144,9 +161,10 @@ def test_a_run_streams_its_trials(colias_here, tmp_path):
     with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
         done = colias_here(*small, "--viewer", address, "--no-recordings", "--out", "live")
         assert done.returncode == 0, done.stderr
-        path = ended(process, tmp_path / "live.rrd")
+        live = experiments.load(colias_here.folder / "live")
+        path = ended(process, tmp_path / "live.rrd", ["/potential/dsnn/hs"], len(live.frames))
     assert colias_here(*small, "--no-recordings", "--out", "plain").returncode == 0
-    live, plain = (experiments.load(colias_here.folder / name) for name in ("live", "plain"))
+    plain = experiments.load(colias_here.folder / "plain")
     assert live.frames.equals(plain.frames)
     hs = column(path, "/potential/dsnn/hs", "Scalars:scalars")
     np.testing.assert_array_equal(hs[:, 0], live.frames["hs"].to_numpy())
