@@ -37,6 +37,7 @@ from .bench.robot.path import Leg as Leg
 from .bench.robot.path import Path as Path
 from .bench.studies.fitting.fit import Fit as Fit
 from .bench.studies.fitting.fitted import Fitted as Fitted
+from .bench.studies.fitting.optimum import Optimum as Optimum
 from .bench.studies.study import Axis as Axis
 from .bench.studies.study import Level as Level
 from .bench.studies.study import Study as Study
@@ -67,6 +68,7 @@ __all__ = [
     "Leg",
     "Level",
     "OfflineExperiment",
+    "Optimum",
     "Outcome",
     "Path",
     "RecordRerun",

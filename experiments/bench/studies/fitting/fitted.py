@@ -9,57 +9,19 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.judging.count import LEAST_JUDGED, Count
-from experiments.bench.store.rows import Failure
 from experiments.bench.studies.counts import TOGETHER
-from experiments.bench.studies.fitting.box import Box, Setting
-from experiments.bench.studies.fitting.fit import Fit
+from experiments.bench.studies.fitting.result import FitResult, setting_words
 from experiments.bench.studies.fitting.scores import Score, word
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """What a fit comes to.
-
-    Parameters
-    ----------
-    fit, box, seed
-        What was asked for.
-    searched
-        The score of every setting that was searched, in order.
-    best
-        Numbers of the winner and of the next best among these.
-    anew
-        The same settings at seeds that the search never saw.
-    sample
-        The scores of the space-filling sample.
-    looks
-        How often settings were judged at those seeds, with this time.
-    importance
-        Claim, or empty for all together -> parameter -> its share: see `Search.importance`.
-    failures
-        Everything that failed.
-    """
-
-    fit: Fit
-    box: Box
-    seed: int
-    searched: tuple[Score, ...]
-    best: tuple[int, ...]
-    anew: tuple[Score, ...]
-    sample: tuple[Score, ...]
-    looks: int
-    importance: dict[str, dict[str, float]]
-    failures: tuple[Failure, ...]
+class Fitted(FitResult[Score]):
+    """What a fit to claims comes to."""
 
     @property
     def claims(self) -> tuple[str, ...]:
         """Ids of the claims."""
         return tuple(self.searched[0].outcomes)
-
-    @property
-    def winner(self) -> Score:
-        """The best setting as the search saw it."""
-        return self.searched[self.best[0]]
 
     @property
     def share(self) -> Count:
@@ -146,7 +108,7 @@ class Fitted:
         for pair in self.exclusions():
             lines.append(f"{pair['claim']} and {pair['other']} exclude each other: kept in {pair['kept']} and in"
                          f" {pair['other kept']} of {pair['settings']} settings, both in none")  # fmt: skip
-        lines.append(searched_words(self.fit, self.box, number, self.looks))
+        lines.append(self.searched_words())
         return lines
 
     def rows(self) -> list[dict[str, Any]]:
@@ -210,26 +172,3 @@ class Fitted:
 
 def _percent(share: float) -> str:
     return f"{share:.1%}".replace(".0%", "%").replace("%", " %")
-
-
-def searched_words(fit: Fit, box: Box, number: int, looks: int) -> str:
-    """Return what was searched, and how often its winner was judged, in words.
-
-    Parameters
-    ----------
-    fit, box
-        What was asked for.
-    number
-        Of settings searched.
-    looks
-        How often settings were judged at the seeds of the judging anew.
-    """
-    ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in box.ranges)
-    return (f"searched: {number} settings of {ranges}, in {fit.study.replicates}"
-            f" replicate{'s' * (fit.study.replicates != 1)} each;"
-            f" looked at the seeds of the judging anew {looks} time{'s' * (looks != 1)}")  # fmt: skip
-
-
-def setting_words(setting: Setting) -> str:
-    """Return a setting in words."""
-    return ", ".join(f"{key}={value}" for key, value in setting.items())

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.judging.statistics import Summary, summarise
-from experiments.bench.store.rows import Failure, known
-from experiments.bench.studies.fitting.box import Box
-from experiments.bench.studies.fitting.fit import Fit, Goal
-from experiments.bench.studies.fitting.fitted import searched_words, setting_words
+from experiments.bench.store.rows import known
+from experiments.bench.studies.fitting.fit import Goal
+from experiments.bench.studies.fitting.result import FitResult, setting_words
 from experiments.bench.studies.fitting.scores import Reading
 
 AS_IS = "as it is"
@@ -46,60 +45,43 @@ def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
 
 
 @dataclass(frozen=True)
-class Optimum:
-    """What a fit to measures comes to.
-
-    Parameters
-    ----------
-    fit, box, seed
-        What was asked for.
-    searched
-        The measures of every setting that was searched, in order.
-    best
-        Numbers of the winner and of the next best among these; of several goals those of the front.
-    anew
-        The same settings at seeds that the search never saw, and then the model as it is.
-    sample
-        The measures of the space-filling sample.
-    looks
-        How often settings were judged at those seeds, with this time.
-    importance
-        Measure, or empty for the first goal -> parameter -> its share: see `Search.importance`.
-    failures
-        Everything that failed.
-    """
-
-    fit: Fit
-    box: Box
-    seed: int
-    searched: tuple[Reading, ...]
-    best: tuple[int, ...]
-    anew: tuple[Reading, ...]
-    sample: tuple[Reading, ...]
-    looks: int
-    importance: dict[str, dict[str, float]]
-    failures: tuple[Failure, ...]
+class Optimum(FitResult[Reading]):
+    """What a fit to measures comes to."""
 
     @property
     def goals(self) -> tuple[Goal, ...]:
         """What is made large or small."""
         return self.fit.goals
 
-    @property
-    def winner(self) -> Reading:
-        """The best setting as the search saw it; of several goals the best in the first."""
-        return self.searched[self.best[0]]
-
     def luck(self, goal: Goal) -> float | None:
-        """Return how much of the winner's value in the search is not there at seeds never searched; ``None`` unknown.
+        """Return how much of the winner's value in the search is not there at seeds never searched.
 
-        It is above 0 where the search promised too much.
+        Parameters
+        ----------
+        goal
+            One of `goals`.
+
+        Returns
+        -------
+        float or None
+            In the goal's unit; above 0 where the search promised too much; ``None`` where a value is not known.
         """
         before, after = self.winner.numbers[goal.name], _mean(self.anew[0], goal)
         return None if after is None or np.isnan(before) else goal.signed(before - after)
 
     def gain(self, goal: Goal) -> float | None:
-        """Return how much better the winner is than the model as it is, both at seeds never searched."""
+        """Return how much better the winner is than the model as it is, both at seeds never searched.
+
+        Parameters
+        ----------
+        goal
+            One of `goals`.
+
+        Returns
+        -------
+        float or None
+            In the goal's unit; above 0 where the winner is better; ``None`` where a value is not known.
+        """
         after, start = _mean(self.anew[0], goal), _mean(self.anew[-1], goal)
         return None if after is None or start is None else goal.signed(after - start)
 
@@ -123,7 +105,7 @@ class Optimum:
             lines.append(self._sentence(goal))
         even = "; ".join(self._even(goal) for goal in self.goals)
         lines.append(f"of {len(self.sample)} settings that fill the box evenly: {even}")
-        lines.append(searched_words(self.fit, self.box, len(self.searched), self.looks))
+        lines.append(self.searched_words())
         return lines
 
     def _sentence(self, goal: Goal) -> str:
@@ -150,7 +132,13 @@ class Optimum:
         return f"{goal.name} {best:.4g} at best, {float(np.median(values)):.4g} in the median"
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a row for every setting of search and sample: its values, and the mean of each measure."""
+        """Return a row for every setting of search and sample.
+
+        Returns
+        -------
+        list of dict
+            The values of the setting, and the mean of each measure.
+        """
         return [
             {
                 "of": name, "number": number, **reading.setting,
