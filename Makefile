@@ -45,6 +45,7 @@ test: $(READY) ## Every test; those that need Debian's chromium, mesa-vulkan-dri
 PYTHONS :=
 release: $(READY) ## The source distribution and the wheel, into dist/, checked and tried in empty environments; refused while the documentation shows what is stale
 	$(BIN)/python -m tools.numbers --check
+	sh tools/setup.sh --fit
 	$(BIN)/python -m tools.sources check
 	sh tools/setup.sh --release
 	$(BIN)/python -m tools.release $(PYTHONS)

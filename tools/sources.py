@@ -31,7 +31,7 @@ from experiments.bench.engine.batch import Enough, first
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store import provenance
 from experiments.bench.store.description import read_description
-from experiments.bench.store.files import UNREPEATABLE, hash_of, read_parquet, rows_hash
+from experiments.bench.store.files import UNREPEATABLE, hash_of, read_parquet, tables_hash, tables_of
 
 ROOT = Path(__file__).parents[1]
 SOURCES = Path("docs") / "sources.json"
@@ -186,7 +186,9 @@ def _of_run(run: Path, shows: Mapping[str, str], root: Path) -> dict[str, Any]:
     if not line or "--out" not in line:
         raise Stale(f"{run}: experiment.json has no command with --out")
     tables = tables_of(run)
-    rows, part = _rows(tables), read_description(tables[0].parent)  # a leaderboard's parts alone know their code
+    if not tables:
+        raise Stale(f"{run}: has no trials.parquet")
+    rows, part = tables_hash(tables), read_description(tables[0].parent)  # a leaderboard's parts alone know their code
     commit = provenance.commit(description.get("source") or part.get("source", {})) or "unknown"
     for place in shows:
         if place.endswith(".png"):  # whose rows an earlier commit may have computed as well
@@ -211,25 +213,6 @@ def _of_run(run: Path, shows: Mapping[str, str], root: Path) -> dict[str, Any]:
 def _source(picture: Path) -> str:
     with Image.open(picture) as opened:
         return str(opened.info.get("Source", ""))
-
-
-def tables_of(run: Path) -> list[Path]:
-    """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
-    whole = run / "trials.parquet"
-    if whole.is_file():
-        return [whole]
-    parts = sorted(run.glob("*/trials.parquet"), key=lambda path: path.stat().st_mtime)
-    if not parts:
-        raise Stale(f"{run}: has no trials.parquet")
-    return parts
-
-
-def _rows(tables: Sequence[Path]) -> str:
-    """Return the hash of a run's rows; of several tables that of their hashes, by the names of their folders."""
-    if len(tables) == 1:
-        return rows_hash(tables[0])
-    hashes = {table.parent.name: rows_hash(table) for table in tables}
-    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
 
 
 def first_trial(path: Path) -> pa.Table:

@@ -36,6 +36,8 @@ def new_folder(name: str) -> Path:
     return path
 
 
+TABLE = "trials.parquet"
+"""What the table of a run's trials is called."""
 UNREPEATABLE = ("wall_s", "code")
 """Columns that differ between runs of equal numbers."""
 
@@ -54,26 +56,43 @@ def hash_of(rows: pa.Table) -> str:
     return digest.hexdigest()
 
 
+def tables_of(run: Path) -> list[Path]:
+    """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
+    whole = run / TABLE
+    if whole.is_file():
+        return [whole]
+    return sorted(run.glob(f"*/{TABLE}"), key=lambda path: path.stat().st_mtime)
+
+
+def tables_hash(tables: Sequence[Path]) -> str:
+    """Return the `rows_hash` of a run's only table; of several that of their hashes, by the names of their folders."""
+    if len(tables) == 1:
+        return rows_hash(tables[0])
+    hashes = {table.parent.name: rows_hash(table) for table in tables}
+    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
+
+
 def drawn_from(folder: Path) -> str:
     """Say which rows a figure of a run is drawn from, and which commit computed them; empty where there are none.
 
     Parameters
     ----------
     folder
-        Of the run.
+        Of the run, or of a run of parts: a fit or a leaderboard.
 
     Returns
     -------
     str
         ``rows SHA-256 of trials.parquet, commit NAME``: what the figure's file notes as its source.
     """
-    table = folder / "trials.parquet"
     try:
-        source = json.loads((folder / NAME).read_text(encoding="utf-8"))["source"]
-        rows = rows_hash(table)
-    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException):
+        tables = tables_of(folder)
+        described = tables[0].parent  # of a run of parts these know their code
+        source = json.loads((described / NAME).read_text(encoding="utf-8"))["source"]
+        rows = tables_hash(tables)
+    except (OSError, ValueError, LookupError, TypeError, pa.ArrowException):
         return ""  # a folder of a report, or of a run that is not over
-    return f"rows {rows} of {table.name}, commit {provenance.commit(source) or 'unknown'}"
+    return f"rows {rows} of {TABLE}, commit {provenance.commit(source) or 'unknown'}"
 
 
 def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:

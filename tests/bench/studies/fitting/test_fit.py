@@ -8,6 +8,7 @@ import json
 import signal
 
 import pytest
+from PIL import Image
 
 import experiments
 from experiments.bench.cli import main
@@ -15,6 +16,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
+from experiments.bench.store.files import tables_hash, tables_of
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import registry
 from experiments.bench.studies.fitting import run
@@ -153,6 +155,16 @@ def test_frames_are_shared_by_settings_of_the_network_alone(folder):
     assert len({row["planted.a"] for row in searched}) == 8
     description = json.loads((folder / "shared" / "search-0000" / "experiment.json").read_text())
     assert description["trials"] == 2, "one showing for each rendering, with four models"
+
+
+def test_its_figure_notes_the_rows_of_all_batches(folder):
+    fit(folder, "noted", "hill", *A, "--trials", "4", "--share", "2", "--sample", "2", "--held-out", "1")
+    tables = tables_of(folder / "noted")
+    assert len(tables) == 3, "a batch of the search, the judging anew, the sample"
+    with Image.open(folder / "noted" / "fit.png") as figure:
+        assert figure.info["Source"].startswith(f"rows {tables_hash(tables)} of trials.parquet, commit ")
+    tables[0].unlink()
+    assert tables_hash(tables_of(folder / "noted")) not in figure.info["Source"]
 
 
 SMALL = (*A, *SPEED, "--trials", "24", "--share", "4", "--sample", "4", "--held-out", "3")
