@@ -22,7 +22,7 @@ FIT = Fit(
         "dsnn.tau_s.first=5..100",
         "dsnn.tau_s.last=100..400",
     ),
-    trials=2000,
+    trials=400,
     share=20,
     sample=256,
 )

@@ -13,7 +13,7 @@ FIT = Fit(
         every_trial=False,
     ),
     over=NETWORK,
-    trials=2000,
+    trials=400,
     share=20,
     sample=256,
 )
