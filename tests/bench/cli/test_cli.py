@@ -4,13 +4,9 @@ import csv
 import itertools
 import json
 import os
-import re
 import shutil
-import signal
 import subprocess
 import sys
-import time
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +19,9 @@ from PIL import Image
 
 from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
-from experiments.bench.store import tables
 from experiments.bench.store.files import rows_hash
 from tests.conftest import Colias
 from tests.helpers import user_files
-from tests.helpers.chapters import README, blocks
 from tests.helpers.inside import inside
 from tests.helpers.processes import WITHOUT_GL
 
@@ -298,18 +292,6 @@ def test_one_trial_of_a_condition_has_no_interval(warm):
         assert {(row["n"], row["sd"], row["ci_low"]) for row in csv.DictReader(file)} == {("1", "", "")}
 
 
-def test_the_readme_s_python_example_runs(tmp_path):
-    """As a script, with worker processes; `tests.docs.test_docs` runs it in its own process."""
-    (example,) = [block.text for block in blocks(README) if block.language == "python"]
-    (tmp_path / "example.py").write_text(example)
-    command = [sys.executable, "-W", "error", "example.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert all(re.search(rf"^C15 {model} (holds|fails) ", done.stdout, re.M) for model in ("dsnn", "dsn2017"))
-    assert "dsnn 6.0 cm/s: " in done.stdout
-    assert (tmp_path / "speed.png").exists()
-
-
 def test_a_run_is_never_overwritten(finished, colias):
     """Not by other options, and not where nothing tells any more which run it was."""
     copy = colias.folder / "copy"
@@ -329,35 +311,6 @@ def test_a_run_is_never_overwritten(finished, colias):
     assert (nameless.returncode, nameless.stderr.count("\n")) == (2, 1)
     assert "already holds a run" in nameless.stderr
     assert files() == before
-
-
-@pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL])
-def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
-    command = [sys.executable, "-m", "experiments.bench.cli", "run", "speed", "--out", "out"]
-    command += ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "200"]
-    # A shell that starts tests in the background has interrupts ignored, and its children inherit that.
-    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    out, deadline = tmp_path / "out", time.monotonic() + 60
-    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed) as process:
-        try:
-            while not (tables.present(out) and tables.read(out, "trials", ["trial"]).num_rows >= 3):
-                assert process.poll() is None and time.monotonic() < deadline
-                time.sleep(0.05)
-            process.send_signal(blow)
-            _, said = process.communicate(timeout=20)
-        finally:
-            process.kill()
-    table, frames = tables.read(out, "trials"), tables.read(out, "frames")
-    count, there = table.num_rows, table["trial"].to_pylist()
-    assert 3 <= count < 400
-    assert there == sorted(set(there)), "each once; two workers need not finish in order"
-    assert set(there) <= set(frames["trial"].to_pylist())
-    verify(*(out / "recordings" / f"trial-{i:04d}.rrd" for i in there))
-    json.loads((out / "experiment.json").read_text())
-    if blow == signal.SIGINT:
-        assert process.returncode == 130
-        assert f"stopped after {count} of 400 trials" in said
-        assert "Traceback" not in said
 
 
 RUN_WITHOUT_GL = (
