@@ -103,7 +103,7 @@ def own_core() -> set[int]:
 class Colias:
     """The command line as a user runs it: a process of its own, in an empty folder.
 
-    It starts as a copy of one that has the large libraries (`tests.helpers.warm`), or as Python without fork.
+    It is a copy of a process that has the large libraries (`tests.helpers.warm`), or Python where there is no fork.
     Unless the arguments say how many workers there are, its jobs run in its own process: a worker takes longer to start
     than most of them.
     """
