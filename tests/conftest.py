@@ -103,7 +103,7 @@ def own_core() -> set[int]:
 class Colias:
     """The command line as a user runs it: a process of its own, in an empty folder.
 
-    ``warm`` starts it as a copy of one that has the large libraries (`tests.helpers.warm`), otherwise Python starts.
+    It is a copy of a process that has the large libraries (`tests.helpers.warm`), or Python where there is no fork.
     Unless the arguments say how many workers there are, its jobs run in its own process: a worker takes longer to start
     than most of them.
     """
@@ -111,14 +111,14 @@ class Colias:
     PLAYING = ("run", "map", "study", "tune", "leaderboard", "reproduce", "behave")
     """Commands whose jobs workers may do."""
 
-    def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
-        self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")
+    def __init__(self, folder: Path, timeout_s: float = 300.0) -> None:
+        self.folder, self.timeout_s = folder, timeout_s
 
     def __call__(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100", **variables}
         if arguments[:1] and arguments[0] in self.PLAYING and not {"--workers", "--cluster", "--help"} & {*arguments}:
             arguments = (*arguments, "--workers", "0")
-        if self.warm:
+        if hasattr(os, "fork"):
             return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
         return subprocess.run(
@@ -136,8 +136,8 @@ def server() -> Warm:
 
 
 @pytest.fixture
-def colias(tmp_path: Path, request: pytest.FixtureRequest) -> Colias:
-    return Colias(tmp_path, warm=not getattr(request.module, "COLD", False))
+def colias(tmp_path: Path) -> Colias:
+    return Colias(tmp_path)
 
 
 class ColiasHere:

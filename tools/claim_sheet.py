@@ -48,7 +48,7 @@ def decisions_of(claim: Mapping[str, Any]) -> list[Decision]:
 
 
 def has_readings(results: Mapping[str, Any]) -> bool:
-    """Whether the results keep what decided in each replicate."""
+    """Return whether the results keep what decided in each replicate."""
     return any(map(decisions_of, (*results["claims"], *results["behaviours"])))
 
 

@@ -31,7 +31,7 @@ PICTURES = {
 FIFTH = "ov7670, in a fifth of the light"
 
 
-def passing(camera: CameraConfig, light: float = 1.0) -> Frame:
+def passing(camera: CameraConfig, light: float) -> Frame:
     """Return the frame in which the stimulus has the middle of the view, 8 cm away, on its way to the right."""
     with Simulation(camera=camera, scene=STILL) as sim:
         rng = np.random.default_rng(0)
@@ -42,13 +42,13 @@ def passing(camera: CameraConfig, light: float = 1.0) -> Frame:
         return [sim.step(rng) for _ in range(8)][-1]
 
 
-def settling(exposure_ms: float, count: int = 16) -> Sequence[Frame]:
-    """Return the first frames of a loop that starts cold."""
+def settling(exposure_ms: float) -> Sequence[Frame]:
+    """Return the first 16 frames of a loop that starts cold."""
     camera = dataclasses.replace(EYE, ae_start="cold", exposure_ms=exposure_ms)
     with Simulation(camera=camera, scene=STILL) as sim:
         rng = np.random.default_rng(0)
         sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, rng)
-        return [sim.step(rng) for _ in range(count)]
+        return [sim.step(rng) for _ in range(16)]
 
 
 def drawn() -> Figure:

@@ -217,7 +217,7 @@ def _verdicts(results: Mapping[str, Any]) -> str:
 
 
 def _on_equal_terms(claim: Mapping[str, Any]) -> str:
-    """What a claim came to with its rivals on equal terms; empty of a claim without."""
+    """Return what a claim came to with its rivals on equal terms; empty of a claim without."""
     equal = claim.get("equal_terms")
     return f"on equal terms {Count(**equal).sentence()}" if equal else ""
 

@@ -5,7 +5,8 @@ starts a server that has imported them. The server copies itself (fork) for each
 its own as a user's is: with its folder, environment, streams and exit status, and with OpenGL imported anew. A command
 whose environment is not the server's imports all of this project anew too, since the bench reads some of it when it is
 imported: its consoles are as wide as ``COLUMNS``. The tests of starting and of ending
-(`tests/helpers/processes.py`, tests/bench/cli/test_cli.py, tests/bench/engine/test_interrupts.py) start Python itself.
+(`tests/helpers/processes.py`, tests/bench/engine/test_interrupts.py, tests/bench/store/test_resume.py) start Python
+itself.
 """
 
 from __future__ import annotations

@@ -52,10 +52,9 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
-def toctree(pages: Iterable[str], *, hidden: bool = True) -> str:
-    """Return the pages below this one, by their names without ending."""
-    options = ":hidden:\n\n" if hidden else ":maxdepth: 1\n\n"
-    return "\n".join([":::{toctree}", f"{options}{chr(10).join(pages)}", ":::\n"])
+def toctree(pages: Iterable[str]) -> str:
+    """Return the pages below this one, by their names without ending; the page itself does not list them."""
+    return "\n".join([":::{toctree}", ":hidden:\n", *pages, ":::\n"])
 
 
 def picture(file: str, text: str, caption: str, width: int = 560) -> str:

@@ -1,4 +1,4 @@
-"""What ``colias run --dry-run`` prints: the plan, checked, and where its results would be."""
+"""Output of ``colias run --dry-run``: the plan, checked, and where its results would be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where every command begins and ends. Needs the standard library alone until Ctrl-C and the streams are seen to."""
+"""Begin and end of every command. Needs the standard library alone until Ctrl-C and the streams are seen to."""
 
 from __future__ import annotations
 

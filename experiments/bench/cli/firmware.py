@@ -79,12 +79,13 @@ def budget(
     from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.firmware import settings, table
     from experiments.bench.firmware.budget import measure_all
+    from experiments.bench.firmware.export import check_folder
 
     means = resources(workers, None, quiet, False)
     grid = DEFAULT_GRID if over is None and not assignments else over or ()
     points = settings.points(grid, assignments or ())
     folder = results_folder(out, "firmware-budget")
-    _empty(folder)
+    check_folder(folder)
     if not quiet:
         _notes(wanted for _, wanted in points)
     tools = _tools(which)
@@ -257,9 +258,10 @@ def decode(
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import error_console, out_console, show_places
     from experiments.bench.firmware import serial as line
+    from experiments.bench.firmware.export import check_folder
 
     folder = results_folder(out, "firmware-serial")
-    _empty(folder)
+    check_folder(folder)
     try:
         data = serial.read_bytes()
     except OSError as error:
@@ -302,10 +304,3 @@ def _tools(which: str | None) -> Tools:
     from experiments.bench.firmware.toolchain import compiler, qemu
 
     return Tools(compiler(which), qemu())
-
-
-def _empty(folder: Path) -> None:
-    """Raise `UsageError` where results would be written over."""
-    from experiments.bench.firmware.export import check_folder
-
-    check_folder(folder)

@@ -1,4 +1,4 @@
-"""What the paper reports of its off-line tests, as checks on the rows of clips.
+"""Claims of the paper's off-line tests, as checks on the rows of clips.
 
 A claim is judged on the clips that its words are about, at one seed. It never bends a bound: a claim that misses it
 fails, and the verdict says by how much.
@@ -150,7 +150,7 @@ def judge(
 
 
 def _answers(claim: ClipClaim, all_rows: Rows, threshold: float) -> dict[str, list[bool]]:
-    """Whether a model answers the crossings that the paper has it answer; without any, whether it does translations.
+    """Return whether a model answers each crossing that the paper has it answer; without any, each translation.
 
     See `ANSWERED`. An answer is a potential past T in the direction of the motion.
     """
@@ -162,7 +162,7 @@ def _answers(claim: ClipClaim, all_rows: Rows, threshold: float) -> dict[str, li
 
 
 def _reached(row: Row) -> float:
-    """How far the potential of a translation's direction goes to its side; 0 where it is no number."""
+    """Return how far the potential of a translation's direction goes to its side; 0 where it is no number."""
     name, sign = SIGNED[row["motion"]]
     return sign * float(row[name]) if is_number(row[name]) else 0.0
 
@@ -216,7 +216,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
 
 
 def _shift(claim: ClipClaim, rows: Rows) -> str:
-    """How fast the background shifts in px a frame, in words; empty for a claim that names no speed of it."""
+    """Return how fast the background shifts in px a frame, in words; empty for a claim that names no speed of it."""
     if "background_speed" not in claim.conditions:
         return ""
     per_frame = {
@@ -237,14 +237,14 @@ def about(claim: ClipClaim, rows: Rows) -> list[Row]:
 
 
 def _is_about(claim: ClipClaim, row: Row) -> bool:
-    """Whether a claim's words are about what a row was shown."""
+    """Return whether a claim's words are about what a row was shown."""
     if row["object"] == "absent" and not _may_be_alone(claim):
         return bool(claim.alone) and row[claim.alone] in claim.conditions[claim.alone]
     return all(_value(row, name) in values for name, values in claim.conditions.items() if values != EVERY)
 
 
 def _may_be_alone(claim: ClipClaim) -> bool:
-    """Whether clips of the background alone are like any others to a claim: its conditions choose among them."""
+    """Return whether clips of the background alone are like any others to a claim: its conditions choose among them."""
     return claim.own or "object" in claim.conditions
 
 
@@ -266,7 +266,7 @@ def _unanswered(rows: Rows, models: frozenset[str]) -> str:
 
 
 def _lacking(claim: ClipClaim, rows: Rows) -> str:
-    """What the claim's words name and no clip shows, in words; empty if all is there."""
+    """Return what the claim's words name and no clip shows, in words; empty if all is there."""
     present = [row for row in rows if row["object"] != "absent" or _may_be_alone(claim)]
     wanted = {
         name: values or tuple(sorted({row[name] for row in present if row[name] is not None}))

@@ -1,4 +1,4 @@
-"""What judges of clips share: a model's rows, its potentials against T, and models whose constants are not known.
+"""Parts that judges of clips share: a model's rows, its potentials against T, and models whose constants are not known.
 
 A judge takes the rows of one seed's clips that its claim's words are about, of all the models that it names, and the
 threshold of the DSNN.

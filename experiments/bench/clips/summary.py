@@ -45,7 +45,7 @@ def conclude(plan: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) 
 
 
 def is_random(plan: OfflinePlan) -> bool:
-    """Whether the clips of an off-line run may differ with the seed, as those before a scene do."""
+    """Return whether the clips of an off-line run may differ with the seed, as those before a scene do."""
     declared = plan.experiment
     if declared.repeats > 1 or declared.name not in OFFLINE:
         return True

@@ -102,21 +102,6 @@ class Episode:
         return len(self.rewards)
 
 
-def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, name: str = "agent",
-         steps: int | None = None, images: bool = True) -> Episode:  # fmt: skip
-    """Play one episode of ``agent`` (observation in, action out) in a new env, to its end or for ``steps``.
-
-    Raises ``ValueError`` on options that are not legal, and what the agent raises.
-    """
-    with closing(_made(env_id, options, steps)) as opened:
-        return _play(opened, agent, seed, name, images)
-
-
-def _made(env_id: str, options: Mapping[str, Any], steps: int | None) -> gym.Env[Any, Any]:
-    """Return a new env, its episodes over after ``steps`` or its own number."""
-    return gym.make(env_id, max_episode_steps=steps or ENVS[env_id].max_episode_steps, **options)
-
-
 def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
     """Return the episode of a spec."""
     setting = spec.condition
@@ -128,15 +113,28 @@ def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
 def play_entry(
     entry: Behaviour, env: str, options: Mapping[str, Any], seed: int, steps: int | None = None, images: bool = False
 ) -> Episode:
-    """Return one episode of a behaviour in an env."""
+    """Return one episode of a behaviour in an env, to its end or for ``steps``.
+
+    Raises ``ValueError`` on options that are not legal, and what the behaviour raises.
+    """
     options = {**options, "observation": entry.senses}
     if entry.senses == "neural":
         options.setdefault("model", entry.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
     policy = entry.make(stream("policy", seed))
-    with closing(_made(env, options, steps)) as wrapped:
-        assert isinstance(wrapped.unwrapped, ColiasEnv)
-        return _play(wrapped, agent(policy, entry.senses, wrapped.unwrapped.model), seed, entry.name, images)
+    steps = steps or ENVS[env].max_episode_steps
+    with closing(gym.make(env, max_episode_steps=steps, **options)) as wrapped:
+        opened = wrapped.unwrapped
+        assert isinstance(opened, ColiasEnv) and wrapped.spec is not None
+        act = agent(policy, entry.senses, opened.model)
+        observation, _ = wrapped.reset(seed=seed)
+        keep = EpisodeKeeper(opened, images)
+        over = touched = False
+        while not over:
+            observation, reward, touched, truncated, info = wrapped.step(act(observation))
+            keep.step(float(reward), info)
+            over = touched or truncated
+        return keep.episode(entry.name, wrapped.spec.id, seed, touched)
 
 
 def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, tuple[float, float, float]]:
@@ -178,20 +176,6 @@ def _wheels(answer: Any) -> npt.NDArray[np.float32]:
         instead = f"for a reflex with memory use Behaviour(..., make={kind})"
         raise UsageError(f"the reflex returned a {kind}, not two wheel speeds; {instead}")
     return np.asarray(answer, np.float32)
-
-
-def _play(wrapped: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
-    env = wrapped.unwrapped
-    assert isinstance(env, ColiasEnv)
-    observation, _ = wrapped.reset(seed=seed)
-    keep = EpisodeKeeper(env, images)
-    over = touched = False
-    while not over:
-        observation, reward, touched, truncated, info = wrapped.step(agent(observation))
-        keep.step(float(reward), info)
-        over = touched or truncated
-    assert wrapped.spec is not None
-    return keep.episode(name, wrapped.spec.id, seed, touched)
 
 
 class EpisodeKeeper:

@@ -136,15 +136,15 @@ def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = TA
     return enough
 
 
-def shares_needed(first: float, second: float, target: float = TARGET) -> int:
+def shares_needed(first: float, second: float) -> int:
     """Return the number of trials of each of two kinds to tell two shares apart, by a two-sided test at 5 %.
+
+    The power is `TARGET`.
 
     Parameters
     ----------
     first, second
         The shares, both above 0 and below 1, not equal.
-    target
-        The power that is wanted, above 0 and below 1.
 
     References
     ----------
@@ -153,7 +153,7 @@ def shares_needed(first: float, second: float, target: float = TARGET) -> int:
     """
     middle = (first + second) / 2
     apart = special.ndtri(1.0 - TAIL) * np.sqrt(2 * middle * (1 - middle))
-    apart += special.ndtri(target) * np.sqrt(first * (1 - first) + second * (1 - second))
+    apart += special.ndtri(TARGET) * np.sqrt(first * (1 - first) + second * (1 - second))
     return int(np.ceil((apart / (first - second)) ** 2))
 
 

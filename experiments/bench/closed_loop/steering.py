@@ -1,4 +1,4 @@
-"""How a trained policy moves the wheels: its answers add to a command that leaks. Plain NumPy."""
+"""Steering by a trained policy: its answers add to a command that leaks. Plain NumPy."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def _kinds(entry: StimulusEntry) -> str:
 
 
 def _outside(entry: StimulusEntry) -> str:
-    """What changes from frame to frame, before a background at rest, lies in the object's outline.
+    """Check that what changes between frames, before a background at rest, lies in the object's outline.
 
     A clip that has a word for motion without an object moves by itself, as leaves do: it is not asked.
     """

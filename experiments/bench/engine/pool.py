@@ -43,7 +43,7 @@ class _Here(Executor):
 
 
 class InProcess:
-    """No workers: jobs run one by one in this process."""
+    """Pool without workers: jobs run one by one in this process."""
 
     width = 1
 

@@ -187,9 +187,9 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
     show_line(line, RECORD_INDENT)
 
 
-def show_outcome(outcome: Outcome, where: str = "") -> None:
-    """Print what decided, what was measured and the effect; ``where`` says in which replicate."""
-    decided = f"{where}decided by: {outcome.decided}" if outcome.decided else ""
+def show_outcome(outcome: Outcome) -> None:
+    """Print what decided, what was measured and the effect."""
+    decided = f"decided by: {outcome.decided}" if outcome.decided else ""
     for line in filter(None, (decided, outcome.measured, outcome.effect)):
         out_console.print(f"    {line}", markup=False)
 

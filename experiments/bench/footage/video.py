@@ -181,13 +181,17 @@ def usual_size(size: tuple[int, int]) -> tuple[int, int]:
     return max(round(size[0] * scale), 2), max(round(size[1] * scale), 2)
 
 
-def ahead(items: Iterator[Item], stop: threading.Event, depth: int = 8) -> Iterator[Item]:
-    """Yield the items, made up to ``depth`` ahead on a thread of their own, until ``stop`` is set.
+AHEAD = 8
+"""Items that `ahead` makes before they are asked for, at most."""
+
+
+def ahead(items: Iterator[Item], stop: threading.Event) -> Iterator[Item]:
+    """Yield the items, made up to `AHEAD` before they are asked for on a thread of their own, until ``stop`` is set.
 
     For cameras: one that hangs does not keep a user from stopping, and no frame is lost while another is worked on.
     For files it does not pay, FFmpeg decodes on threads already. What making an item raises is raised here.
     """
-    queued: queue.Queue[tuple[Item | None, BaseException | None]] = queue.Queue(depth)
+    queued: queue.Queue[tuple[Item | None, BaseException | None]] = queue.Queue(AHEAD)
     left = threading.Event()
 
     def put(item: Item | None, error: BaseException | None = None) -> bool:

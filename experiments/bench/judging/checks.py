@@ -80,14 +80,14 @@ class Check:
 
     @property
     def slack(self) -> float:
-        """How far inside its bound the reading lies, in the reading's unit; below 0 where it lies outside."""
+        """Return how far inside its bound the reading lies, in the reading's unit; below 0 where it lies outside."""
         if isinstance(self.bound, tuple):
             return min(self.reading - self.bound[0], self.bound[1] - self.reading)
         return self.reading - self.bound if self.needs in ("above", "at least") else self.bound - self.reading
 
     @property
     def passes(self) -> bool:
-        """Whether the reading keeps its bound."""
+        """Return whether the reading keeps its bound."""
         return self.slack > 0.0 or (self.slack == 0.0 and self.needs not in ("above", "below"))
 
     @property

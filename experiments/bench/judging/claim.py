@@ -49,7 +49,7 @@ class Reading:
 
     @property
     def of_all(self) -> bool:
-        """Whether it was chosen for all claims together."""
+        """Return whether it was chosen for all claims together."""
         return not self.claims
 
 
@@ -120,7 +120,7 @@ class Claim:
 
     @property
     def own(self) -> bool:
-        """Whether it is none of those that ship, in `experiments.claims`."""
+        """Return whether it is none of those that ship, in `experiments.claims`."""
         return self.id not in claim_ids()
 
     def on_equal_terms(self, rows: Sequence[Any]) -> list[Any]:

@@ -1,4 +1,4 @@
-"""In how many replicates a claim held, and the one word that follows: the one counter of the bench.
+"""Counts of the replicates in which a claim held, and the one word that follows: the one counter of the bench.
 
 A replicate is the paper's own design, run once at one seed. In each a claim holds, fails, or cannot be judged. What
 differs between replicates is the seed: placement, light, wall, noise. The word is about these, and not about the world.
@@ -58,7 +58,7 @@ SIGNS: Mapping[Kind, str] = MappingProxyType({
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """In how many replicates a claim held, failed, or could not be judged.
+    """Numbers of replicates in which a claim held, failed, or could not be judged.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class Count:
 
     @property
     def word(self) -> Word:
-        """What the count comes to.
+        """Return what the count comes to.
 
         Where nothing is random: ``holds`` or ``fails``. Otherwise, from `LEAST_JUDGED` judged replicates up: ``holds``
         where the lower end of the interval is at least `HOLDS_FROM`, ``fails`` where its upper end is at most
@@ -265,7 +265,7 @@ def _with_half(claim: str, counted: Count) -> str:
 
 
 def _shares(counts: list[tuple[str, Count]]) -> str:
-    """How many claims held in all, in some and in none of their few replicates; those of the last two by name."""
+    """Say how many claims held in all, in some and in none of their few replicates; those of the last two by name."""
     every = sum(not counted.fails for _, counted in counts)
     some = [claim for claim, counted in counts if counted.holds and counted.fails]
     none = [claim for claim, counted in counts if not counted.holds]

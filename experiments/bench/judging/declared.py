@@ -1,4 +1,4 @@
-"""What an experiment may declare as its claims."""
+"""Check of the claims that an experiment declares."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ def proportion_interval(count: float, of: float) -> tuple[float, float]:
 
 
 def effective_number(values: Sequence[float], clusters: Sequence[object]) -> float:
-    """How many independent values tell as much of a mean as these do, which come in clusters.
+    """Return how many independent values tell as much of a mean as these do, which come in clusters.
 
     It is the number of values over the design effect, the variance of the mean by clusters over that of independent
     values, and brought to the clusters' degrees of freedom. Where all values are equal nothing tells how alike those

@@ -1,4 +1,4 @@
-"""What a judge finds in one replicate, and what becomes of a claim over all of them."""
+"""Outcome of a claim in one replicate, and its verdict over all of them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def together(verdicts: Collection[str]) -> Judged:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a judge finds in one replicate.
+    """Outcome of a claim in one replicate, as its judge finds it.
 
     Parameters
     ----------
@@ -180,12 +180,12 @@ class Outcome:
 
     @property
     def judged(self) -> bool:
-        """Whether the claim holds or fails."""
+        """Return whether the claim holds or fails."""
         return self.verdict in ("holds", "fails")
 
     @property
     def deciding(self) -> str:
-        """What decided, in words; of a claim that could not be judged, why."""
+        """Return what decided, in words; of a claim that could not be judged, why."""
         return self.decided or self.measured.partition("; measured:")[0]
 
     def withheld(self, why: str) -> Outcome:
@@ -262,7 +262,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What decided a claim in one replicate: what it came to there, and its weakest check.
+    """Decision of a claim in one replicate: what it came to there, and its weakest check.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What became of a claim.
+    """Verdict on a claim over all its replicates.
 
     Attributes
     ----------

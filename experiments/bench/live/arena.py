@@ -101,7 +101,7 @@ class ArenaSession(Session):
 
     @property
     def title(self) -> str:
-        """What is shown, in words."""
+        """Return what is shown, in words."""
         return f"{Path(self.looped[0]).name}: {self.spec.condition.label()}" if self.looped else "by hand"
 
     @property

@@ -47,7 +47,7 @@ class FootageSession(Session):
 
     @property
     def title(self) -> str:
-        """What is shown, in words."""
+        """Return what is shown, in words."""
         (width, height), (columns, rows) = self.film.size, self._size
         name = f"camera {self.source}" if self.film.live else Path(self.source).name
         return f"{name}, {width}x{height} px, seen at {columns}x{rows}"

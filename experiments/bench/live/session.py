@@ -85,7 +85,7 @@ class Session(ABC):
     @property
     @abstractmethod
     def title(self) -> str:
-        """What is shown, in words."""
+        """Return what is shown, in words."""
 
     @abstractmethod
     def begin(self) -> None:

@@ -1,4 +1,4 @@
-"""How two runs differ: in their parameters, and in what models answered on equal trials."""
+"""Differences of two runs: in their parameters, and in what models answered on equal trials."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Comparison:
-    """How two runs differ.
+    """Differences of two runs.
 
     Attributes
     ----------

@@ -125,7 +125,7 @@ class Run(Record):
 
     @property
     def verdicts(self) -> str:
-        """What claims came to, by their words, or by their counts without one: ``holds: C1, C2; held in 4 of 5: C5``.
+        """Say what claims came to, by word, or by count without one: ``holds: C1, C2; held in 4 of 5: C5``.
 
         Where a run has several models, each claim that is about one of them names it. Empty if no claim was judged.
         """

@@ -47,7 +47,7 @@ def _by_clips(shows: Sequence[OfflineReport]) -> Mapping[str, Verdict]:
 
 
 def _about_the_robot(claim: str) -> bool:
-    """Whether trials with the robot alone answer for a claim."""
+    """Return whether trials with the robot alone answer for a claim."""
     return claim in registry.answering() and claim not in clips_claims.paper_claims() and claim != footage_claims.CLAIM
 
 

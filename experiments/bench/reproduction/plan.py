@@ -74,12 +74,12 @@ class Scale:
 
     @property
     def name(self) -> str:
-        """What a replicate with the robot is called: one with fewer repeats than the paper's is a short one."""
+        """Return what a replicate with the robot is called: one with fewer repeats than the paper's is a short one."""
         return "replicate" if self.whole else "short replicate"
 
     @property
     def whole(self) -> bool:
-        """Whether its replicates with the robot have as many repeats as the paper's."""
+        """Return whether its replicates with the robot have as many repeats as the paper's."""
         return self.repeats >= WHOLE
 
 
@@ -133,7 +133,7 @@ def planned(
     scale: Scale, seed: int, models: Sequence[str] = BESIDE, extra: Sequence[str] = (), robot_only: bool = False,
     only: bool = False, pictures: Pictures | None = None,
 ) -> Planned:  # fmt: skip
-    """What `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
+    """Return what `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
     labels = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
         plan(registry.load(name), labels if only else _models(name, labels), (), scale.repeats, seed, pictures)
@@ -188,7 +188,7 @@ def replicates_plan(
 
 
 def design(whole: Planned) -> dict[str, Any]:
-    """What ``design.json`` holds: scale and seed, the versions, and a digest of all that decides the numbers.
+    """Return what ``design.json`` holds: scale and seed, the versions, and a digest of all that decides the numbers.
 
     The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
     of versions and code. Two reproductions with one digest should differ in no number.

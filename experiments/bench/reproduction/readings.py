@@ -28,7 +28,7 @@ MOVED = frozenset(claim for study in (ON_ROBOT, ON_CLIPS) for claim in study.cla
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What a claim came to under one reading.
+    """Outcome of a claim under one reading.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Chapter:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a reproduction ran.
+    """Results of a reproduction, as judged and as rows.
 
     Parameters
     ----------

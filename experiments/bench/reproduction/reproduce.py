@@ -1,4 +1,4 @@
-"""Which of the paper's claims hold: its experiments, the studies of replicates and sensitivity, the verdicts."""
+"""Reproduction of the paper's claims: its experiments, the studies of replicates and sensitivity, the verdicts."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Reproduction:
 
     @property
     def failed(self) -> bool:
-        """Whether any of its trials, clips and episodes failed, for all models or for one."""
+        """Return whether any of its trials, clips and episodes failed, for all models or for one."""
         lists = [
             *(report.failures for _, report in self.runs),
             *(report.failures for report in self.offline),
@@ -222,7 +222,7 @@ def _play(run_plan: BehaviourPlan, folder: Path, pool: Pool, resources: Resource
 
 
 def _moves(*studies: Counts | None) -> dict[str, dict[str, Outcome]]:
-    """What was moved of the network in float, or of the apparatus -> claim -> its outcome."""
+    """Return what was moved of the network in float, or of the apparatus -> claim -> its outcome."""
     moved: dict[str, dict[str, Outcome]] = {}
     for counts in filter(None, studies):
         for cell in counts.cells:

@@ -1,4 +1,4 @@
-"""What a reproduction shows on the terminal: the claims, one line each."""
+"""Output of a reproduction on the terminal: the claims, one line each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the paper reports of the robot, as checks on a run's trials.
+"""Claims of the paper about the robot, as checks on a run's trials.
 
 The paper's claims are those of `experiments.claims`, a file each; a user's own file may declare others. A judge never
 bends a bound: a claim that misses it fails, and the verdict says by how much.
@@ -217,7 +217,7 @@ it shows, it says no more than that the count is lower there.
 
 
 def _answers(all_rows: Rows) -> dict[str, list[bool]]:
-    """Whether a model answers the crossings that the paper has it answer; without any, whether it does translations."""
+    """Return whether a model answers each crossing that the paper has it answer; without any, each translation."""
     across = [row for row in all_rows if row["motion"] == "translation"]
     at_8_cm = paper_trials(across, distance_cm=ANSWERED_AT_CM)
     named = {f"crossing at {speed:g} cm/s": [row for row in at_8_cm if row["speed_cm_s"] == speed]
@@ -257,7 +257,7 @@ def _fewest(rows: Rows, *beside: str) -> int:
 
 
 def flaws(rows: Rows) -> str:
-    """What makes trials something other than what their conditions say, in words; empty if nothing does.
+    """Return what makes trials something other than what their conditions say, in words; empty if nothing does.
 
     A trial that was driven open loop is what its stimulus did: its speed and path are told, and bound by no tolerance.
     Of a trial from a robot's log nobody knows them: it is taken at the log's word.

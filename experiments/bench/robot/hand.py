@@ -25,7 +25,7 @@ _Length = Annotated[float, Field(ge=-100.0, le=100.0)]
 
 @dataclass(frozen=True, config=_STRICT)
 class Place:
-    """Where a robot is put down, from the observer's place in other trials: in cm, and degrees, left positive."""
+    """Place where a robot is put down, from the observer's place in other trials: in cm, and degrees, left positive."""
 
     x_cm: _Length
     y_cm: _Length

@@ -113,10 +113,6 @@ class SeenRow(FrameRow):
     sim_time_s: float
 
 
-class TrialFrameRow(SeenRow, ResponseRow, PoseRow):
-    """A row of ``frames.parquet``: one frame, as one model answered it."""
-
-
 OF_TRIAL = (
     "achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "closest_cm", "seconds_in_view", "frames", "wall_s",
 )  # fmt: skip

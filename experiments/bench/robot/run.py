@@ -35,7 +35,6 @@ class Keep:
     """Address, HOST:PORT, of a viewer that trials are streamed to while they run."""
 
 
-TABLES_ONLY = Keep(recordings=False)
 ROWS_ONLY = Keep(recordings=False, frames=False)
 
 

@@ -92,9 +92,7 @@ def read_table(path: Path, schema: pa.Schema) -> pa.Table:
     return table
 
 
-def checked_rows(
-    table: pa.Table, contents: Contents, codes: frozenset[str], file: str = "trials.parquet"
-) -> dict[int, tuple[Row, ...]]:
+def checked_rows(table: pa.Table, contents: Contents, codes: frozenset[str], file: str) -> dict[int, tuple[Row, ...]]:
     """Return the rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
     rows: dict[int, dict[str, Row]] = {}
     for row in table.to_pylist():
@@ -153,7 +151,7 @@ def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = 
 
 
 def checked_frames(
-    table: pa.Table, rows: Mapping[int, Sequence[Row]], contents: Contents, file: str = "frames.parquet"
+    table: pa.Table, rows: Mapping[int, Sequence[Row]], contents: Contents, file: str
 ) -> dict[int, pa.Table]:
     """Return the frames by trial, in the order of its rows, of those trials that have rows.
 
@@ -237,32 +235,33 @@ def _check_counts(part: pa.Table, row: Row, where: str) -> None:
 
 
 def checked_failures(
-    listed: Any, rows: Mapping[int, Sequence[Row]], contents: Contents, make: Callable[..., Any],
-    file: str = "failures.json",
-) -> list[Any]:  # fmt: skip
+    listed: Any, rows: Mapping[int, Sequence[Row]], contents: Contents, make: Callable[..., Any]
+) -> list[Any]:
     """Return the failures of single models in trials that have rows, made by ``make``; others will run again.
 
     Raises `Misfit` that names the first that does not belong.
     """
     if not isinstance(listed, list):
-        raise Misfit(f"{file} cannot be read (it holds a {type(listed).__name__}, expected a list)")
+        raise Misfit(f"failures.json cannot be read (it holds a {type(listed).__name__}, expected a list)")
     kinds = {"trial": int, "model": str, "condition": str, "seed": int, "attempts": int, "reason": str}
     failures = []
     for item in listed:
         if not isinstance(item, dict) or {name: type(value) for name, value in item.items()} != kinds:
-            raise Misfit(f"{file} cannot be read (expected objects of {', '.join(kinds)})")
+            raise Misfit(f"failures.json cannot be read (expected objects of {', '.join(kinds)})")
         trial, model = item["trial"], item["model"]
-        planned = contents.trial(file, trial)
+        planned = contents.trial("failures.json", trial)
         if item["seed"] != planned.columns["seed"]:
-            raise Misfit(f"{file}: trial {trial}: seed is {item['seed']}, the plan says {planned.columns['seed']}")
+            raise Misfit(
+                f"failures.json: trial {trial}: seed is {item['seed']}, the plan says {planned.columns['seed']}"
+            )
         if model == RECORDING:
             continue  # the trial is done again, as it has no recording
         if model and model not in planned.models:
-            raise Misfit(f"{file}: trial {trial}: model {model!r} is not in the plan")
+            raise Misfit(f"failures.json: trial {trial}: model {model!r} is not in the plan")
         if not model or trial not in rows:
             continue
         if model in {row["model"] for row in rows[trial]}:
-            raise Misfit(f"{file}: trial {trial}: {model} failed, but has a row in trials.parquet")
+            raise Misfit(f"failures.json: trial {trial}: {model} failed, but has a row in trials.parquet")
         failures.append(make(**item))
     return failures
 

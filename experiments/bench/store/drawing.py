@@ -1,4 +1,4 @@
-"""What drew a job's frames: noted with every job whose model saw pictures."""
+"""Renderer of a job's frames: noted with every job whose model saw pictures."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ TRAINED = "learning.csv"
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What is in the folder of a run.
+    """Kind of a run: what its folder holds.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the rows of trials come from: the simulation, or a log that was imported.
+"""Origin of the rows of trials: the simulation, or a log that was imported.
 
 Rows of a simulated run have no column `COLUMN`. So every reader asks here, and none guesses from missing values.
 """

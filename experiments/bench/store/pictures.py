@@ -85,7 +85,7 @@ def write_pictures(folder: Path, frames: Images, ending: str) -> None:
         (folder / f"{index:06d}{ending}").write_bytes(encoded.tobytes())
 
 
-def read_picture(path: Path, what: str = "") -> Images:
+def read_picture(path: Path) -> Images:
     """Read an 8-bit grey picture, (R, C); `UsageError` in one line for anything else."""
     try:
         data = np.frombuffer(regular(path).read_bytes(), np.uint8)
@@ -96,7 +96,7 @@ def read_picture(path: Path, what: str = "") -> Images:
     except cv2.error:  # a header that tells of more pixels than OpenCV takes
         picture = None
     if picture is None:
-        raise UsageError(f"{path}: no picture that can be read{what}")
+        raise UsageError(f"{path}: no picture that can be read")
     if picture.ndim != 2 or picture.dtype != np.uint8:
-        raise UsageError(f"{path}: expected 8-bit grey, found {picture.dtype} of shape {picture.shape}{what}")
+        raise UsageError(f"{path}: expected 8-bit grey, found {picture.dtype} of shape {picture.shape}")
     return np.asarray(picture, np.uint8)

@@ -1,4 +1,4 @@
-"""Whether two runs have the same rows, bit for bit, and where not."""
+"""Comparison of the rows of two runs, bit for bit."""
 
 from __future__ import annotations
 

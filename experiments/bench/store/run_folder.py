@@ -158,7 +158,7 @@ class RunFolder(Files):
             raise
         self._made_by(description)
 
-    def reopen(self, description: Mapping[str, Any], contents: Contents, other_code: bool = False) -> None:
+    def reopen(self, description: Mapping[str, Any], contents: Contents, other_code: bool) -> None:
         """Go on with the run that the folder holds.
 
         Raises `UsageError` if it holds none, one with other parameters or of other code (which ``other_code``

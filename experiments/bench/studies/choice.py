@@ -1,4 +1,4 @@
-"""Which claims and measures of which experiment a study counts."""
+"""Choice of the claims and measures that a study counts, and of their experiments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a study's trials to its counts: in how many replicates each claim holds at each point, and the measures."""
+"""Counts of a study, from its trials: in how many replicates each claim holds at each point, and the measures."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ class ClaimCell:
 
     @property
     def holds(self) -> bool:
-        """Whether what is shown of it holds in every replicate."""
+        """Return whether what is shown of it holds in every replicate."""
         return self.drawn.holds == len(self.outcomes)
 
     @property
     def trouble(self) -> str:
-        """What went wrong in a user's own judge, in any replicate; empty if nothing did."""
+        """Return what went wrong in a user's own judge, in any replicate; empty if nothing did."""
         return next((outcome.trouble for outcome in self.outcomes if outcome.trouble), "")
 
     def text(self) -> str:
@@ -133,7 +133,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Counts:
-    """What a study comes to.
+    """Counts and measures that a study comes to.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a study can measure beside claims: each measure is one short function from the rows of a point to a number.
+"""Measures of a study, beside its claims: each is one short function from the rows of a point to a number.
 
 A new measure is its function and an entry of `MEASURES`.
 """

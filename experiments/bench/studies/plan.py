@@ -115,7 +115,7 @@ class StudyPlan:
 
     @property
     def things(self) -> str:
-        """What it runs, in a word."""
+        """Return what it runs, in a word."""
         return "clips" if isinstance(self.specs[0], Showing) else "trials"
 
     @property

@@ -1,4 +1,4 @@
-"""What a study is: the axes of a grid, models, claims and measures, and how many replicates."""
+"""Declaration of a study: the axes of a grid, models, claims and measures, and how many replicates."""
 
 from __future__ import annotations
 

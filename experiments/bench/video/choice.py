@@ -1,4 +1,4 @@
-"""Which models of a recording are shown: those that were asked for, or as many as can be told apart."""
+"""Choice of the models of a recording that are shown: those that were asked for, or as many as can be told apart."""
 
 from __future__ import annotations
 

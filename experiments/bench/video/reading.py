@@ -1,4 +1,4 @@
-"""What a video is made from: a recording, read back without its pictures, and its pictures one by one.
+"""Source of a video: a recording, read back without its pictures, and its pictures one by one.
 
 Traces, poses and texts are some numbers a frame and are read whole. Pictures are read again for each video, chunk by
 chunk, so that a recording of any length fits into memory.

@@ -1,4 +1,4 @@
-"""Which recording a video is to be made of: a file, or one of a run's folder."""
+"""Choice of the recording that a video is made of: a file, or one of a run's folder."""
 
 from __future__ import annotations
 

@@ -4,13 +4,9 @@ import csv
 import itertools
 import json
 import os
-import re
 import shutil
-import signal
 import subprocess
 import sys
-import time
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,26 +19,14 @@ from PIL import Image
 
 from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
-from experiments.bench.store import tables
 from experiments.bench.store.files import rows_hash
-from tests.conftest import Colias
 from tests.helpers import user_files
-from tests.helpers.chapters import README, blocks
 from tests.helpers.inside import inside
 from tests.helpers.processes import WITHOUT_GL
 
 REPOSITORY = Path(__file__).parents[3]
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
 RERUN = [sys.executable, "-m", "rerun"]
-
-COLD = True
-"""The fixture `colias` starts Python itself here, as a user does; `warm` does not."""
-
-
-@pytest.fixture
-def warm(tmp_path: Path) -> Colias:
-    """The command line where its start and end are not what is tested."""
-    return Colias(tmp_path)
 
 
 def verify(*recordings: Path) -> None:
@@ -167,23 +151,23 @@ def test_recordings_stay_small(finished):
         assert size < 220_000 + 13_500 * count
 
 
-def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, warm):
+def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, colias):
     arguments = (*QUICK, "--set", "experiment.direction=both", "--no-recordings")
-    assert warm("run", "speed", *arguments, "--seed", "3", "--out", "again").returncode == 0
-    assert warm("run", "speed", *arguments, "--seed", "4", "--workers", "0", "--out", "other").returncode == 0
+    assert colias("run", "speed", *arguments, "--seed", "3", "--out", "again").returncode == 0
+    assert colias("run", "speed", *arguments, "--seed", "4", "--workers", "0", "--out", "other").returncode == 0
     folder = finished[0]
     tables = {
         name: pq.read_table(path).drop_columns(["wall_s"])
         for name, path in (
             ("first", folder / "trials.parquet"),
-            ("again", warm.folder / "again" / "trials.parquet"),
-            ("other", warm.folder / "other" / "trials.parquet"),
+            ("again", colias.folder / "again" / "trials.parquet"),
+            ("other", colias.folder / "other" / "trials.parquet"),
         )
     }
     assert tables["first"].equals(tables["again"])
     assert not tables["first"].equals(tables["other"])
-    assert not list((warm.folder / "again" / "recordings").iterdir())
-    assert (folder / "figure.svg").read_bytes() == (warm.folder / "again" / "figure.svg").read_bytes()
+    assert not list((colias.folder / "again" / "recordings").iterdir())
+    assert (folder / "figure.svg").read_bytes() == (colias.folder / "again" / "figure.svg").read_bytes()
 
 
 WRONG = {
@@ -251,12 +235,12 @@ def test_a_broken_experiment_file_is_one_line(tmp_path, text, says):
     assert says in done.stderr
 
 
-def test_an_experiment_file_of_one_s_own_runs_by_path(warm):
+def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
     """The example of docs/your-own-experiment.md, as pasted."""
-    (warm.folder / "my_experiment.py").write_text(user_files.EXPERIMENT)
-    done = warm("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
+    (colias.folder / "my_experiment.py").write_text(user_files.EXPERIMENT)
+    done = colias("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
     assert done.returncode == 0, done.stderr
-    trials = pq.read_table(warm.folder / "out" / "trials.parquet")
+    trials = pq.read_table(colias.folder / "out" / "trials.parquet")
     assert set(trials["experiment"].to_pylist()) == {"my_experiment"}
 
 
@@ -278,36 +262,24 @@ EXPERIMENT = Experiment("mine", "fast", Fast(), "speed_cm_s", repeats=1)
 """
 
 
-def test_a_design_of_one_s_own_may_be_a_plain_dataclass(warm):
+def test_a_design_of_one_s_own_may_be_a_plain_dataclass(colias):
     """Beside another module of the user's; in a folder whose name looks like markup."""
-    (warm.folder / "beside.py").write_text("SPEED = 30.0\n")
-    (warm.folder / "mine.py").write_text(PLAIN_DESIGN)
-    done = warm("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
+    (colias.folder / "beside.py").write_text("SPEED = 30.0\n")
+    (colias.folder / "mine.py").write_text(PLAIN_DESIGN)
+    done = colias("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
     assert done.returncode == 0, done.stderr
     assert "[b]out: figure.png" in done.stdout
-    assert pq.read_table(warm.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
-    wrong = warm("run", "mine.py", "--set", "experiment.count=two")
+    assert pq.read_table(colias.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
+    wrong = colias("run", "mine.py", "--set", "experiment.count=two")
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
     assert "experiment.count=two: legal is a whole number" in wrong.stderr
 
 
-def test_one_trial_of_a_condition_has_no_interval(warm):
+def test_one_trial_of_a_condition_has_no_interval(colias):
     one = ("--repeats", "1", "--no-recordings", "--workers", "0", "--out", "one")
-    assert warm("run", "speed", *QUICK[:2], *one).returncode == 0
-    with (warm.folder / "one" / "summary.csv").open() as file:
+    assert colias("run", "speed", *QUICK[:2], *one).returncode == 0
+    with (colias.folder / "one" / "summary.csv").open() as file:
         assert {(row["n"], row["sd"], row["ci_low"]) for row in csv.DictReader(file)} == {("1", "", "")}
-
-
-def test_the_readme_s_python_example_runs(tmp_path):
-    """As a script, with worker processes; `tests.docs.test_docs` runs it in its own process."""
-    (example,) = [block.text for block in blocks(README) if block.language == "python"]
-    (tmp_path / "example.py").write_text(example)
-    command = [sys.executable, "-W", "error", "example.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert all(re.search(rf"^C15 {model} (holds|fails) ", done.stdout, re.M) for model in ("dsnn", "dsn2017"))
-    assert "dsnn 6.0 cm/s: " in done.stdout
-    assert (tmp_path / "speed.png").exists()
 
 
 def test_a_run_is_never_overwritten(finished, colias):
@@ -329,35 +301,6 @@ def test_a_run_is_never_overwritten(finished, colias):
     assert (nameless.returncode, nameless.stderr.count("\n")) == (2, 1)
     assert "already holds a run" in nameless.stderr
     assert files() == before
-
-
-@pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL])
-def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
-    command = [sys.executable, "-m", "experiments.bench.cli", "run", "speed", "--out", "out"]
-    command += ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "200"]
-    # A shell that starts tests in the background has interrupts ignored, and its children inherit that.
-    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    out, deadline = tmp_path / "out", time.monotonic() + 60
-    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed) as process:
-        try:
-            while not (tables.present(out) and tables.read(out, "trials", ["trial"]).num_rows >= 3):
-                assert process.poll() is None and time.monotonic() < deadline
-                time.sleep(0.05)
-            process.send_signal(blow)
-            _, said = process.communicate(timeout=20)
-        finally:
-            process.kill()
-    table, frames = tables.read(out, "trials"), tables.read(out, "frames")
-    count, there = table.num_rows, table["trial"].to_pylist()
-    assert 3 <= count < 400
-    assert there == sorted(set(there)), "each once; two workers need not finish in order"
-    assert set(there) <= set(frames["trial"].to_pylist())
-    verify(*(out / "recordings" / f"trial-{i:04d}.rrd" for i in there))
-    json.loads((out / "experiment.json").read_text())
-    if blow == signal.SIGINT:
-        assert process.returncode == 130
-        assert f"stopped after {count} of 400 trials" in said
-        assert "Traceback" not in said
 
 
 RUN_WITHOUT_GL = (
@@ -382,7 +325,7 @@ def test_missing_opengl_names_the_package(tmp_path, chosen):
     assert "Traceback" not in done.stderr
 
 
-def test_a_dry_run_checks_and_writes_nothing(warm):
+def test_a_dry_run_checks_and_writes_nothing(colias):
     plan = (
         "run",
         "speed",
@@ -394,19 +337,19 @@ def test_a_dry_run_checks_and_writes_nothing(warm):
         "--repeats",
         "1",
     )
-    said = warm(*plan, "--dry-run").stdout
+    said = colias(*plan, "--dry-run").stdout
     assert "speed: 2 trials" in said and "30 cm/s at 8 cm" in said and "nothing was run" in said
-    assert list(warm.folder.iterdir()) == []
-    assert "-0.5" in warm("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
-    assert warm(*plan, "--out", "out", "-q").returncode == 0
-    before = sorted(path.name for path in (warm.folder / "out").rglob("*"))
-    assert "2 of 2 are done already" in warm(*plan, "--out", "out", "--dry-run").stdout
-    other = warm(*plan[:-1], "2", "--out", "out", "--dry-run")
+    assert list(colias.folder.iterdir()) == []
+    assert "-0.5" in colias("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
+    assert colias(*plan, "--out", "out", "-q").returncode == 0
+    before = sorted(path.name for path in (colias.folder / "out").rglob("*"))
+    assert "2 of 2 are done already" in colias(*plan, "--out", "out", "--dry-run").stdout
+    other = colias(*plan[:-1], "2", "--out", "out", "--dry-run")
     assert (other.returncode, other.stderr) == (
         2,
         "colias: out: --repeats is 1 there and 2 now: repeat the first command's options, or choose another --out\n",
     )
-    assert sorted(path.name for path in (warm.folder / "out").rglob("*")) == before
+    assert sorted(path.name for path in (colias.folder / "out").rglob("*")) == before
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -27,7 +27,7 @@ from experiments.behaviours import (
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import recording as closed_loop_recording
 from experiments.bench.closed_loop.behaviour import Behaviour, by_name
-from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, agent, play, play_behaviour, play_entry
+from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, agent, play_behaviour, play_entry
 from experiments.bench.closed_loop.find import env_id, load_behaviour
 from experiments.bench.closed_loop.run import BehaviourPlan, plan, score
 from experiments.bench.closed_loop.scores import (
@@ -393,11 +393,6 @@ def test_a_recording_reads_back(tmp_path):
               "/potential/hybrid/looming", "/azimuth/hybrid",
               "/wheels/left", "/wheels/right", "/reward/reward_ahead"}  # fmt: skip
     assert wanted <= entities
-
-
-def test_playing_any_agent():
-    episode = play(OPTOMOTOR, {"observation": "pixels"}, lambda seen: np.zeros(2, np.float32), 1, steps=5)
-    assert episode.frames.shape == (5, 72, 99) and episode.series is None and not episode.touched
 
 
 @pytest.fixture(scope="module")

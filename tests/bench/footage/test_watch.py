@@ -26,6 +26,7 @@ from experiments.bench.footage.rows import SCHEMA
 from experiments.bench.footage.video import Footage, ahead, usual_size
 from experiments.bench.footage.watch import Tracker
 from experiments.bench.judging import claims
+from tests.conftest import Colias
 from tests.helpers.footage import FPS, SHAPE, Walker, street, write
 
 C12 = claims.find(footage_claims.CLAIM, footage_claims.FootageClaim)
@@ -47,10 +48,8 @@ def films(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def watched(films) -> tuple[Path, str]:
     """One run over the clip with everything it can leave, and what it printed."""
-    command = [sys.executable, "-m", "experiments.bench.cli", "watch", "street.avi", "--no-view", "--judge"]
-    command += ["--record", "street.rrd", "--table", "street.parquet"]
-    environment = os.environ | {"COLUMNS": "100"}
-    done = subprocess.run(command, cwd=films, capture_output=True, text=True, timeout=120, env=environment, check=False)
+    leaves = ("--record", "street.rrd", "--table", "street.parquet")
+    done = Colias(films)("watch", "street.avi", "--no-view", "--judge", *leaves)
     assert (done.returncode, done.stderr) == (0, "")
     return films, done.stdout
 

@@ -21,6 +21,7 @@ import experiments
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.figures import plotting
 from experiments.bench.store.kinds import CLIPS
+from tests.conftest import Colias
 
 PACKAGE = Path(experiments.__file__).parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
@@ -102,8 +103,7 @@ def rows_of(folder):
 def by_command(tmp_path_factory):
     folder = tmp_path_factory.mktemp("command")
     (folder / "mine.py").write_text(SCRIPT.partition("made =")[0])
-    command = [sys.executable, "-m", "experiments.bench.cli", "run", "mine.py", *OF_COLIAS, "--out", "out"]
-    subprocess.run(command, cwd=folder, env=ENVIRONMENT, check=True, timeout=300)
+    assert Colias(folder)("run", "mine.py", *OF_COLIAS, "--out", "out").returncode == 0
     return [{k: v for k, v in row.items() if k != "code"} for row in rows_of(folder / "out")]
 
 

@@ -1,8 +1,5 @@
 """Two eyes on one trial: the same physics, the answer of each eye as of a run with that camera alone."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -80,7 +77,6 @@ def test_a_size_or_clock_that_the_true_eye_cannot_have_is_refused_in_a_line(chan
     [(["distance", "--eyes", "three"], "--eyes three: legal is one, both"),
      (["clean", "--eyes", "both"], "--eyes both: clean shows clips, which no camera sees")],
 )  # fmt: skip
-def test_bad_eyes_are_refused_in_a_line(tmp_path, arguments, said):
-    command = [sys.executable, "-m", "experiments.bench.cli", "run", *arguments, "--out", str(tmp_path / "run")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+def test_bad_eyes_are_refused_in_a_line(colias_here, arguments, said):
+    done = colias_here("run", *arguments, "--out", "run")
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr

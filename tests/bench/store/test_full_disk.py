@@ -29,6 +29,7 @@ from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.figures import plotting
 from experiments.bench.firmware import export, settings
 from experiments.bench.recording import recorded
+from experiments.bench.store import tables
 from experiments.bench.training import evaluate
 from tests.attack.commands import EXPERIMENT, film
 from tests.helpers.disks import file_limit, small_disk, whole_recording
@@ -106,6 +107,21 @@ def test_rows_outlive_the_recordings_that_a_disk_has_no_room_for(command, tmp_pa
     assert (status, message.count("\n")) == (0, 1) and "done again" in message
     assert all(whole_recording(path) for path in recordings.iterdir()) and len(list(recordings.iterdir())) == 2
     assert json.loads((tmp_path / "out" / "failures.json").read_text()) == []
+
+
+def test_rows_outlive_a_table_that_a_disk_has_no_room_for(command, tmp_path):
+    """The whole table of frames is larger than the limit, its parts are not; with more room the run goes on."""
+    (tmp_path / "tiny.py").write_text(EXPERIMENT.format(repeats=16, speeds="(25,)"))
+    run = ("run", "tiny.py", "--workers", "0", "-q", "--no-recordings", "--out", "out")
+    status, message = command(*run, limit=48_000)
+    assert status == 2 and "too large" in message, message
+    left = set(tables.read(tmp_path / "out", "trials")["trial"].to_pylist())
+    assert left and left <= set(tables.read(tmp_path / "out", "frames")["trial"].to_pylist())
+    assert not list((tmp_path / "out").glob("*.part"))
+    status, message = command(*run)
+    assert status == 0, message
+    assert pq.read_table(tmp_path / "out" / "trials.parquet").num_rows == 16
+    assert not (tmp_path / "out" / tables.PARTS).exists()
 
 
 def test_what_is_watched_is_whole_or_does_not_have_its_name(command, tmp_path):

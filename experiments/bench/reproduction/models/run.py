@@ -43,7 +43,7 @@ class Asked:
 
     @property
     def random(self) -> bool:
-        """Whether any of its clips differs with the seed."""
+        """Return whether any of its clips differs with the seed."""
         return bool(set(self.claim.groups) & set(RANDOM))
 
     def judged(self) -> ClipClaim:
