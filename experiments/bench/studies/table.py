@@ -59,9 +59,7 @@ def _show_grids(counts: Counts) -> None:
         show_table(_grid(counts, numbers))
         out_console.print()
     directions = zip(("across", "down"), counts.plan.axes, strict=False)
-    out_console.print(
-        "; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), markup=False, soft_wrap=True
-    )
+    show_line("; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), 4)
     for line in (*regions(counts.cells), *reaches(counts.numbers)):
         out_console.print(line, markup=False)
     _show_marks(counts)
