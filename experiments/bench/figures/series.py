@@ -226,7 +226,7 @@ def heading(
     for level, owners in of_value.items():
         sign = "" if owners == ["looming"] else "±"
         words.append(
-            f"threshold {sign}{level:g}" + (f" of {', '.join(map(_name, owners))}" if len(of_value) > 1 else "")
+            f"threshold {sign}{level:.3g}" + (f" of {', '.join(map(_name, owners))}" if len(of_value) > 1 else "")
         )
     if of_value and not narrow:
         words.append("marks on top: spikes")
