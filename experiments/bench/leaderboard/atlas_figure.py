@@ -76,8 +76,8 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
             unit = f"\naxis ±{scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
             for place in range(0, len(columns), across):
                 words = plain(f"{labels[model.label]}{unit}")
-                style = {"rotation": 0, "ha": "right", "va": "center", "fontsize": 8, "color": tints[model.label]}
-                panels[row, place].set_ylabel(words, **style)
+                label = panels[row, place].set_ylabel(words, rotation=0, ha="right", va="center", fontsize=8)
+                label.set_color(tints[model.label])
         for place, column in enumerate(columns):
             panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
         keys = _keys()

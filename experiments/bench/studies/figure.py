@@ -20,7 +20,7 @@ from matplotlib.text import Text
 from experiments.bench.engine.settings import PRESET
 from experiments.bench.figures.plotting import STYLE, WIDTH, headline, lowest, plain, wrapped
 from experiments.bench.store.parameters import in_title
-from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
+from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.study import Axis, value_text
@@ -47,6 +47,8 @@ GAP, MARGIN = 0.15, 0.45
 """Width between panels, and of what stands left and right of all, inches."""
 MOST_LABEL = 2.6
 """Most width of a row's label, inches; longer ones are broken."""
+LEAST_WIDTH = 4.2
+"""Least width of a figure, inches: that of its title."""
 BAR_HIGH = 0.45
 """Height of a colour bar with its numbers, inches."""
 
@@ -112,7 +114,7 @@ def draw(counts: Counts) -> Figure:
     below = LETTER_INCHES * max(len(label) for panel in panels for label in panel.columns) if turned else LINE
     line_high = high * layout.high + 0.45 + (0.0 if once else below) + (0.0 if len(claims) == len(panels) else BAR_HIGH)
     size = (
-        min(WIDTH, max(layout.left + MARGIN + columns * (panel_inches + GAP), 4.2)),
+        min(WIDTH, max(layout.left + MARGIN + columns * (panel_inches + GAP), *map(_key_inches, keys), LEAST_WIDTH)),
         lines * line_high + 0.75 + (0.65 if claims else 0.0) + 0.2 * len(keys),
     )
     with mpl.rc_context(STYLE):
@@ -237,12 +239,10 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
     if judged:
         total = counts.plan.replicates
         keys.append(_sign(f"n/{total}", f"in n of {total} replicate{'s' * (total > 1)} the claim holds"))
-    if any("v" in cell.text() for cell in judged):
-        keys.append(_sign("v", "in some replicate the model is silent, so the claim is void there"))
-    if any(cell.count.half for cell in judged):
-        keys.append(_sign("h", "the DSNN's half of the claim: the other half hangs on constants that are not known"))
+    keys += [_sign(sign, words) for sign, words in SIGNS.items() if any(sign in cell.signs for cell in judged)]
     if any(cell.unjudged for cell in judged) or any(number.value is None for number in numbers):
-        words = "some replicate could not be judged, as trials or clips are missing" if judged else "no value"
+        unjudged = any(cell.unjudged for cell in judged)
+        words = "some replicate could not be judged, as trials or clips are missing" if unjudged else "no value"
         keys.append(Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words))
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
         keys.append(_sign("a-b", "lowest and highest value of a replicate"))
@@ -250,6 +250,11 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
     if framed and any(axis.default is not None for axis in counts.plan.axes):
         keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
     return keys
+
+
+def _key_inches(key: Artist) -> float:
+    """Return the width of a key's words and of its sign."""
+    return LETTER_INCHES * len(str(key.get_label())) + 0.7
 
 
 def _sign(sign: str, words: str) -> Text:

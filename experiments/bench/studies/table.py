@@ -9,7 +9,17 @@ from typing import Any
 from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
-from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure, reaches, regions
+from experiments.bench.studies.counts import (
+    SIGNS,
+    TOGETHER,
+    ClaimCell,
+    Counts,
+    Number,
+    by_claim,
+    by_measure,
+    reaches,
+    regions,
+)
 from experiments.bench.studies.figure import row_label
 from experiments.bench.studies.run import TABLE
 
@@ -70,11 +80,9 @@ def _show_grids(counts: Counts) -> None:
 def _show_marks(counts: Counts) -> None:
     if any(cell.unjudged for cell in counts.cells):
         out_console.print(f"?: not judged in some replicate; {TABLE} says why", markup=False)
-    if any("silent model" in cell.count.unjudged for cell in counts.cells):
-        out_console.print("v: kept in some replicate by a model that answers no translation either", markup=False)
-    if any(cell.count.half for cell in counts.cells):
-        out_console.print("h: the DSNN's half; the rest hangs on another model's constants, which are not known",
-                          markup=False)  # fmt: skip
+    for sign, words in SIGNS.items():
+        if any(sign in cell.signs for cell in counts.cells):
+            out_console.print(f"{sign}: {words}", markup=False)
 
 
 def _grid(counts: Counts, cells: Sequence[ClaimCell] | Sequence[Number]) -> Table:
