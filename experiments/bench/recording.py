@@ -36,6 +36,8 @@ LINKED = rrb.TimeAxis(link="LinkToGlobal")
 """Axis of time of every plot: to zoom one is to zoom all."""
 MOST_LANES = 6
 """Lanes below each other; more are in columns."""
+MOST_WIDE = 2
+"""Columns in which the whole heading of a lane can be read."""
 
 
 def recorded(
@@ -288,22 +290,22 @@ def lanes(answering: Sequence[Answering], run: str = "") -> rrb.Container | rrb.
     rerun.blueprint.Container or rerun.blueprint.TimeSeriesView
         Lanes below each other, in columns where they are many.
     """
-    views = [_lane(answer, run) for answer in answering]
-    columns = -(-len(views) // MOST_LANES)
-    height = -(-len(views) // columns)
+    columns = -(-len(answering) // MOST_LANES)
+    height = -(-len(answering) // columns)
+    views = [_lane(answer, run, narrow=columns > MOST_WIDE) for answer in answering]
     stacks = [views[first : first + height] for first in range(0, len(views), height)]
     stacked = [rrb.Vertical(*stack) if len(stack) > 1 else stack[0] for stack in stacks]
     return rrb.Horizontal(*stacked) if len(stacked) > 1 else stacked[0]
 
 
-def _lane(answer: Answering, run: str) -> rrb.TimeSeriesView | rrb.Horizontal:
-    """Return the lane of a model, with its azimuth beside it where it declares one."""
+def _lane(answer: Answering, run: str, *, narrow: bool) -> rrb.TimeSeriesView | rrb.Horizontal:
+    """Return the lane of a model, with its azimuth beside it where it has one; a ``narrow`` one is named briefly."""
     root, prefix = (f"/{rr.escape_entity_path_part(run)}", f"{run}: ") if run else ("", "")
     name = rr.escape_entity_path_part(answer.model)
     lane = rrb.TimeSeriesView(
         origin=f"{root}/potential/{name}",
         contents=[f"{root}/{part}/{name}/**" for part in ("potential", "threshold", "raster")],
-        name=prefix + heading(answer.model, answer.channels, answer.thresholds),
+        name=prefix + heading(answer.model, answer.channels, answer.thresholds, narrow=narrow),
         axis_x=LINKED,
         axis_y=rrb.ScalarAxis(range=ends(answer.channels), zoom_lock=True),
         background=PAPER,

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
-from matplotlib.text import Text
+from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Bbox
 
 Place = tuple[str, Bbox]
@@ -169,6 +169,21 @@ def alike(figure: Figure) -> list[str]:
             if look in looks:
                 found.append(f"{key.get_label()!r} and {looks[look]!r}")
             looks[look] = str(key.get_label())
+    return found
+
+
+def alike_levels(figure: Figure) -> list[str]:
+    """Lines across a panel at different levels, their signs apart, that look the same and have no words beside them."""
+    found = []
+    for axes in panels(figure):
+        named = {abs(text.xy[1]) for text in axes.texts if isinstance(text, Annotation)}
+        levels: dict[Any, float] = {}
+        for line in axes.get_lines():
+            if line.get_transform() != axes.get_yaxis_transform() or line.get_linestyle() == "-":
+                continue
+            look, level = (line.get_color(), line.get_linewidth(), str(line._dash_pattern)), abs(line.get_ydata()[0])
+            if level and level not in named and levels.setdefault(look, level) != level:
+                found.append(f"{levels[look]:g} and {level:g} in {_titles(axes)}")
     return found
 
 

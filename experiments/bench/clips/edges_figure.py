@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from experiments.bench.clips import thresholds as threshold_lines
 from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
 from experiments.bench.figures.palette import Mark, marks
 from experiments.bench.figures.plotting import STYLE, WIDTH, columns_of_key, extra_widths, plain, wrapped
@@ -34,10 +35,10 @@ WIDTHS = (1.15, 1.0, 0.95)
 """Widths of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
 SAME = 0.004
 """Potentials that differ by less look like one curve."""
-BAR_WIDTH = 0.16
-"""Width of a bar, where there are many."""
 MOST_WRITTEN = 4
-"""Bars beyond which words and numbers stand upright."""
+"""Bars beyond which they stand in a row of their own, and words and numbers at them upright."""
+HIGH, UPRIGHT_HIGH, KEY_HIGH = 2.55, 3.0, 0.17
+"""Heights of a row of panels, of a row of bars with their words, and of a line of the key, inches."""
 
 
 def shares(rows: Rows) -> dict[tuple[str, str], float]:
@@ -85,33 +86,33 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda pair: (pair[0] != "rightward", *pair))
     looks, left = marks(models), shares(rows)
     with mpl.rc_context(STYLE):
-        bar = max(WIDTHS[2], BAR_WIDTH * (len(models) - 1))
-        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(motions), bar)
-        width = WIDTH * sum(ratios) / (sum(ratios) - bar + WIDTHS[2])
-        high = 2.55 if len(models) - 1 <= MOST_WRITTEN else 3.4
-        drawn = Figure(figsize=(width, high * len(polarities) + 1.0), layout="constrained")
-        grid = drawn.subplots(len(polarities), len(ratios), squeeze=False, width_ratios=ratios)
+        below = len(models) - 1 > MOST_WRITTEN
+        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(motions), *([] if below else [WIDTHS[2]]))
+        heights = [high for _ in polarities for high in ((HIGH, UPRIGHT_HIGH) if below else (HIGH,))]
+        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()]
+        keys += threshold_lines.keys(thresholds, models)
+        across = columns_of_key([line for key in keys for line in str(key.get_label()).split("\n")], WIDTH, 8)
+        size = (WIDTH, sum(heights) + KEY_HIGH * -(-len(keys) // across) + 0.8)
+        drawn = Figure(figsize=size, layout="constrained")
+        grid = drawn.add_gridspec(len(heights), len(ratios), width_ratios=ratios, height_ratios=heights)
         highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
         for down, polarity in enumerate(polarities):
-            icons, *traces, bars = grid[down]
+            first = 2 * down if below else down
+            icons, *places = (drawn.add_subplot(grid[first, place]) for place in range(len(ratios)))
+            bars = drawn.add_subplot(grid[first + 1, :]) if below else places[-1]
+            traces = places[: len(motions)]
             edge_rows = [row for row in rows if row["polarity"] == polarity]
-            _icons(icons, polarity)
+            _icons(icons, polarity, 2.0 if below else 1.0)
             for axes, (motion, speed) in zip(traces, motions, strict=True):
                 here = [row for row in edge_rows if (row["motion"], row["speed"]) == (motion, speed)]
                 _traces(axes, here, frames, looks)
-                _limits(axes, thresholds)
                 axes.set_ylim(-1.12 * highest, 1.12 * highest)
+                threshold_lines.draw(axes, thresholds, models)
                 axes.tick_params(labelsize=8, labelleft=axes is traces[0])
                 axes.set_title(f"{motion},\n{speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
             _bars(bars, edge_rows, left, looks)
-        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()]
-        limits = sorted({level for level in thresholds.values() if level is not None})
-        if limits:
-            levels = ", ".join(f"{level:g}" for level in limits)
-            keys.append(Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {levels}"))
-        across = columns_of_key([str(key.get_label()) for key in keys], width, 8)
         drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
     return drawn
 
@@ -124,8 +125,11 @@ def _named(model: str) -> str:
     return f"{model} ({NAMES[model]})" if model in NAMES else plain(model)
 
 
-def _icons(axes: Axes, polarity: str) -> None:
-    """Draw both objects that have such an edge, the edge marked; and luminance over time where the edge passes."""
+def _icons(axes: Axes, polarity: str, inches: float) -> None:
+    """Draw both objects that have such an edge, the edge marked; and luminance over time where the edge passes.
+
+    Captions are ``inches`` wide.
+    """
     name, cases = CASES[polarity]
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
@@ -137,7 +141,7 @@ def _icons(axes: Axes, polarity: str) -> None:
         edge = 6.2 if leading else 3.2
         axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
         axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
-        axes.text(0.2, bottom - 0.15, wrapped(caption, 1.0, 8), fontsize=8, va="top", color=INK)
+        axes.text(0.2, bottom - 0.15, wrapped(caption, inches, 8), fontsize=8, va="top", color=INK)
     high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
     axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
     axes.plot([4.9, 4.9], [0.9, 2.2], color=MARK, lw=2.2)
@@ -162,13 +166,6 @@ def _look(model: str, mark: Mark, count: int, extra: float = 0.0) -> dict[str, A
     return {"color": mark.colour, "lw": 1.2 + extra, **dots}
 
 
-def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
-    """T, dotted."""
-    for level in {level for level in thresholds.values() if level is not None}:
-        for sign in (1, -1):
-            axes.axhline(sign * level, color="black", ls=":", lw=0.8)
-
-
 def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: Mapping[str, Mark]) -> None:
     """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
@@ -179,7 +176,8 @@ def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: 
         axes.bar(place, float(np.mean(shares)), width=0.62, color=looks[model].colour, alpha=0.75)
         axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
         text = f"{min(shares):.1f}" if max(shares) - min(shares) < 0.05 else f"{min(shares):.0f} to\n{max(shares):.0f}"
-        axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=8, ha="center", va="bottom", rotation=upright)
+        axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=8, ha="center", va="bottom", rotation=upright,
+                  bbox={"fc": "white", "lw": 0, "pad": 0.4}, zorder=4)  # fmt: skip
     for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
         axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
         axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=8,
@@ -193,4 +191,4 @@ def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: 
     )
     axes.set_yticks([0, 25, 50, 75, 100])
     axes.tick_params(axis="y", labelsize=8)
-    axes.set_title("largest |HS|,\n% of intact", fontsize=8)
+    axes.set_title("largest |HS|, % of intact" if upright else "largest |HS|,\n% of intact", fontsize=8)

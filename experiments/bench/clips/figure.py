@@ -14,8 +14,9 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
+from experiments.bench.clips import thresholds as threshold_lines
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.figures.palette import HUES, Mark, level_colours, marks
+from experiments.bench.figures.palette import HUES, Mark, lanes, level_colours, marks
 from experiments.bench.figures.plotting import (
     STYLE,
     WIDTH,
@@ -39,8 +40,8 @@ PANEL_INCHES = 2.0
 """Width of a panel's title."""
 SAME = 0.004
 """Difference of two potentials that look like one."""
-MOST_NAMED = 3
-"""Models whose threshold the key names."""
+THRESHOLD: dict[str, Any] = {"color": "black", "ls": "-", "lw": 1.2}
+"""Look of the threshold in the row of its model."""
 NAMES = {"speed": "speed of the object ({unit})", "grey": "grey (0 to 255)", "background_speed": "background ({unit})"}
 
 
@@ -82,33 +83,39 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
 
 
 def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
-    """A panel for each clip: HS solid and VS dotted against time, one colour a model."""
+    """A panel for each clip: HS solid and VS dotted against time, one colour a model.
+
+    There are as many rows of panels as lanes of models, with a key for each.
+    """
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
-    looks = marks(models)
+    looks, groups = marks(models), lanes(models)
     across = min(ACROSS, len(clips))
     down = -(-len(clips) // across)
-    drawn = Figure(figsize=(WIDTH, 1.9 * down + 1.0 + 0.08 * len(models)), layout="constrained")
-    (panels,) = grid_of_panels(drawn, 1, len(clips), ACROSS, sharey=True)
+    heights = [1.9 * down + 1.0 + 0.08 * len(group) for group in groups]
+    drawn = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
+    parts = drawn.subfigures(len(groups), 1, squeeze=False, height_ratios=heights)[:, 0] if len(groups) > 1 else [drawn]
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in SYSTEMS}
-    for axes, clip in zip(panels, clips, strict=True):
-        clip_rows = [row for row in rows if row["clip"] == clip]
-        for system, (_, style) in SYSTEMS.items():
-            curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in clip_rows]
-            for row, curve, extra in zip(clip_rows, curves, extra_widths(curves, SAME), strict=True):
-                mark = looks[row["model"]]
-                axes.plot(np.arange(len(curve)) / row["fps"], curve, ls=style, lw=1.1 + extra, color=mark.colour,
-                          **_dots(mark, len(curve)))  # fmt: skip
-        _limits(axes, thresholds, models)
-        axes.set_title(plain(wrapped(clip, PANEL_INCHES, 8)), fontsize=8)
-    for axes in lowest([panels]):
-        axes.set_xlabel("time (s)", fontsize=8)
-    for axes in leftmost([panels]):
-        axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
-    keys = [Line2D([], [], color=mark.colour, lw=2, label=plain(model), **_dots(mark, 1))
-            for model, mark in looks.items()]  # fmt: skip
-    _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
+    for part, group in zip(parts, groups, strict=True):
+        (panels,) = grid_of_panels(part, 1, len(clips), ACROSS, sharey=True)
+        for axes, clip in zip(panels, clips, strict=True):
+            clip_rows = [row for row in rows if row["clip"] == clip and row["model"] in group]
+            for system, (_, style) in SYSTEMS.items():
+                curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in clip_rows]
+                for row, curve, extra in zip(clip_rows, curves, extra_widths(curves, SAME), strict=True):
+                    mark = looks[row["model"]]
+                    axes.plot(np.arange(len(curve)) / row["fps"], curve, ls=style, lw=1.1 + extra, color=mark.colour,
+                              **_dots(mark, len(curve)))  # fmt: skip
+            threshold_lines.draw(axes, thresholds, group, models)
+            axes.set_title(plain(wrapped(clip, PANEL_INCHES, 8)), fontsize=8)
+        for axes in lowest([panels]):
+            axes.set_xlabel("time (s)", fontsize=8)
+        for axes in leftmost([panels]):
+            axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
+        keys = [Line2D([], [], color=looks[model].colour, lw=2, label=plain(model), **_dots(looks[model], 1))
+                for model in group]  # fmt: skip
+        _legend(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models)])
     return drawn
 
 
@@ -129,12 +136,12 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
         for axes, model in zip(block, models, strict=True):
             panel_rows = [row for row in object_rows if (row["model"], row[shape.panels]) == (model, level)]
             _by_level(axes, panel_rows, shape.lines, shades, shape.along)
-            _limits(axes, thresholds, [model])
+            threshold_lines.draw(axes, thresholds, [model])
             axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", PANEL_INCHES, 8)), fontsize=8)
         _from_zero(block)
     _labels(panels, NAMES[shape.along].format(unit=unit))
     keys = _level_keys(shape.lines, shades, unit)
-    _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
+    _legend(drawn, [*keys, *_system_keys(), *threshold_lines.key_of_panels(thresholds, models)])
     return drawn
 
 
@@ -167,7 +174,7 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         curves = [hs[(trial == row["trial"]) & (who == row["model"])] for row in ordered]
         for row, curve, extra in zip(ordered, curves, extra_widths(curves, SAME), strict=True):
             axes.plot(np.arange(len(curve)) / row["fps"], curve, lw=1.1 + extra, color=shades[row[name]])
-        _limits(axes, thresholds, models[:1])
+        threshold_lines.draw(axes, thresholds, models[:1])
         axes.set_title(plain(f"HS of {models[0]}, {caption}; by {name}, as below"), fontsize=8)
         axes.set_xlabel("time (s)", fontsize=8)
     for part, along, lines, levels in zip(lower, ("speed", "grey"), ("grey", "speed"), (greys, speeds), strict=True):
@@ -176,11 +183,12 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         for axes, model in zip(panels[0], models, strict=True):
             of_model = [row for row in object_rows if row["model"] == model]
             _by_level(axes, of_model, lines, shades, along)
-            _limits(axes, thresholds, [model])
+            threshold_lines.draw(axes, thresholds, [model])
             axes.set_title(plain(wrapped(model, PANEL_INCHES, 8)), fontsize=8)
         _from_zero(panels[0])
         _labels(panels, NAMES[along].format(unit=unit))
-        _legend(part, [*_level_keys(lines, shades, unit), *_system_keys()])
+        limits = threshold_lines.key_of_panels(thresholds, models)
+        _legend(part, [*_level_keys(lines, shades, unit), *_system_keys(), *limits])
     return drawn
 
 
@@ -274,13 +282,13 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             if title == ALONE:
                 axes.set_yscale("log")
                 axes.set_ylim(1e-5, max(1.5, 1.2 * axes.dataLim.y1))
-            _limits(axes, thresholds, [model])
+            threshold_lines.draw(axes, thresholds, [model])
         if title != ALONE:
             _from_zero(block)
     _labels(panels, "background (px a frame)")
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
     keys += [*_system_keys(), Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
-    _legend(drawn, [*keys, *_threshold_keys(thresholds, models)])
+    _legend(drawn, [*keys, *threshold_lines.key_of_panels(thresholds, models)])
     return drawn
 
 
@@ -326,34 +334,18 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
                 axes.plot([min(peaks), max(peaks)], [place + lower] * 2, "-|", color=tint, lw=4, ms=9)
     axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=8)
     axes.invert_yaxis()
-    levels = sorted({t for m in models if (t := thresholds.get(m)) is not None})
-    for level in levels:
-        axes.axvline(level, color="black", ls="--", lw=0.7)
+    for place, model in enumerate(models):  # in its model's row, so that it is no other's
+        if (level := thresholds.get(model)) is not None:
+            axes.plot([level] * 2, [place - 0.42, place + 0.42], **THRESHOLD)
     axes.set_xlabel("largest |HS| potential of a clip: smallest to largest", fontsize=8)
+    limits = (
+        [Line2D([], [], label="threshold of the model", **THRESHOLD)]
+        if any(thresholds.get(model) is not None for model in models)
+        else []
+    )
     _legend(drawn, [*(Line2D([], [], color=tint, lw=4, label=caption) for caption, _, tint, _ in kinds),
-                    *_threshold_keys(thresholds, models)])  # fmt: skip
+                    *limits])  # fmt: skip
     return drawn
-
-
-def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:
-    """The thresholds, dashed; of either sign where the axis has both."""
-    for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
-        for sign in (1, -1) if axes.get_ylim()[0] < -level else (1,):
-            axes.axhline(sign * level, color="black", ls="--", lw=0.7)
-
-
-def _threshold_keys(thresholds: Mapping[str, float | None], models: Sequence[str]) -> list[Line2D]:
-    """Return what the dashed lines are: thresholds, and of which models where there are several."""
-    levels = {model: level for model in models if (level := thresholds.get(model)) is not None}
-    owners = {level: [model for model in levels if levels[model] == level] for level in levels.values()}
-    labels = []
-    for level, owners_of_level in sorted(owners.items()):
-        whose = ", ".join(owners_of_level[:MOST_NAMED]) + (
-            f" and {len(owners_of_level) - MOST_NAMED} more" if len(owners_of_level) > MOST_NAMED else ""
-        )
-        labels.append(f"{level:g}" + (f" of {whose}" if len(models) > 1 else ""))
-    label = plain(wrapped(f"T = {'; '.join(labels)}", 2.2, 8))
-    return [Line2D([], [], color="black", ls="--", lw=0.7, label=label)] if labels else []
 
 
 def _system_keys() -> list[Line2D]:

@@ -45,7 +45,7 @@ class _Console(Console):
     def __init__(self, *, stderr: bool = False) -> None:
         columns = os.environ.get("COLUMNS", "")
         self.width_known = columns.isdigit() and int(columns) > 0
-        """Whether lines are to be broken at all: in a pipe without ``COLUMNS`` only tables and sentences are."""
+        """Whether a table that is too wide becomes lines of text: in a pipe without ``COLUMNS`` it stays a table."""
         stream = sys.stderr if stderr else sys.stdout
         self.width_known |= stream is not None and stream.isatty()
         width = None if self.width_known else PIPE_WIDTH
@@ -80,9 +80,9 @@ def stacked(upper: str, lower: str) -> Text:
 
 
 def show_line(line: str | Text, indent: int = 0) -> None:
-    """Print a line, broken between words where the width is known; its other lines begin ``indent`` to the right."""
+    """Print a line, broken between words; its other lines begin ``indent`` to the right."""
     line = Text(line) if isinstance(line, str) else line
-    starts, room = [0], out_console.width if out_console.width_known else WHOLE_WIDTH
+    starts, room = [0], out_console.width
     for word in re.finditer(r"\S+", line.plain):
         before = line.plain[starts[-1] : word.start()]
         if before.strip() and cell_len(before) + cell_len(word[0]) > room:

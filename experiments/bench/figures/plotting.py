@@ -296,7 +296,7 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> N
     if not any(score is not None and math.isfinite(score.value) for score in scores):
         text = "none" if any(score is not None and math.isinf(score.value) for score in scores) else NOT_APPLYING
         axes.annotate(text, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
-                      fontsize=8, fontstyle="italic")  # fmt: skip
+                      fontsize=8, fontstyle="italic", bbox={"fc": "white", "lw": 0, "pad": 0.5})  # fmt: skip
     if panel.column:
         values = [value for one in standing.rows if (value := one[panel.column]) is not None]
         axes.plot(values, [row + 0.3] * len(values), "|", color=tint, alpha=0.45, ms=5)

@@ -48,8 +48,8 @@ class Line:
         Where it is logged, and what the plot's key calls it.
     field
         The `dsnn.Response` field that it shows; of a row of spikes, the field that says where there are some.
-    colour, width
-        Those of its model: figures have markers, for which a recording has widths.
+    colour
+        Its model's, which has a lane to itself.
     dots
         The shape of its dots; ``None``: it is a line.
     row
@@ -62,7 +62,6 @@ class Line:
     title: str
     field: str
     colour: Colour
-    width: float
     dots: rr.components.MarkerShape | None = None
     row: float | None = None
     shown: bool = True
@@ -70,8 +69,8 @@ class Line:
     def style(self) -> rr.SeriesLines | rr.SeriesPoints:
         """Return how a viewer draws it."""
         if self.dots is None:
-            return rr.SeriesLines(colors=self.colour, names=self.title, widths=self.width)
-        size = (DOT_SIZE if self.row is None else MARK_SIZE) * self.width / LINE_WIDTH
+            return rr.SeriesLines(colors=self.colour, names=self.title, widths=LINE_WIDTH)
+        size = DOT_SIZE if self.row is None else MARK_SIZE
         return rr.SeriesPoints(colors=self.colour, names=self.title, markers=self.dots, marker_sizes=size)
 
 
@@ -96,23 +95,20 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     models
         The labels of all models of the recording. Titles name the model where there are several.
     """
-    tints = colours(models)
-    earlier = list(tints)[: list(tints).index(model)]
-    turn = sum(tints[other] == tints[model] for other in earlier)
-    colour, width = rgb(tints[model]), LINE_WIDTH * (1 + turn)
+    colour = rgb(colours(models)[model])
     name, prefix = rr.escape_entity_path_part(model), f"{model} " if len(models) > 1 else ""
     first = next((channel for channel in channels if channel in SPIKING), "")
     series = []
     for channel in channels:
         title = prefix + _name(channel)
         if channel not in SPIKING:
-            series.append(Line(f"{channel}/{name}", title, channel, colour, width))
+            series.append(Line(f"{channel}/{name}", title, channel, colour))
             continue
         dots, tone = (None, colour) if channel == first else (DOTS[channel], _shade(colour, SHADES[channel]))
-        series.append(Line(f"potential/{name}/{channel}", title, channel, tone, width, dots))
+        series.append(Line(f"potential/{name}/{channel}", title, channel, tone, dots))
         field, row = f"{channel}_spikes", _row(channel, channels)
-        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", field, tone, width, dots, shown=False))
-        series.append(Line(f"raster/{name}/{channel}", f"{title} spikes", field, tone, width, DOTS[channel], row))
+        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", field, tone, dots, shown=False))
+        series.append(Line(f"raster/{name}/{channel}", f"{title} spikes", field, tone, DOTS[channel], row))
     return series
 
 
@@ -203,7 +199,9 @@ def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
     return drawn
 
 
-def heading(model: str, channels: Sequence[str], thresholds: Mapping[str, float | None]) -> str:
+def heading(
+    model: str, channels: Sequence[str], thresholds: Mapping[str, float | None], *, narrow: bool = False
+) -> str:
     """Return the heading of a model's lane, which does the work of a legend: one would cover the traces.
 
     Parameters
@@ -214,10 +212,13 @@ def heading(model: str, channels: Sequence[str], thresholds: Mapping[str, float 
         Those that it declares.
     thresholds
         Channel -> its threshold.
+    narrow
+        Whether there is room for the name and the thresholds alone, as in lanes in many columns.
     """
     spiking = [channel for channel in channels if channel in SPIKING]
     shapes = ["line", *(DOT_NAMES[channel] for channel in spiking[1:])]
-    words = [", ".join(f"{_name(channel)} ({shape})" for channel, shape in zip(spiking, shapes, strict=False))]
+    series = ", ".join(f"{_name(channel)} ({shape})" for channel, shape in zip(spiking, shapes, strict=False))
+    words = [] if narrow else [series]
     of_value: dict[float, list[str]] = {}
     for channel in spiking:
         if (level := thresholds.get(channel)) is not None:
@@ -225,8 +226,8 @@ def heading(model: str, channels: Sequence[str], thresholds: Mapping[str, float 
     for level, owners in of_value.items():
         sign = "" if owners == ["looming"] else "±"
         words.append(
-            f"threshold {sign}{level:g}" + (f" of {', '.join(map(_name, owners))}" if len(of_value) > 1 else "")
+            f"threshold {sign}{level:.3g}" + (f" of {', '.join(map(_name, owners))}" if len(of_value) > 1 else "")
         )
-    if of_value:
+    if of_value and not narrow:
         words.append("marks on top: spikes")
-    return f"{model}: {'; '.join(words)}"
+    return f"{model}: {'; '.join(words)}" if words else model

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,11 +21,12 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import STYLE, columns_of_key, plain
+from experiments.bench.figures.plotting import LETTER, STYLE, WIDTH, columns_of_key, plain, wrapped
 
 INCHES = (1.02, 0.62)
 """Size of a panel, across and down."""
-LABEL_INCHES, KEY_INCHES = 1.5, 0.75
+LEAST_LABEL, MOST_LABEL, KEY_INCHES = 0.8, 1.5, 0.75
+"""Width of the models' names, at least and at most; height of the key."""
 WRAP = 14
 """Characters of a column's heading in a line."""
 BELOW, ABOVE = -1.45, 1.15
@@ -45,29 +47,39 @@ class _Column:
 
 
 def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
-    """Draw the answers in ``frames`` to the clips of a plan, one repeat of each."""
+    """Draw the answers in ``frames`` to the clips of a plan, one repeat of each: as many clips side by side as fit."""
     models = plan.showings[0].models
     tints = colours(model.label for model in models)
     columns = [_column(showing) for showing in plan.showings]
     series = _series(frames)
-    across, down = len(columns), len(models) + 1
+    down = len(models) + 1
+    labels = {model.label: wrapped(model.label, MOST_LABEL, 8) for model in models}
+    left = LETTER * 8.0 / 72.0 * max(len(line) for label in labels.values() for line in label.split("\n")) + 0.2
+    blocks = math.ceil(len(columns) / max(int((WIDTH - max(left, LEAST_LABEL)) / INCHES[0]), 1))
+    across = math.ceil(len(columns) / blocks)
     with mpl.rc_context(STYLE):
-        size = (LABEL_INCHES + INCHES[0] * across, 0.5 + INCHES[1] * (down + 1) + KEY_INCHES)
+        size = (WIDTH, (0.5 + INCHES[1] * (down + 1)) * blocks + KEY_INCHES)
         drawn = Figure(figsize=size)
         drawn.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
-        panels = drawn.subplots(down, across, squeeze=False, height_ratios=[1.3, *[1.0] * len(models)])
-        for axes, column in zip(panels[0], columns, strict=True):
-            _head(axes, column)
-        for row, model in zip(panels[1:], models, strict=True):
-            model_series = {index: series.get((index, model.label)) for index in range(across)}
+        grid = drawn.add_gridspec(down * blocks, across, height_ratios=[1.3, *[1.0] * len(models)] * blocks)
+        panels = {
+            (row, place): drawn.add_subplot(grid[place // across * down + row, place % across])
+            for row in range(down) for place in range(len(columns))
+        }  # fmt: skip
+        for place, column in enumerate(columns):
+            _head(panels[0, place], column)
+        for row, model in enumerate(models, 1):
+            model_series = {place: series.get((place, model.label)) for place in range(len(columns))}
             scale = _scale(model, model_series)
-            for index, axes in enumerate(row):
-                _cell(axes, model, model_series[index], columns[index], scale, tints[model.label])
+            for place, column in enumerate(columns):
+                _cell(panels[row, place], model, model_series[place], column, scale, tints[model.label])
             unit = f"\naxis ±{scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
-            row[0].set_ylabel(plain(f"{model.label}{unit}"), rotation=0, ha="right", va="center", fontsize=8,
-                              color=tints[model.label])  # fmt: skip
-        for axes, column in zip(panels[-1], columns, strict=True):
-            axes.set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
+            for place in range(0, len(columns), across):
+                words = plain(f"{labels[model.label]}{unit}")
+                label = panels[row, place].set_ylabel(words, rotation=0, ha="right", va="center", fontsize=8)
+                label.set_color(tints[model.label])
+        for place, column in enumerate(columns):
+            panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
         keys = _keys()
         columns_across = columns_of_key([str(key.get_label()) for key in keys], size[0], 8)
         drawn.legend(handles=keys, loc="outside lower center", ncols=columns_across, frameon=False, fontsize=8)
@@ -121,12 +133,12 @@ def _cell(
     steps = np.arange(len(column.moves))
     axes.set(xlim=(0, max(len(steps) - 1, 1)), ylim=(BELOW, ABOVE) if signed else (-0.4, ABOVE), xticks=[], yticks=[])
     axes.fill_between(steps, BELOW, ABOVE, where=column.moves.tolist(), color="black", alpha=0.05, lw=0)
-    axes.axhline(0.0, color="black", lw=0.4)
     for side in axes.spines.values():
         side.set_linewidth(0.3)
     if series is None:
         axes.annotate("failed", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=8, color="0.4")
         return
+    axes.axhline(0.0, color="black", lw=0.4)
     styles = {"hs": "-", "vs": ":", "looming": "--" if signed else "-"}
     heights = TICKS if signed else UPWARD
     for channel in (style for style in styles if style in model.channels):

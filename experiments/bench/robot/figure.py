@@ -416,7 +416,7 @@ def _threshold(axes: Axes, system: str, threshold: float | None, signs: Sequence
     if threshold is not None:
         for sign in signs:
             axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-        words.append(f"threshold T = {'±' if len(signs) > 1 else ''}{threshold:.4g}")
+        words.append(f"threshold {'±' if len(signs) > 1 else ''}{threshold:.4g}")
     axes.annotate("\n".join(words), (0.99, 0.02), xycoords="axes fraction", ha="right", va="bottom", fontsize=8,
                   bbox={"fc": "white", "alpha": 0.7, "lw": 0, "pad": 0.5})  # fmt: skip
 

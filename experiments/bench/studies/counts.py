@@ -26,6 +26,12 @@ FORM = 1
 
 TOGETHER = "all"
 """What stands for all claims of a map together, where there are several."""
+SILENT, HALF = "v", "h"
+SIGNS = {
+    SILENT: "kept in some replicate by a model that answers no translation either",
+    HALF: "the DSNN's half; the rest hangs on another model's constants, which are not known",
+}
+"""What follows the count in a cell, and what it says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +77,14 @@ class ClaimCell:
         return next((outcome.trouble for outcome in self.outcomes if outcome.trouble), "")
 
     def text(self) -> str:
-        """Return the count as figure and table show it.
+        """Return the count as figure and table show it, with its `signs`."""
+        return f"{self.drawn.holds}/{len(self.outcomes)}{''.join(self.signs)}"
 
-        ``v`` marks a model that is silent in a replicate, ``h`` the DSNN's half of a claim that hangs on unknown
-        constants.
-        """
-        silent, half = "v" if self.count.unjudged.get("silent model") else "", "h" if self.count.half else ""
-        return f"{self.drawn.holds}/{len(self.outcomes)}{silent}{half}"
+    @property
+    def signs(self) -> list[str]:
+        """Those of `SIGNS` that it has."""
+        silent, half = self.count.unjudged.get("silent model"), self.count.half
+        return [sign for sign, there in ((SILENT, silent), (HALF, half)) if there]
 
     @property
     def unjudged(self) -> int:

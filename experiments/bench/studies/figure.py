@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
-from matplotlib.patches import Rectangle
+from matplotlib.legend_handler import HandlerBase
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.text import Text
 
 from experiments.bench.engine.settings import PRESET
-from experiments.bench.figures.plotting import STYLE, headline, plain, wrapped
+from experiments.bench.figures.plotting import STYLE, WIDTH, headline, lowest, plain, wrapped
 from experiments.bench.store.parameters import in_title
-from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
+from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.study import Axis, value_text
 
 SHADES, SCALE = "Blues", "YlGnBu"
 """Of counts, and of numbers."""
-UNJUDGED = "#e3dccb"
+UNJUDGED, HATCH = "#e3dccb", "#9a9078"
 DEFAULT = "#c0392b"
 """Of what marks the default's place."""
 SHORT = {"at the end of the range": "at end"}
@@ -32,10 +35,22 @@ SHORT = {"at the end of the range": "at end"}
 MOST_ROWS = 16
 """Points with names, of two axes and more: above so many, they make a map for each claim and not the rows of one."""
 MOST_COLUMNS = 3
-WIDTH, HEIGHT = 0.55, 0.5
-"""Of a cell, inches."""
-LETTER_INCHES = 0.075
-"""Width of a letter of a row's label."""
+CELL, CLAIM_HIGH, NUMBER_HIGH = 0.55, 0.27, 0.5
+"""Size of a cell, inches: its width where there is room for it, the height of one line and of three."""
+LINE = 0.14
+"""Height of a line of type, inches."""
+LETTER_INCHES = 0.067
+"""Width of a letter, inches."""
+LEAST_PANEL = 1.5
+"""Least width of a panel, inches: that of a short title."""
+GAP, MARGIN = 0.15, 0.45
+"""Width between panels, and of what stands left and right of all, inches."""
+MOST_LABEL = 2.6
+"""Most width of a row's label, inches; longer ones are broken."""
+LEAST_WIDTH = 4.2
+"""Least width of a figure, inches: that of its title."""
+BAR_HIGH = 0.45
+"""Height of a colour bar with its numbers, inches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +71,11 @@ class Panel:
     columns: tuple[str, ...]
     rows: tuple[str, ...]
     cells: Mapping[tuple[int, int], ClaimCell | Number]
+
+    @property
+    def of_claims(self) -> bool:
+        """Whether its cells are counts of a claim, not values of a measure."""
+        return not isinstance(next(iter(self.cells.values())), Number)
 
 
 def draw(counts: Counts) -> Figure:
@@ -81,52 +101,179 @@ def draw(counts: Counts) -> Figure:
     gridded = bool(plan.axes) and all(axis.of_keys for axis in plan.axes)
     mapped = not gridded and len(plan.axes) > 1 and len(plan.points) > MOST_ROWS
     panels = _grids(counts) if gridded and across else _maps(counts) if mapped else [_matrix(counts)]
-    wide = max(len(panel.columns) for panel in panels)
-    high = max(len(panel.rows) for panel in panels)
-    number = len(panels)
-    columns = min(number, MOST_COLUMNS)
-    lines = math.ceil(number / columns)
-    left = 0.0 if gridded else LETTER_INCHES * max(len(row) for row in panels[0].rows)
+    layout = _layout(panels)
+    panels = [part for panel in panels for part in _parts(panel, layout.most)]
+    wide, high = max(len(panel.columns) for panel in panels), max(len(panel.rows) for panel in panels)
+    columns = layout.columns(len(panels), wide)
+    lines = math.ceil(len(panels) / columns)
+    panel_inches = min(max(wide * CELL, 2.2), (WIDTH - layout.left - MARGIN) / columns - GAP)
+    turned = max(len(label) for panel in panels for label in panel.columns) * LETTER_INCHES > panel_inches / wide - 0.1
+    once = turned and len({panel.columns for panel in panels}) == 1
+    claims = [panel for panel in panels if panel.of_claims]
+    keys = _keys(panels, counts, framed=gridded or mapped)
+    below = LETTER_INCHES * max(len(label) for panel in panels for label in panel.columns) if turned else LINE
+    line_high = high * layout.high + 0.45 + (0.0 if once else below) + (0.0 if len(claims) == len(panels) else BAR_HIGH)
     size = (
-        columns * (max(wide * WIDTH, 2.2) + 0.5) + 1.8 + left,
-        lines * (max(high * HEIGHT, 0.5) + (0.9 if number > 1 else 0.7)) + 1.0,
+        min(WIDTH, max(layout.left + MARGIN + columns * (panel_inches + GAP), *map(_key_inches, keys), LEAST_WIDTH)),
+        lines * line_high + 0.75 + (0.65 if claims else 0.0) + 0.2 * len(keys),
     )
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=size, layout="constrained")
-        places = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+        places = drawn.subplots(lines, columns, squeeze=False, sharey=True)
         shares: list[tuple[Axes, AxesImage]] = []
+        pad = 0.1 / size[1] if len(claims) == len(panels) else 0.04
         for axes, panel in zip(places.flat, panels, strict=False):
-            draw_panel = _numbers if isinstance(next(iter(panel.cells.values())), Number) else _claims
-            image = draw_panel(axes, panel)
-            if draw_panel is _numbers:
-                drawn.colorbar(image, ax=axes, pad=0.02, aspect=25).outline.set_visible(False)
-            else:
+            image = (_claims if panel.of_claims else _numbers)(axes, panel)
+            if panel.of_claims:
                 shares.append((axes, image))
-            title_inches = max(wide * WIDTH, 2.2) if number > 1 else size[0] - left - 1.0
+            else:
+                drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad).outline.set_visible(False)
+            title_inches = panel_inches if columns > 1 else size[0] - layout.left - MARGIN
             axes.set_title(plain(wrapped(panel.title, title_inches, 8)), fontsize=8, loc="left")
+            axes.tick_params(axis="x", labelrotation=90 if turned else 0, labelbottom=not once)
             if gridded and across:
                 _mark_default(axes, across, up)
             if mapped:
                 _frame_default(axes, plan, panel)
-        for axes in places.flat[number:]:
+        for axes in places.flat[len(panels) :]:
             axes.set_axis_off()
         if shares:
-            bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], pad=0.02, aspect=25, shrink=1 / lines)
-            bar.ax.set_ylim(0.0, 1.0)
+            bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], location="bottom", aspect=30, pad=pad,
+                                 shrink=min(1.0, 2.5 / size[0]))  # fmt: skip
+            bar.ax.set_xlim(0.0, 1.0)
             bar.outline.set_visible(False)
-            bar.set_label("share of replicates\nin which it holds")
-        if gridded and across:
-            drawn.supxlabel(plain(" ".join(across.words())), fontsize=8)
-            if up:
-                drawn.supylabel(plain("\n".join(up.words())), fontsize=8)
+            bar.set_label("share of replicates in which it holds")
+        bottom = lowest([list(places.flat[: len(panels)])])
+        for axes in bottom:
+            axes.tick_params(axis="x", labelbottom=True)
+            if gridded and across:
+                axes.set_xlabel(plain(wrapped(" ".join(across.words()), panel_inches, 8)), fontsize=8)
+            if mapped:
+                axes.set_xlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
+        if gridded and up:
+            for axes in places[:, 0]:
+                axes.set_ylabel(plain("\n".join(up.words())), fontsize=8)
         if not gridded and not mapped and len(plan.axes) > 1:  # a row is called by a level of each of them
             drawn.supylabel(plain(", ".join(axis.name for axis in plan.axes)), fontsize=8)
         if mapped:
-            drawn.supxlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
             drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
+        if keys:
+            drawn.legend(handles=keys, loc="outside lower left", frameon=False, fontsize=8, handlelength=3.0,
+                         handler_map={Text: SignHandler()})  # fmt: skip
         title = f"{plan.models[0].label if len(plan.models) == 1 else plan.study.name}: {_counted(counts)}"
         headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}")
     return drawn
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Sizes that panels need, inches.
+
+    Parameters
+    ----------
+    left
+        Width of the labels of rows.
+    least, high
+        Least width of a cell, and its height.
+    """
+
+    left: float
+    least: float
+    high: float
+
+    @property
+    def most(self) -> int:
+        """The most cells beside each other on a page."""
+        return max(int((WIDTH - self.left - MARGIN - GAP) / self.least), 1)
+
+    def columns(self, panels: int, wide: int) -> int:
+        """Return how many panels of ``wide`` cells stand beside each other, of so many ``panels``."""
+        fitting = int((WIDTH - self.left - MARGIN) / (max(wide * self.least, LEAST_PANEL) + GAP))
+        return max(min(panels, fitting, MOST_COLUMNS), 1)
+
+
+def _layout(panels: Sequence[Panel]) -> Layout:
+    cells = [cell for panel in panels for cell in panel.cells.values()]
+    lines = [
+        line
+        for cell in cells
+        for line in (cell.text(), *(_notes(cell).split("\n") if isinstance(cell, Number) else ()))
+    ]
+    labels = [line for panel in panels for row in panel.rows for line in _row_label(row).split("\n")]
+    of_rows = max(_row_label(row).count("\n") + 1 for panel in panels for row in panel.rows)
+    numbers = any(isinstance(cell, Number) for cell in cells)
+    return Layout(
+        LETTER_INCHES * max(map(len, labels)),
+        LETTER_INCHES * max(map(len, lines), default=1) + 0.05,
+        max(NUMBER_HIGH if numbers else CLAIM_HIGH, LINE * of_rows + 0.06),
+    )
+
+
+def _row_label(row: str) -> str:
+    """Break the label of a row into lines that leave room for the cells."""
+    return wrapped(row, MOST_LABEL, 8)
+
+
+def _parts(panel: Panel, most: int) -> list[Panel]:
+    """Break a panel of more than ``most`` columns into panels of about equally many, below each other."""
+    number = math.ceil(len(panel.columns) / most)
+    if number <= 1:
+        return [panel]
+    share = math.ceil(len(panel.columns) / number)
+    starts = range(0, len(panel.columns), share)
+    return [
+        Panel(f"{panel.title} ({place} of {len(starts)})", panel.columns[start : start + share], panel.rows,
+              {(row, column - start): cell for (row, column), cell in panel.cells.items()
+               if start <= column < start + share})
+        for place, start in enumerate(starts, 1)
+    ]  # fmt: skip
+
+
+def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Artist]:
+    """Return what the cells' signs mean, in words: of those that there are."""
+    cells = [cell for panel in panels for cell in panel.cells.values()]
+    judged = [cell for cell in cells if isinstance(cell, ClaimCell)]
+    numbers = [cell for cell in cells if isinstance(cell, Number)]
+    notes = {note for number in numbers for note in _notes(number).split("\n")}
+    keys: list[Artist] = []
+    if judged:
+        total = counts.plan.replicates
+        keys.append(_sign(f"n/{total}", f"in n of {total} replicate{'s' * (total > 1)} the claim holds"))
+    keys += [_sign(sign, words) for sign, words in SIGNS.items() if any(sign in cell.signs for cell in judged)]
+    if any(cell.unjudged for cell in judged) or any(number.value is None for number in numbers):
+        unjudged = any(cell.unjudged for cell in judged)
+        words = "some replicate could not be judged, as trials or clips are missing" if unjudged else "no value"
+        keys.append(Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words))
+    if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
+        keys.append(_sign("a-b", "lowest and highest value of a replicate"))
+    keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in notes]
+    if framed and any(axis.default is not None for axis in counts.plan.axes):
+        keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
+    return keys
+
+
+def _key_inches(key: Artist) -> float:
+    """Return the width of a key's words and of its sign."""
+    return LETTER_INCHES * len(str(key.get_label())) + 0.7
+
+
+def _sign(sign: str, words: str) -> Text:
+    """Return the key of a sign that stands in cells; `SignHandler` draws it."""
+    return Text(text=sign, label=words)
+
+
+class SignHandler(HandlerBase):
+    """Draws a sign in a key as it stands in cells."""
+
+    def create_artists(
+        self, legend: Any, orig_handle: Any, xdescent: float, ydescent: float, width: float, height: float,
+        fontsize: float, trans: Any,
+    ) -> list[Artist]:  # fmt: skip
+        """Return the sign in the middle of the handle's place."""
+        sign = Text(width / 2 - xdescent, height / 2 - ydescent, orig_handle.get_text(), fontsize=8, ha="center",
+                    va="center_baseline")  # fmt: skip
+        sign.set_transform(trans)
+        return [sign]
 
 
 def _grids(counts: Counts) -> list[Panel]:
@@ -214,7 +361,8 @@ def _counted(counts: Counts) -> str:
     number = f"{plan.replicates} replicate{'s' if plan.replicates > 1 else ''}"
     counted = f"held in n/{plan.replicates} replicates" if counts.cells else number
     repeats = "/".join(str(count) for count in dict.fromkeys(plan.repeats))
-    return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeats each'}"
+    plural = "" if repeats == "1" else "s"
+    return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeat{plural} each'}"
 
 
 def _claims(axes: Axes, panel: Panel) -> AxesImage:
@@ -223,9 +371,10 @@ def _claims(axes: Axes, panel: Panel) -> AxesImage:
         assert isinstance(cell, ClaimCell)
         held[row, column] = cell.drawn.holds / len(cell.outcomes)
         if cell.unjudged:
-            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec=HATCH, hatch="///", lw=0))
         dark = held[row, column] > 0.6 and not cell.unjudged
-        axes.text(column, row, cell.text(), ha="center", va="center", fontsize=8,
+        clear = {"fc": UNJUDGED, "lw": 0, "pad": 0.8} if cell.unjudged else None  # no hatching behind the count
+        axes.text(column, row, cell.text(), ha="center", va="center", fontsize=8, bbox=clear,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
     image = axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
@@ -238,7 +387,7 @@ def _numbers(axes: Axes, panel: Panel) -> AxesImage:
     for (row, column), number in panel.cells.items():
         assert isinstance(number, Number)
         if number.value is None:
-            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec=HATCH, hatch="///", lw=0))
         else:
             values[row, column] = number.value
     known = values[np.isfinite(values)]
@@ -268,7 +417,7 @@ def _notes(number: Number) -> str:
 def _frame(axes: Axes, panel: Panel) -> None:
     """Ticks, and lines between the cells."""
     axes.set_xticks(range(len(panel.columns)), [plain(label) for label in panel.columns])
-    rows = [plain(label) for label in panel.rows] if any(panel.rows) else []
+    rows = [plain(_row_label(label)) for label in panel.rows] if any(panel.rows) else []
     axes.set_yticks(range(len(rows)), rows)
     axes.tick_params(length=0, labelbottom=True)
     axes.set_xticks(np.arange(len(panel.columns) - 1) + 0.5, minor=True)

@@ -9,7 +9,17 @@ from typing import Any
 from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
-from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure, reaches, regions
+from experiments.bench.studies.counts import (
+    SIGNS,
+    TOGETHER,
+    ClaimCell,
+    Counts,
+    Number,
+    by_claim,
+    by_measure,
+    reaches,
+    regions,
+)
 from experiments.bench.studies.figure import row_label
 from experiments.bench.studies.run import TABLE
 
@@ -59,9 +69,7 @@ def _show_grids(counts: Counts) -> None:
         show_table(_grid(counts, numbers))
         out_console.print()
     directions = zip(("across", "down"), counts.plan.axes, strict=False)
-    out_console.print(
-        "; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), markup=False, soft_wrap=True
-    )
+    show_line("; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), 4)
     for line in (*regions(counts.cells), *reaches(counts.numbers)):
         out_console.print(line, markup=False)
     _show_marks(counts)
@@ -72,11 +80,9 @@ def _show_grids(counts: Counts) -> None:
 def _show_marks(counts: Counts) -> None:
     if any(cell.unjudged for cell in counts.cells):
         out_console.print(f"?: not judged in some replicate; {TABLE} says why", markup=False)
-    if any("silent model" in cell.count.unjudged for cell in counts.cells):
-        out_console.print("v: kept in some replicate by a model that answers no translation either", markup=False)
-    if any(cell.count.half for cell in counts.cells):
-        out_console.print("h: the DSNN's half; the rest hangs on another model's constants, which are not known",
-                          markup=False)  # fmt: skip
+    for sign, words in SIGNS.items():
+        if any(sign in cell.signs for cell in counts.cells):
+            out_console.print(f"{sign}: {words}", markup=False)
 
 
 def _grid(counts: Counts, cells: Sequence[ClaimCell] | Sequence[Number]) -> Table:

@@ -15,7 +15,7 @@ from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.closed_loop import recording as closed_loop_recording
 from experiments.bench.closed_loop.episode import Episode
 from experiments.bench.engine.models import choose
-from experiments.bench.figures.palette import HUES, marks
+from experiments.bench.figures.palette import marks
 from experiments.bench.figures.series import ends, heading, levels, lines, rgb
 from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
 from experiments.bench.footage.video import Picture
@@ -133,17 +133,21 @@ def test_the_heading_of_a_lane_does_the_work_of_a_legend():
     hybrid = heading("hybrid", ("hs", "looming", "azimuth"), {"hs": 0.2, "looming": 0.7})
     assert "threshold ±0.2 of HS" in hybrid and "threshold 0.7 of looming" in hybrid and "looming (triangles)" in hybrid
     assert heading("emd", ("hs",), {"hs": None}) == "emd: HS (line)"
+    narrow = heading("hybrid", ("hs", "looming"), {"hs": 0.2, "looming": 0.7}, narrow=True)
+    assert narrow == "hybrid: threshold ±0.2 of HS; threshold 0.7 of looming"
+    assert heading("emd", ("hs",), {"hs": None}, narrow=True) == "emd"
 
 
 @pytest.mark.parametrize("own", [0, 3, 30])
-def test_no_two_lines_of_a_recording_look_alike(own):
-    """Models of one hue, which figures tell apart by markers, have lines of different widths."""
+def test_no_two_lines_of_a_lane_look_alike_and_every_lane_is_drawn_alike(own):
+    """A model of a later round of hues is not drawn wider: its dots would hide its line."""
     models = [*MODELS, *(f"mine{i}" for i in range(own))]
-    drawn = [line for model in models for line in lines(model, ("hs", "vs", "looming"), models)
-             if line.entity.startswith("potential/")]  # fmt: skip
-    looks = [(line.colour, line.width, line.dots) for line in drawn]
-    assert len(set(looks)) == len(looks)
-    assert max(line.width for line in drawn) <= 1.5 * (1 + len(models) // len(HUES))
+    for model in models:
+        drawn = [line for line in lines(model, ("hs", "vs", "looming"), models) if line.entity.startswith("potential/")]
+        assert len({(line.colour, line.dots) for line in drawn}) == len(drawn) == 3
+        assert {line.entity.split("/")[1] for line in drawn} == {rr.escape_entity_path_part(model)}
+    styles = [line.style() for model in models for line in lines(model, ("hs",), models) if not line.dots]
+    assert len({tuple(style.widths.as_arrow_array().to_pylist()) for style in styles}) == 1
 
 
 def episode(env: str) -> Episode:

@@ -119,13 +119,15 @@ def test_no_word_is_broken_at_any_width(command, width, made, monkeypatch, capsy
 
 
 def test_a_pipe_is_as_wide_as_columns_says(colias):
-    """Without it, a line of a list is not broken."""
+    """Without it, no line is longer than 100 characters."""
     environment = {k: v for k, v in os.environ.items() if k != "COLUMNS"}
     run = server().run
     unknown = run(["list"], colias.folder, environment, own_core(), 60).stdout
-    narrow = run(["list"], colias.folder, environment | {"COLUMNS": "60"}, own_core(), 60).stdout
-    assert max(map(len, unknown.splitlines())) > 100
-    assert max(map(len, narrow.splitlines())) <= 60 and narrow.split() == unknown.split()
+    narrow, wide = (
+        run(["list"], colias.folder, environment | {"COLUMNS": width}, own_core(), 60).stdout for width in ("60", "999")
+    )
+    assert 60 < max(map(len, unknown.splitlines())) <= 100 < max(map(len, wide.splitlines()))
+    assert max(map(len, narrow.splitlines())) <= 60 and narrow.split() == unknown.split() == wide.split()
 
 
 def test_damaged_folders_are_named_and_not_fatal(made, colias):

@@ -53,6 +53,16 @@ def test_a_run_is_told_in_twelve_lines_of_whole_words(narrow, capsys):
     assert "runs/speed-20260101-120000: figure.png, trials.parquet, claims.json" in words
 
 
+def test_in_a_pipe_no_line_is_longer_than_100_and_no_word_is_broken(monkeypatch, capsys):
+    monkeypatch.setattr(out_console, "width_known", False)
+    monkeypatch.setattr(out_console, "width", 100)
+    show(report(), recordings=True)
+    text = capsys.readouterr().out
+    assert 80 < max(map(len, text.splitlines())) <= 100, text
+    for check in CHECKS.values():
+        assert set(check.text.split()) <= set(text.replace(";", " ").split())
+
+
 def test_verdicts_of_a_model_that_failed_in_every_trial_are_told_apart(narrow, capsys):
     usual = report()
     lost = [replace(verdict, model=model) for model in ("dsnn", "lost") for verdict in usual.verdicts]

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+from functools import cached_property
 
 import pytest
 
@@ -11,12 +12,14 @@ from experiments import Axis, Level, Study
 from experiments.bench.cli import main
 from experiments.bench.clips.claims import paper_claims
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.figures.plotting import WIDTH
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import plan as reproduction_plan
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.reproduction.plan import USUAL
 from experiments.bench.studies import figure, registry, run
-from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.counts import SIGNS, ClaimCell, Counts
 from experiments.bench.studies.plan import EVERY_MODEL
 from experiments.bench.studies.replicates import replicate
 from experiments.bench.studies.stored import studies
@@ -377,3 +380,38 @@ def test_the_figure_names_the_axes_of_its_rows():
     plan = run.planned(Study("s", "s", claims=("C13",), axes=(light,), over=("dsnn.n_con=4,8",), replicates=1))
     drawn = figure.draw(Counts(plan))
     assert drawn.get_supylabel() == "light, dsnn.n_con"
+
+
+class Many(Counts):
+    """A study of forty claims, whose cells have every sign."""
+
+    @cached_property
+    def cells(self) -> list[ClaimCell]:  # type: ignore[override]
+        words = ("holds", "silent model", "unknown constants", "not shown")
+        return [
+            ClaimCell(point, model, f"C{claim}", "general", (Outcome(words[claim % len(words)], ""),))
+            for point, model in self.plan.judged
+            for claim in range(40)
+        ]
+
+
+def test_a_figure_of_many_claims_is_broken_into_parts_of_a_page_and_loses_no_cell():
+    counts = Many(run.planned(Study("s", "s", claims=("C13",), axes=(EYE,), replicates=1)))
+    drawn = figure.draw(counts)
+    parts = [axes for axes in drawn.axes if axes.get_title(loc="left")]
+    assert drawn.get_size_inches()[0] <= WIDTH and len(parts) > 1
+    assert [axes.get_title(loc="left") for axes in parts] == [
+        f"s ({place} of {len(parts)})" for place in range(1, len(parts) + 1)
+    ]
+    assert sum(len(axes.texts) for axes in parts) == len(counts.cells)
+    assert [tick.get_text() for axes in parts for tick in axes.get_xticklabels()] == [f"C{i}" for i in range(40)]
+
+
+def test_every_sign_of_a_cell_is_explained_below_and_no_other():
+    plan = run.planned(Study("s", "s", claims=("C13",), axes=(EYE,), replicates=1))
+    (key,) = figure.draw(Many(plan)).legends
+    words = " ".join(text.get_text() for text in key.get_texts())
+    assert all(SIGNS[sign] in words for sign in {sign for cell in Many(plan).cells for sign in cell.signs})
+    assert "in n of 1 replicate the claim holds" in words and "could not be judged" in words
+    (bare,) = figure.draw(Counts(plan)).legends
+    assert not any(text in " ".join(each.get_text() for each in bare.get_texts()) for text in SIGNS.values())

@@ -162,5 +162,5 @@ def _keys(w_i: float, threshold: float | None) -> list[Any]:
         Patch(color=LEFTOVER, alpha=0.55, lw=0, label=f"left of symmetric motion, {1 - w_i:.2g} (E + I) / 2"),
     ]
     if threshold is not None:
-        keys.append(Line2D([], [], color="black", ls=":", label=f"±T = {threshold:g}"))
+        keys.append(Line2D([], [], color="black", ls=":", label=f"threshold ±{threshold:g}"))
     return keys

@@ -44,6 +44,7 @@ KEY_INCHES = 0.17
 """Height of a model's line in the key."""
 PANEL_INCHES = 1.5
 """Width of a panel."""
+THRESHOLD: dict[str, Any] = {"color": "black", "ls": "--", "lw": 0.8}
 LOGARITHMIC_FROM = 5.0
 """Ratio of the largest to the smallest level from which the axis is logarithmic."""
 
@@ -97,7 +98,8 @@ def _first_model(rows: Rows, varies: str, place: Figure | SubFigure, threshold: 
             for style, (_, name) in zip(LINES, columns_shown, strict=False):
                 names.setdefault(style, []).append(name)
     keys = [Line2D([], [], color=HUES[0], ls=style, label=" / ".join(parts)) for style, parts in names.items()]
-    place.legend(handles=keys, fontsize=8, frameon=False, loc="outside lower center", ncols=2)
+    keys += _threshold_keys(threshold, " of HS")
+    place.legend(handles=keys, fontsize=8, frameon=False, loc="outside lower center", ncols=3)
 
 
 def _models(
@@ -129,11 +131,19 @@ def _models(
                 mark.marker,
             )
         if column != "spikes":
-            _threshold(axes, threshold, f" of {models[0]}")
+            _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
     handles, labels = places[0].get_legend_handles_labels()
+    limits = _threshold_keys(threshold, f" of {models[0]}")
     places[-1].set_axis_off()
-    places[-1].legend(handles, labels, loc="center left", fontsize=8, frameon=False, handlelength=2.6)
+    places[-1].legend(
+        [*handles, *limits],
+        [*labels, *(str(key.get_label()) for key in limits)],
+        loc="center left",
+        fontsize=8,
+        frameon=False,
+        handlelength=2.6,
+    )
 
 
 def _curve(
@@ -168,12 +178,14 @@ def _summaries(rows: Rows, varies: str, column: str) -> dict[float, Summary]:
     }
 
 
-def _threshold(axes: Axes, threshold: float | None, whose: str = "") -> None:
+def _threshold(axes: Axes, threshold: float | None) -> None:
     if threshold is not None:
-        axes.axhline(threshold, color="black", ls="--", lw=0.8)
-        caption = plain(f"T = {threshold:g}{whose}")
-        axes.annotate(caption, (0.99, threshold), xycoords=("axes fraction", "data"), va="bottom",
-                      ha="right", fontsize=8)  # fmt: skip
+        axes.axhline(threshold, **THRESHOLD)
+
+
+def _threshold_keys(threshold: float | None, whose: str) -> list[Line2D]:
+    """Return the key of the dashed line, where there is one: panels are too narrow for its words."""
+    return [] if threshold is None else [Line2D([], [], label=plain(f"threshold {threshold:g}{whose}"), **THRESHOLD)]
 
 
 def _frame(axes: Axes, rows: Rows, varies: str, heading: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
-from experiments.bench.engine.terminal import out_console, show_places, show_table
+from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import FIT
 from experiments.bench.studies.fitting.fitted import Fitted
@@ -44,7 +44,7 @@ def write(fitted: Fitted | Optimum, folder: Path) -> None:
 def show(fitted: Fitted | Optimum, folder: Path) -> None:
     """Print the answer, the settings judged anew, and where everything is."""
     for line in fitted.sentences():
-        out_console.print(line, markup=False, soft_wrap=True)
+        show_line(line, 4)
     of = f"in {fitted.fit.held_out} replicates anew"
     title = f"kept in k of {fitted.fit.held_out} replicates anew" if isinstance(fitted, Fitted) else of
     header, rows = _anew(fitted, SHOWN)
