@@ -7,6 +7,7 @@ name is in `FITS`.
 NAMES = (
     "fidelity",
     "eye-range",
+    "fitted-feedback",
     "detectors",
     "onboard",
     "sensitivity",
