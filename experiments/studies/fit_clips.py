@@ -22,7 +22,7 @@ FIT = Fit(
         "dsnn.tau_s.first=5..100",
         "dsnn.tau_s.last=100..400",
     ),
-    trials=400,
+    trials=200,
     share=20,
-    sample=256,
+    sample=128,
 )

@@ -13,7 +13,7 @@ FIT = Fit(
         every_trial=False,
     ),
     over=NETWORK,
-    trials=400,
+    trials=200,
     share=20,
-    sample=256,
+    sample=128,
 )

@@ -267,6 +267,8 @@ def test_a_dying_worker_says_by_which_signal() -> None:
 
 @pytest.mark.parametrize(("number", "cycles"), [(0, 25), (1, 6)])
 def test_cycles_leave_threads_files_and_memory_alone(number: int, cycles: int) -> None:
+    """What leaks is left by every cycle; the allocator's arenas grow in a few of them, by some megabytes at a time."""
+
     def cycle() -> tuple[int, int, int]:
         env = make(2, workers=number, observation="state" if number else "pixels")
         env.reset(seed=0)
@@ -278,4 +280,4 @@ def test_cycles_leave_threads_files_and_memory_alone(number: int, cycles: int) -
 
     seen = [cycle() for _ in range(cycles)]
     assert seen[-1][:2] == seen[4][:2]
-    assert seen[-1][2] - seen[4][2] < 8_000_000
+    assert np.median(np.diff([resident for _, _, resident in seen[4:]])) < 400_000
