@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 import experiments
 from experiments.bench.engine.batch import Enough, first
+from experiments.bench.store.files import TABLE as TABLE_FILE
 from experiments.bench.store.files import drawn_from, read_parquet
 from tools.sources import (
     ROOT,
@@ -47,7 +48,7 @@ def run(tmp_path_factory):
 def docs(run, tmp_path):
     """The folder of a page with a table, and a picture, both of the run."""
     (tmp_path / "docs").mkdir()
-    Figure().savefig(tmp_path / "docs" / "fast.png", metadata={"Source": drawn_from(run)})
+    Figure().savefig(tmp_path / "docs" / "fast.png", metadata={"Source": drawn_from([run / TABLE_FILE])})
     (tmp_path / "docs" / "page.md").write_text(TABLE)
     assert main(["--root", str(tmp_path), "take", str(run), "fast.png", "page.md#fast"]) == 0
     return tmp_path

@@ -23,7 +23,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.figures.media import sheet
 from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.store.files import drawn_from
+from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.places import replacing
 
 WIDTH, COLUMN = 7.16, 3.5
@@ -162,12 +162,13 @@ def columns_of_key(labels: Sequence[str], inches: float, size: float, handle: fl
     return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 2.5 + handle))))
 
 
-def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
+def save(drawn: Figure, folder: Path, name: str = "figure", tables: Sequence[Path] = ()) -> Path:
     """Write ``NAME.svg`` and ``NAME.png`` atomically, with their `drawn_from`; return the path of the latter.
 
+    It is drawn from the folder's own table of trials, or from the ``tables`` of the parts of a run.
     Both are as large as `media.sheet` says: a figure of `WIDTH` is as wide as it, and its type grows with it.
     """
-    source, scale = drawn_from(folder), sheet().inches / WIDTH
+    source, scale = drawn_from(tables or [folder / TABLE]), sheet().inches / WIDTH
     noted = {"Source": source} if source else {}
     with drawing():
         _settle(drawn)

@@ -72,13 +72,13 @@ def tables_hash(tables: Sequence[Path]) -> str:
     return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
 
 
-def drawn_from(folder: Path) -> str:
-    """Say which rows a figure of a run is drawn from, and which commit computed them; empty where there are none.
+def drawn_from(tables: Sequence[Path]) -> str:
+    """Say which rows a figure is drawn from, and which commit computed them; empty where there are none.
 
     Parameters
     ----------
-    folder
-        Of the run, or of a run of parts: a fit or a leaderboard.
+    tables
+        Tables of a run's trials, each in the folder that describes it: see `tables_of`.
 
     Returns
     -------
@@ -86,9 +86,7 @@ def drawn_from(folder: Path) -> str:
         ``rows SHA-256 of trials.parquet, commit NAME``: what the figure's file notes as its source.
     """
     try:
-        tables = tables_of(folder)
-        described = tables[0].parent  # of a run of parts these know their code
-        source = json.loads((described / NAME).read_text(encoding="utf-8"))["source"]
+        source = json.loads((tables[0].parent / NAME).read_text(encoding="utf-8"))["source"]
         rows = tables_hash(tables)
     except (OSError, ValueError, LookupError, TypeError, pa.ArrowException):
         return ""  # a folder of a report, or of a run that is not over

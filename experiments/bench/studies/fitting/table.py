@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
-from experiments.bench.store.files import Files
+from experiments.bench.store.files import Files, tables_of
 from experiments.bench.store.kinds import FIT
 from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.optimum import Optimum
@@ -29,7 +29,7 @@ def write(fitted: Fitted | Optimum, folder: Path) -> None:
     files.write_rows(FIT.summary, fitted.rows())
     files.write_rows(ANEW, fitted.anew_rows())
     files.write_json("fit.json", fitted.described())
-    plotting.save(figure.draw(fitted), folder, "fit")
+    plotting.save(figure.draw(fitted), folder, "fit", tables_of(folder))
     svg = (folder / "fit.svg").read_text(encoding="utf-8")
     header, rows = _anew(fitted, len(fitted.best))
     study = fitted.fit.study
