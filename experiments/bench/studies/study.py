@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -47,11 +47,7 @@ class Level:
     plays: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        for what in ("settings", "models"):
-            values = getattr(self, what)
-            if isinstance(values, str):
-                raise UsageError(f"level {self.label}: {what}={values!r}: legal is a tuple{of_one(values)}")
-            object.__setattr__(self, what, tuple(values))
+        make_tuples(self, f"level {self.label}", ("settings", "models"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,11 +251,8 @@ class Study:
 
     def __post_init__(self) -> None:
         check_name("study", self.name)
-        for what in ("claims", "measures", "experiments", "axes", "over", "models", "assignments"):
-            values = getattr(self, what)
-            if isinstance(values, str):
-                raise UsageError(f"study {self.name}: {what}={values!r}: legal is a tuple{of_one(values)}")
-            object.__setattr__(self, what, tuple(values))
+        several = ("claims", "measures", "experiments", "axes", "over", "models", "assignments")
+        make_tuples(self, f"study {self.name}", several)
         for what, legal in (("replicates", ""), ("repeats", ", or None: the experiment's own number")):
             number = getattr(self, what)
             if not isinstance(number, int) and not (number is None and legal):
@@ -269,3 +262,27 @@ class Study:
                 raise UsageError(f"study {self.name}: axes: {axis!r}: legal is an experiments.Axis with levels")
             if len(set(axis.labels)) < len(axis.labels):
                 raise UsageError(f"study {self.name}: axis {axis.name}: a level is there twice")
+
+
+def make_tuples(declared: object, where: str, fields: Iterable[str]) -> None:
+    """Make tuples of the sequences in some fields of a frozen declaration.
+
+    Parameters
+    ----------
+    declared
+        A level, a study or a fit that is being made.
+    where
+        What a refusal begins with.
+    fields
+        Names of the fields.
+
+    Raises
+    ------
+    UsageError
+        One of them is a text, which would become its letters.
+    """
+    for what in fields:
+        values = getattr(declared, what)
+        if isinstance(values, str):
+            raise UsageError(f"{where}: {what}={values!r}: legal is a tuple{of_one(values)}")
+        object.__setattr__(declared, what, tuple(values))

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.settings import MOST_JOBS
-from experiments.bench.studies.study import Study
+from experiments.bench.studies.study import Study, make_tuples
 
 Sampler = Literal["tpe", "random"]
 """``tpe``: Optuna's tree-structured Parzen estimator; ``random``: every value alike."""
@@ -102,11 +102,7 @@ class Fit:
     minimise: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for what in ("over", "maximise", "minimise"):
-            values = getattr(self, what)
-            if isinstance(values, str):
-                raise UsageError(f"fit {self.study.name}: {what}={values!r}: legal is a tuple")
-            object.__setattr__(self, what, tuple(values))
+        make_tuples(self, f"fit {self.study.name}", ("over", "maximise", "minimise"))
         for option, value, least, most in (
             ("--trials", self.trials, 1, MOST_JOBS), ("--share", self.share, 1, 1000),
             ("--sample", self.sample, 1, MOST_JOBS), ("--held-out", self.held_out, 1, 1000),
