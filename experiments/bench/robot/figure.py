@@ -180,18 +180,17 @@ def _potentials(
     panels = place.subplots(*shape, squeeze=False, sharex=True, sharey=True)
     axis = _trace_axis(rows)
     looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
-    looks = marks(models)
+    mixed, looks = any(looming) and not all(looming), marks(models)
     for axes, model, looms in zip(panels.flat, models, looming, strict=False):
         model_rows = [row for row in rows if row["model"] == model]
         _traces(axes, model_rows, frames, varies, colours, axis)
-        system = ("looming" if looms else "HS") if any(looming) and not all(looming) else ""
+        system = ("looming" if looms else "HS") if mixed else ""
         _threshold(axes, system, thresholds.get(model), (1,) if looms else (1, -1))
         if len(models) > 1:
             _name(axes, wrapped(model, 0.8 * WIDTH / (shape[1] + (shape[1] < ACROSS)), 8), looks[model])
     for axes in list(panels.flat)[len(models) :]:
         axes.set_visible(False)
-    whose = "of the looming detector" if all(looming) else "of HS, right positive"
-    whose = "(HS: right positive)" if any(looming) and not all(looming) else whose
+    whose = "of the looming detector" if all(looming) else "(HS: right positive)" if mixed else "of HS, right positive"
     _frame(place, panels[0, 0], axis, whose, 0.0 if all(looming) else -1.0)
     _level_keys(place, colours, varies, _others(rows, varies, models))
 

@@ -241,27 +241,26 @@ def checked_failures(
 
     Raises `Misfit` that names the first that does not belong.
     """
+    file = "failures.json"
     if not isinstance(listed, list):
-        raise Misfit(f"failures.json cannot be read (it holds a {type(listed).__name__}, expected a list)")
+        raise Misfit(f"{file} cannot be read (it holds a {type(listed).__name__}, expected a list)")
     kinds = {"trial": int, "model": str, "condition": str, "seed": int, "attempts": int, "reason": str}
     failures = []
     for item in listed:
         if not isinstance(item, dict) or {name: type(value) for name, value in item.items()} != kinds:
-            raise Misfit(f"failures.json cannot be read (expected objects of {', '.join(kinds)})")
+            raise Misfit(f"{file} cannot be read (expected objects of {', '.join(kinds)})")
         trial, model = item["trial"], item["model"]
-        planned = contents.trial("failures.json", trial)
+        planned = contents.trial(file, trial)
         if item["seed"] != planned.columns["seed"]:
-            raise Misfit(
-                f"failures.json: trial {trial}: seed is {item['seed']}, the plan says {planned.columns['seed']}"
-            )
+            raise Misfit(f"{file}: trial {trial}: seed is {item['seed']}, the plan says {planned.columns['seed']}")
         if model == RECORDING:
             continue  # the trial is done again, as it has no recording
         if model and model not in planned.models:
-            raise Misfit(f"failures.json: trial {trial}: model {model!r} is not in the plan")
+            raise Misfit(f"{file}: trial {trial}: model {model!r} is not in the plan")
         if not model or trial not in rows:
             continue
         if model in {row["model"] for row in rows[trial]}:
-            raise Misfit(f"failures.json: trial {trial}: {model} failed, but has a row in trials.parquet")
+            raise Misfit(f"{file}: trial {trial}: {model} failed, but has a row in trials.parquet")
         failures.append(make(**item))
     return failures
 

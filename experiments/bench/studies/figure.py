@@ -240,8 +240,8 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
         total = counts.plan.replicates
         keys.append(_sign(f"n/{total}", f"in n of {total} replicate{'s' * (total > 1)} the claim holds"))
     keys += [_sign(sign, words) for sign, words in SIGNS.items() if any(sign in cell.signs for cell in judged)]
-    if any(cell.unjudged for cell in judged) or any(number.value is None for number in numbers):
-        unjudged = any(cell.unjudged for cell in judged)
+    unjudged = any(cell.unjudged for cell in judged)
+    if unjudged or any(number.value is None for number in numbers):
         words = "some replicate could not be judged, as trials or clips are missing" if unjudged else "no value"
         keys.append(Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words))
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):

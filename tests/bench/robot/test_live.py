@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 import rerun as rr
 
@@ -28,19 +29,19 @@ def rows_of(record) -> list[dict]:
     return [{**row, "wall_s": 0.0} for row in record.rows]
 
 
+def batches_of(path: Path, entity: str) -> list[pa.RecordBatch]:
+    """The rows of an entity, chunk by chunk."""
+    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
+    return [chunk.to_record_batch() for chunk in chunks]
+
+
 def column(path: Path, entity: str, name: str) -> np.ndarray:
     """All values of an entity in order of frame, as rows."""
-    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
-    batches = [chunk.to_record_batch() for chunk in chunks]
+    batches = batches_of(path, entity)
     frames = np.concatenate([batch["frame"].to_numpy() for batch in batches])
     values = [value for batch in batches for value in batch[name].to_pylist()]
     assert len(frames) == len(set(frames)), f"{entity}: no frame twice"
     return np.array([np.ravel(values[place]) for place in np.argsort(frames)])
-
-
-def rows_in(path: Path, entity: str) -> int:
-    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
-    return sum(chunk.to_record_batch().num_rows for chunk in chunks)
 
 
 def ended(process: subprocess.Popen[bytes], path: Path, entities: Sequence[str], frames: int) -> Path:
@@ -52,7 +53,7 @@ def ended(process: subprocess.Popen[bytes], path: Path, entities: Sequence[str],
     whole, end = path.with_name("whole.rrd"), time.monotonic() + PATIENCE_S
     command = [*program(), "rrd", "merge", str(path), "-o", str(whole)]
     while subprocess.run(command, capture_output=True, timeout=60).returncode or any(
-        rows_in(whole, entity) < frames for entity in entities
+        sum(batch.num_rows for batch in batches_of(whole, entity)) < frames for entity in entities
     ):
         assert time.monotonic() < end, f"{path}: not all of {frames} frames of {', '.join(entities)} arrived"
         time.sleep(0.2)

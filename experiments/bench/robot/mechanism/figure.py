@@ -45,6 +45,7 @@ KEY_INCHES = 0.17
 PANEL_INCHES = 1.5
 """Width of a panel."""
 THRESHOLD: dict[str, Any] = {"color": "black", "ls": "--", "lw": 0.8}
+"""Look of the line at the threshold."""
 LOGARITHMIC_FROM = 5.0
 """Ratio of the largest to the smallest level from which the axis is logarithmic."""
 
@@ -133,17 +134,10 @@ def _models(
         if column != "spikes":
             _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
-    handles, labels = places[0].get_legend_handles_labels()
-    limits = _threshold_keys(threshold, f" of {models[0]}")
+    handles, _ = places[0].get_legend_handles_labels()
+    keys = [*handles, *_threshold_keys(threshold, f" of {models[0]}")]
     places[-1].set_axis_off()
-    places[-1].legend(
-        [*handles, *limits],
-        [*labels, *(str(key.get_label()) for key in limits)],
-        loc="center left",
-        fontsize=8,
-        frameon=False,
-        handlelength=2.6,
-    )
+    places[-1].legend(handles=keys, loc="center left", fontsize=8, frameon=False, handlelength=2.6)
 
 
 def _curve(
