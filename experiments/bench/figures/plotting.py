@@ -93,6 +93,18 @@ def wrapped(text: str, inches: float, size: float) -> str:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class End:
+    """The last point of a line, in the units of its axes, with the line's name and colour."""
+
+    x: float
+    y: float
+    name: str
+    colour: str
+
+
+MOST_NAME, MOST_MOVED = 0.4, 1.2
+"""Most width of a name beside its line, as a share of the panel's, and most lines of type that it is moved by."""
 WIDER = 2.4
 """Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
 
@@ -151,6 +163,44 @@ def lowest(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
 def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
     """Return the panels at the left edge."""
     return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
+
+
+def label_ends(axes: Axes, ends: Sequence[End], inches: tuple[float, float]) -> bool:
+    """Write the names of lines right of their last points, where they fit, so that no key is to be looked up.
+
+    Parameters
+    ----------
+    axes
+        Where the lines are, with the limits of its vertical axis.
+    ends
+        Last point, name and colour of each line.
+    inches
+        Width and height of the panel, about.
+
+    Returns
+    -------
+    bool
+        Whether they fit: no name takes over `MOST_NAME` of the width, and none is moved by more than `MOST_MOVED`
+        lines of type to keep clear of the others. Otherwise nothing is drawn.
+    """
+    low, high = axes.get_ylim()
+    size = 8.0
+    line = 1.25 * size / 72.0 / inches[1] * (high - low)
+    longest = max((len(end.name) for end in ends), default=0)
+    if not ends or LETTER * size / 72.0 * longest > MOST_NAME * inches[0] or line * len(ends) > high - low:
+        return False
+    ordered = sorted(ends, key=lambda end: end.y)
+    places: list[float] = []
+    for end in ordered:  # from below, each clear of the last; then as far down again as all were pushed up
+        places.append(max(end.y, places[-1] + line) if places else end.y)
+    moved = sum(place - end.y for place, end in zip(places, ordered, strict=True)) / len(ends)
+    places = [place - moved for place in places]
+    if any(abs(place - end.y) > MOST_MOVED * line for place, end in zip(places, ordered, strict=True)):
+        return False
+    for place, end in zip(places, ordered, strict=True):
+        axes.annotate(plain(end.name), (end.x, place), (7.0, 0.0), textcoords="offset points", va="center",
+                      color=end.colour, fontsize=size, annotation_clip=False)  # fmt: skip
+    return True
 
 
 def columns_of_key(labels: Sequence[str], inches: float, size: float, handle: float = 2.0) -> int:

@@ -21,9 +21,11 @@ from experiments.bench.figures.plotting import (
     LETTER,
     STYLE,
     WIDTH,
+    End,
     columns_of_key,
     extra_widths,
     headline,
+    label_ends,
     plain,
     wrapped,
 )
@@ -60,6 +62,8 @@ UNITS = {
 }
 COUNTS_INCHES = 2.8
 """Width of the panel of counts, where it stands beside the traces."""
+AROUND = 0.6, 0.9
+"""Width and height of its numbers, labels and caption, inches."""
 MOST_BESIDE = 4
 """Models up to which it does."""
 LANES_ACROSS = 3
@@ -287,7 +291,7 @@ def _counts(
         for axes, lane in zip(panels.flat, groups, strict=False):
             axes.legend(handles=_model_keys(series, lane, ordinal=ordinal), fontsize=8, handlelength=1.6, frameon=False,
                         loc="lower left", bbox_to_anchor=(-0.05, 1.0))  # fmt: skip
-    elif len(groups[0]) > 1:
+    elif len(groups[0]) > 1 and (ordinal or keys or not _label_ends(panels[0, 0], series, varies, levels, place)):
         keys = [*_model_keys(series, groups[0], ordinal=ordinal), *keys]
     if keys and len(groups) == 1:
         columns = columns_of_key([str(key.get_label()) for key in keys], inches, 8)
@@ -306,6 +310,16 @@ def _counts(
         place.suptitle(caption, fontsize=8, x=0.01, ha="left")
     else:
         panels[0, 0].set_title(caption, fontsize=8, loc="left")
+
+
+def _label_ends(axes: Axes, series: Sequence[Series], varies: str, levels: Sequence[Any], place: SubFigure) -> bool:
+    """Name the lines of models at their ends, where the names fit; tell whether they did."""
+    inches = float(place.bbox.width / place.figure.dpi), float(place.bbox.height / place.figure.dpi)
+    ends = [
+        End(max(row[varies] for row in one.rows), _means(one, varies, levels)[-1], one.label, one.mark.colour)
+        for one in series
+    ]
+    return label_ends(axes, ends, (inches[0] - AROUND[0], inches[1] - AROUND[1]))
 
 
 def _model_keys(series: Sequence[Series], models: Sequence[str], *, ordinal: bool) -> list[Line2D]:

@@ -5,9 +5,11 @@ import itertools
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from experiments.bench.figures.palette import lanes
+from experiments.bench.figures.plotting import End, label_ends
 from tests.helpers.condition_figures import drawn
 
 
@@ -76,12 +78,39 @@ def test_a_key_has_each_model_and_each_condition_once(count):
     assert sorted(words) == sorted([*models, "rightward", "leftward"])
 
 
-def test_a_panel_s_name_has_the_mark_of_its_model_in_the_key():
+def test_a_panel_s_name_has_the_mark_of_its_model_s_line():
     made = drawn(SPEEDS, models=("dsnn", "emd", "mine"))
-    (key,) = made.subfigs[0].legends
-    looks = {handle.get_label(): (handle.get_color(), handle.get_marker()) for handle in key.legend_handles}
+    looks = {line.get_label(): (line.get_color(), line.get_marker()) for line in made.axes[0].get_lines()
+             if line.get_label() in series(made.axes[0])}  # fmt: skip
     named = [axes.get_legend().legend_handles[0] for axes in made.subfigs[1].axes if axes.get_legend()]
     assert {handle.get_label(): (handle.get_color(), handle.get_marker()) for handle in named} == looks
+
+
+@pytest.mark.parametrize(
+    "models", [("dsnn", "emd"), ("dsnn", "emd", "mine"), ("dsnn", "a model with a very long name")]
+)
+def test_a_line_has_its_name_at_its_end_or_in_the_key(models):
+    made = drawn(SPEEDS, models=models)
+    counts = made.axes[0]
+    tints = {line.get_label(): line.get_color() for line in counts.get_lines() if line.get_label() in models}
+    names = [text for text in counts.texts if text.get_text() in models]
+    in_key = [text.get_text() for key in made.subfigs[0].legends for text in key.get_texts()]
+    assert sorted([*(text.get_text() for text in names), *in_key]) == sorted(models)
+    assert bool(in_key) == (max(map(len, models)) > 10), "what fits stands at its line"
+    assert {text.get_text(): text.get_color() for text in names} == ({} if in_key else tints)
+    assert {text.xy[0] for text in names} <= {10.0}
+
+
+def test_lines_that_end_close_together_keep_their_order_and_are_named_apart():
+    axes = Figure().subplots()
+    axes.set_ylim(0.0, 100.0)
+    ends = [End(1.0, y, name, "black") for y, name in ((50.0, "b"), (49.0, "a"), (90.0, "c"))]
+    assert label_ends(axes, ends, (4.0, 2.0))
+    heights = {text.get_text(): text.xy[1] for text in axes.texts}
+    assert heights["b"] - heights["a"] >= 100.0 * 8.0 / 72.0 / 2.0, "a line of type of 8 points on 2 inches"
+    assert heights["c"] > heights["b"]
+    assert not label_ends(axes, ends * 4, (4.0, 2.0)), "12 names at 3 heights are far from their lines"
+    assert len(axes.texts) == 3, "nothing is drawn of what does not fit"
 
 
 def test_an_axis_of_numbers_has_their_scale():
