@@ -103,7 +103,7 @@ def product(over: Sequence[str], assignments: Iterable[str] = ()) -> list[Point]
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
         if len(set(levels)) < len(levels) or key in [k for k, _ in axes]:
             raise UsageError(f"--over {text}: a value or a key is there twice")
-        clash = next((settled[name] for name in key.split("+") if name in settled), None)
+        clash = next((settled[name] for name in keys_of(key) if name in settled), None)
         if clash is not None:
             raise UsageError(f"--set {clash}: --over {text} sets that at every point; give one of them")
         axes.append((key, levels))
@@ -135,8 +135,8 @@ def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[st
     named = [name for name, _ in points[0].values]
     if len(named) > MOST_AXES:
         raise UsageError(f"--over: {len(named)} axes; a map has 1 or {MOST_AXES}")
-    whole = [apart(key)[0] for name in named for key in name.split("+") if not apart(key)[1]]
-    keys = [key for name in named for key in name.split("+")]
+    whole = [apart(key)[0] for name in named for key in keys_of(name) if not apart(key)[1]]
+    keys = [key for name in named for key in keys_of(name)]
     for key in keys:
         if keys.count(key) > 1 or (apart(key)[1] and apart(key)[0] in whole):
             raise UsageError(f"--over {key}: that parameter is moved twice")
@@ -147,7 +147,7 @@ def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[st
 
 
 def _axis(name: str, labels: list[str], bases: Sequence[Base]) -> Axis:
-    keys = name.split("+")
+    keys = keys_of(name)
     for key in keys:
         _check(key, labels[0], bases)
     levels = tuple(Level(label, tuple(f"{key}={label}" for key in keys)) for label in labels)
@@ -165,6 +165,11 @@ def check_assignments(bases: Sequence[Base], assignments: Iterable[str], option:
         key = text.partition("=")[0]
         if not any(base.knows(key) for base in bases) or "=" not in text:
             collect([text], {name: value for base in bases for name, value in base.sections.items()}, option=option)
+
+
+def keys_of(name: str) -> list[str]:
+    """Return the keys of the parameters that ``--over`` moves together, from the text before its values."""
+    return name.split("+")
 
 
 def apart(key: str) -> tuple[str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from experiments.bench.clips.experiment import OfflineExperiment
@@ -13,11 +13,11 @@ from experiments.bench.engine.models import PRESET, look_up
 from experiments.bench.engine.settings import changed, collect, schema_of, unit_of
 from experiments.bench.robot.plan import sections as robot_sections
 from experiments.bench.studies.clips import offline
-from experiments.bench.studies.grid import ENDS, apart
+from experiments.bench.studies.grid import ENDS, apart, keys_of
 from experiments.bench.studies.study import Study
 
 Setting = Mapping[str, str]
-"""Key of each parameter of the box -> its value as ``--set`` takes it."""
+"""Key of each range of the box -> its value as ``--set`` takes it."""
 LOG_FROM = 100.0
 """Ratio of the ends of a range from which it is searched by its logarithm."""
 TO = ".."
@@ -26,12 +26,13 @@ TO = ".."
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """The values that one parameter may take: those between two ends, or some by name.
+    """The values that one parameter may take, or several together: those between two ends, or some by name.
 
     Parameters
     ----------
     key
-        As ``--over`` has it: ``dsnn.t_sp``, or ``dsnn.tau_s.first`` for an end of several values.
+        As ``--over`` has it: ``dsnn.t_sp``, or ``dsnn.tau_s.first`` for an end of several values, or
+        ``plain.fps+cluttered.fps`` for parameters that have one value.
     low, high
         The ends, which belong to it.
     whole
@@ -51,6 +52,11 @@ class Range:
     choices: tuple[str, ...] = ()
     unit: str = ""
     network: bool = False
+
+    @property
+    def keys(self) -> list[str]:
+        """The parameters that it moves, with their ends."""
+        return keys_of(self.key)
 
     @property
     def log(self) -> bool:
@@ -114,13 +120,19 @@ class Box:
         return {part.key: part.at(share) for part, share in zip(self.ranges, shares, strict=True)}
 
 
+def expanded(setting: Setting) -> list[tuple[str, str]]:
+    """Return the key and the value of each parameter of a setting, those that move together one by one."""
+    return [(key, value) for name, value in setting.items() for key in keys_of(name)]
+
+
 def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box:
     """Return the box of ``KEY=A..B``, ``KEY=V1,V2`` and ``KEY`` texts, checked against the experiments that they move.
 
     Parameters
     ----------
     over
-        One text for each parameter. ``KEY`` alone is its whole legal range.
+        One text for each parameter, or for several of one value with ``+`` between their keys. ``KEY`` alone is its
+        whole legal range.
     study
         Says the models and what holds at every point.
     experiments
@@ -137,12 +149,18 @@ def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box
     settled = {text.partition("=")[0]: text for text in study.assignments}
     ranges: dict[str, Range] = {}
     for text in over:
-        key = text.partition("=")[0]
-        if key in ranges:
-            raise UsageError(f"--over {text}: that parameter is there twice")
-        if apart(key)[0] in settled:
-            raise UsageError(f"--over {text}: --set {settled[apart(key)[0]]} settles that; give one of them")
-        ranges[key] = _range(text, values, networks)
+        name, equals, ends = text.partition("=")
+        parts: list[Range] = []
+        for key in keys_of(name):
+            if key in [*(part.key for part in parts), *(key for part in ranges.values() for key in part.keys)]:
+                raise UsageError(f"--over {text}: {key} is there twice")
+            if apart(key)[0] in settled:
+                raise UsageError(f"--over {text}: --set {settled[apart(key)[0]]} settles that; give one of them")
+            parts.append(_range(f"{key}{equals}{ends}", values, networks))
+        if len({replace(part, key=name, unit="") for part in parts}) > 1:
+            raise UsageError(f"--over {text}: {' and '.join(keys_of(name))} take no one value: legal are parameters of"
+                             " one kind, all of the model or none, and one range")  # fmt: skip
+        ranges[name] = replace(parts[0], key=name)
     if not ranges:
         raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
     return Box(tuple(ranges.values()))

@@ -58,8 +58,9 @@ class Fit:
         Claims or measures, experiments, one model, what holds at every point, and the replicates that each setting is
         searched by. It has no axes. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
     over
-        The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter. ``KEY`` alone is its whole legal
-        range. A range of positive numbers whose ends are 100 times apart is searched by its logarithm.
+        The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter, or for several of one value with
+        ``+`` between their keys. ``KEY`` alone is its whole legal range. A range of positive numbers whose ends are 100
+        times apart is searched by its logarithm.
     trials
         Settings that are searched, rounded up to whole batches of twice ``share``.
     share

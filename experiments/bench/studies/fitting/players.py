@@ -23,7 +23,7 @@ from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
-from experiments.bench.studies.fitting.box import Box, Setting
+from experiments.bench.studies.fitting.box import Box, Setting, expanded
 from experiments.bench.studies.fitting.fit import LEADERBOARD, TUNING, Fit
 from experiments.bench.studies.fitting.scores import Reading, Score, readings, scores
 from experiments.bench.studies.grid import apart
@@ -129,7 +129,7 @@ class Player:
 
 def axis_of(settings: Sequence[Setting]) -> Axis:
     """Return the axis of a study whose levels are settings, by their numbers."""
-    levels = (Level(str(n), tuple(f"{key}={value}" for key, value in setting.items()))
+    levels = (Level(str(n), tuple(f"{key}={value}" for key, value in expanded(setting)))
               for n, setting in enumerate(settings))  # fmt: skip
     return Axis(AXIS, tuple(levels))
 
@@ -155,7 +155,7 @@ def study_of(fit: Fit, *, anew: bool = False) -> Study:
 def text_of(fit: Fit, setting: Setting) -> str:
     """Return the model of a fit with a setting, as ``--model`` takes it."""
     (model,) = fit.study.models
-    parts = ",".join(f"{key.partition('.')[2]}={value}" for key, value in setting.items())
+    parts = ",".join(f"{key.partition('.')[2]}={value}" for key, value in expanded(setting))
     return model if not parts else f"{model},{parts}" if ask(model).settings else f"{model}:{parts}"
 
 
@@ -182,7 +182,7 @@ def check_board(fit: Fit, box: Box) -> None:
         if not part.network:
             raise UsageError(f"--over {part}: {fit.board} shows every model the same frames; only parameters of the"
                              " model are free")  # fmt: skip
-        if apart(part.key)[1]:
+        if any(apart(key)[1] for key in part.keys):
             raise UsageError(f"--over {part}: {fit.board} takes whole parameters, no first or last of several values")
     known = _BOARD_NAMES[fit.board]
     for goal in fit.goals:

@@ -12,6 +12,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.studies.fitting import run
 from experiments.bench.studies.fitting.box import Range, box_of
 from experiments.bench.studies.fitting.fit import Fit
+from experiments.bench.studies.fitting.players import axis_of, text_of
 from experiments.bench.studies.study import Study
 
 
@@ -41,6 +42,16 @@ def test_a_wide_range_of_positive_numbers_is_searched_by_its_logarithm():
     assert not Range("x.y", 0.0, 10.0).log and not Range("x.y", 1.0, 99.0).log
 
 
+def test_parameters_that_move_together_have_one_value():
+    square = box("dsnn.t_sp+dsnn.w_i=0.1..0.4", "dsnn.n_con=4,8")
+    assert [part.keys for part in square.ranges] == [["dsnn.t_sp", "dsnn.w_i"], ["dsnn.n_con"]]
+    axis = axis_of([square.at([0.5, 0.9])])
+    assert axis.levels[0].settings == ("dsnn.t_sp=0.25", "dsnn.w_i=0.25", "dsnn.n_con=8")
+    fit = Fit(Study("fit", "a fit", experiments=("leaderboard",), models=("dsnn",)), over=("dsnn.t_sp+dsnn.w_i=0..1",),
+              maximise=("auc_clips",))  # fmt: skip
+    assert text_of(fit, square.at([0.5, 0.9])) == "dsnn:t_sp=0.25,w_i=0.25,n_con=8"
+
+
 def test_sample_is_even_and_the_same_for_the_same_seed():
     square = box("dsnn.t_sp=0..1", "dsnn.w_i=0..1")
     settings = run.spread(square, 64, 3)
@@ -62,6 +73,12 @@ def test_sample_is_even_and_the_same_for_the_same_seed():
         ("dsnn.t_sp.first=0.1..0.2", "neither a first nor a last"),
         ("dsnn.k_sig", "no two ends"),
         ("dsnn.w_i=0..1", "--set dsnn.w_i=0.5 settles that"),
+        ("dsnn.t_sp+dsnn.w_i=0..1", "--set dsnn.w_i=0.5 settles that"),
+        ("dsnn.t_sp+dsnn.t_sp=0..1", "dsnn.t_sp is there twice"),
+        ("dsnn.t_sp+dsnn.nothing=0..1", "no parameter"),
+        ("dsnn.tau_mp+dsnn.n_con=1..2", "no one value"),
+        ("dsnn.t_sp+dsnn.n_con", "no one value"),
+        ("dsnn.t_sp+camera.vignetting=0..1", "no one value"),
         ("camera.preset=ov7670,nothing", "legal is"),
     ],
 )
@@ -74,6 +91,8 @@ def test_bad_ranges_are_refused_in_one_line(over, message):
 def test_a_parameter_is_there_once():
     with pytest.raises(UsageError, match="there twice"):
         box("dsnn.t_sp=0.1..0.2", "dsnn.t_sp=0.2..0.3")
+    with pytest.raises(UsageError, match="there twice"):
+        box("dsnn.t_sp+dsnn.w_i=0.1..0.2", "dsnn.t_sp=0.2..0.3")
 
 
 def test_without_optuna_one_line_says_what_to_install(monkeypatch):
