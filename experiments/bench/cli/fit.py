@@ -43,7 +43,8 @@ def fit(
         typer.Option(
             metavar="KEY=A..B",
             help="A parameter that is free: between two ends, one of several values as KEY=V1,V2, or in its whole legal"
-            " range as KEY. KEY.first and KEY.last are the ends of a parameter of several values. Repeatable.",
+            " range as KEY. KEY.first and KEY.last are the ends of a parameter of several values; KEY+KEY=A..B gives"
+            " several parameters one value. Repeatable.",
         ),
     ] = None,
     claims: Annotated[
