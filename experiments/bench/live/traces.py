@@ -16,6 +16,7 @@ from viser import uplot
 from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.figures.palette import marks
+from experiments.bench.figures.series import mixed, rgb, to_hex
 from experiments.bench.live.session import Session, View
 
 SHOWN_FRAMES = 180
@@ -147,8 +148,7 @@ class Traces:
 
 def on_dark(colour: str) -> str:
     """Return a colour ``#rrggbb`` with `LIGHTER` of white in it."""
-    parts = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return "#" + "".join(f"{round(part + LIGHTER * (255 - part)):02x}" for part in parts)
+    return to_hex(mixed(rgb(colour), (255, 255, 255), LIGHTER))
 
 
 def _spikes(answer: Response | None) -> float:
