@@ -85,15 +85,11 @@ def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], No
     return Written(out / LOG, pictured, _command(run.description, out / LOG, pictured, channels))
 
 
-TIME_IN_RUN = "sim_time_s"
-"""The column of ``frames.parquet`` that is the log's time."""
-
-
 def _lines(header: Sequence[str], row: Row, frames: Iterable[Row], channels: Sequence[str]) -> Iterator[list[str]]:
     """Yield the lines of one trial as one model answered it."""
     known = {name for channel in channels for name in (channel, CHANNELS[channel])}
     for frame in frames:
-        values = {**row, TIME: frame[TIME_IN_RUN], **{name: frame[name] for name in header if name in frame}}
+        values = {**row, TIME: frame["sim_time_s"], **{name: frame[name] for name in header if name in frame}}
         values |= {name: None for name in ANSWERS if name not in known}
         values["origin"] = ROBOT if row.get(COLUMN) in (MEASURED, FRAMES_MEASURED) else SIMULATION
         yield [_cell(values[name]) for name in header]

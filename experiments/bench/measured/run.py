@@ -21,20 +21,20 @@ from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.engine.terminal import error_console, progress
 from experiments.bench.engine.user_code import is_file, sha256
-from experiments.bench.measured.frames import FrameFolder, Images
+from experiments.bench.measured.frames import FrameFolder
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
 from experiments.bench.robot.experiment import Condition, Experiment
+from experiments.bench.robot.pictures.eyes import MARK
 from experiments.bench.robot.plan import Plan, configure, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
+from experiments.bench.store.pictures import Images
 from experiments.bench.store.places import naming, part
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.store.run_folder import RunFolder
 
-EYE = "@"
-"""Prefix of the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
 MOST_OFF = 10.0
 """Times by which a log's frame rate may differ from the camera's setting."""
 SHOWN_FRAMES = "@frames"
@@ -143,7 +143,7 @@ def _source(log: Log, label: str, ran: Sequence[str]) -> str:
         asked = ask(text)
         label_given = choose(asked.source).label
         named[f"{label_given}:{asked.settings}" if asked.settings else label_given] = text
-    plain = label.rpartition(EYE)[0] or label
+    plain = label.rpartition(MARK)[0] or label
     source = named.get(label) or named.get(plain) or (label if label in ran else plain)
     if source not in ran and is_file(ask(source).source):
         line = next(trial.line for trial in log.trials if label in trial.answers)
@@ -206,9 +206,11 @@ def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
     UsageError
         A frame cannot be read.
     """
+    fps = plan.plan.settings.camera.fps
+    rates = [rate_hz(trial.time_s, fps) for trial in plan.log.trials]
     if not quiet:
-        _note_rate(plan)
-    for note in rate_notes(_shown_rates(plan)):
+        _note_rates(plan, rates)
+    for note in rate_notes((model, rate) for rate in rates for model in plan.models):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     with _whole(out) as place:
         folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, plan.plan.changed())
@@ -303,17 +305,9 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
     return runner.trouble if series is None else Given(model, series, (), provenance)
 
 
-def _shown_rates(plan: Import) -> Iterator[tuple[ConfiguredModel, float]]:
-    """Yield the models that are shown the frames of a log, each with the rates at which these come, 1/s."""
-    for trial in plan.log.trials:
-        rate = rate_hz(trial.time_s, plan.plan.settings.camera.fps)
-        yield from ((model, rate) for model in plan.models)
-
-
-def _note_rate(plan: Import) -> None:
-    """Say where a log's frames come at another rate than the camera is set to."""
+def _note_rates(plan: Import, rates: Sequence[float]) -> None:
+    """Say where a log's frames come at another rate, of each trial in ``rates``, than the camera is set to."""
     fps = plan.plan.settings.camera.fps
-    rates = [rate_hz(trial.time_s, fps) for trial in plan.log.trials]
     if any(rate != fps for rate in rates):
         text = f"its frames come at {min(rates):.2f} to {max(rates):.2f} per second, camera.fps is {fps:g}"
         error_console.print(f"note: {plan.log.path}: {text}; firing rates go by the log's own", soft_wrap=True,
