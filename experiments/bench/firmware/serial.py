@@ -15,6 +15,7 @@ from pathlib import Path
 
 from dsnn.onboard.fixed import HALF, MOST_SPIKES
 from experiments.bench.engine.errors import short
+from experiments.bench.firmware.emulator import Q15
 from experiments.bench.firmware.settings import MODEL, WIDEST
 from experiments.bench.measured.columns import ROBOT, SIMULATION
 from experiments.bench.store.places import replacing
@@ -319,7 +320,6 @@ class _Fields:
 
 FRAME_US = 33_333
 """Time from frame to frame where no record tells it: 30 frames a second."""
-_Q15 = 32768.0
 
 
 def write(decoded: Decoded, folder: Path) -> tuple[Path, Path]:
@@ -331,7 +331,7 @@ def write(decoded: Decoded, folder: Path) -> tuple[Path, Path]:
     frame_s = (board.frame_us if board else FRAME_US) / 1e6
     origin = ROBOT if board and not board.emulated else SIMULATION
     log: list[tuple[object, ...]] = [
-        (a.trial, MODEL, origin, round((a.frame + 1) * frame_s, 6), a.hs / _Q15, a.hs_spikes, a.vs / _Q15, a.vs_spikes)
+        (a.trial, MODEL, origin, round((a.frame + 1) * frame_s, 6), a.hs / Q15, a.hs_spikes, a.vs / Q15, a.vs_spikes)
         for a in decoded.answers
     ]
     cycles: list[tuple[object, ...]] = [
