@@ -31,26 +31,7 @@ MOST_TRIALS, MOST_FRAMES = 100, 10_000
 LOG, CYCLES = "log.csv", "cycles.csv"
 _RECORD = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})")
 _WHOLE = re.compile(r"-?(0|[1-9][0-9]{0,9})")
-_WORD = re.compile(r"[a-z0-9-]+")
 WORDS_SHOWN = 5
-
-
-def line(kind: str, *fields: int | str | None) -> bytes:
-    """Write a record as ``record.c`` does; ``None`` is no value.
-
-    Raises
-    ------
-    ValueError
-        It is longer than `LONGEST`, or a word has another character than a-z, 0-9 and -.
-    """
-    texts = [NONE if value is None else str(value) for value in (kind, *fields)]
-    if not all(map(_WORD.fullmatch, texts)):
-        raise ValueError(f"record {kind}: a word is empty, or has another character than a-z, 0-9 and -")
-    content = ",".join(texts).encode("ascii")
-    whole = b"$%b*%04X\r\n" % (content, crc(content))
-    if len(whole) > LONGEST:
-        raise ValueError(f"record {kind}: {len(whole)} characters: legal is up to {LONGEST}")
-    return whole
 
 
 def crc(content: bytes) -> int:

@@ -53,6 +53,8 @@ class ArenaSession(Session):
 
     Attributes
     ----------
+    looped
+        The experiment and the number of its condition that the stimulus is driven along; ``None``: by hand.
     speed_cm_s
         At which robots are driven.
     experiments
@@ -101,11 +103,6 @@ class ArenaSession(Session):
     def title(self) -> str:
         """Return what is shown, in words."""
         return f"{Path(self.looped[0]).name}: {self.spec.condition.label()}" if self.looped else "by hand"
-
-    @property
-    def by_hand(self) -> bool:
-        """Tell whether the stimulus is driven by hand, not along a condition of an experiment."""
-        return self.looped is None
 
     @property
     def behaviour(self) -> str:
@@ -223,7 +220,7 @@ class ArenaSession(Session):
         self._target[robot] = (x_cm, y_cm)
 
     def _check_hand(self) -> None:
-        if not self.by_hand:
+        if self.looped:
             raise UsageError("a condition of an experiment drives the robots: choose 'by hand' to drive them")
 
     def set_speed(self, speed_cm_s: float) -> None:

@@ -61,10 +61,10 @@ class ImportRequest:
     """
 
     log: Path
-    frames: Path | None = None
-    ran: Sequence[str] = ()
-    models: Sequence[str] = ()
-    assignments: Sequence[str] = ()
+    frames: Path | None
+    ran: Sequence[str]
+    models: Sequence[str]
+    assignments: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,9 +26,7 @@ PAD, GAP, TITLED = 20.0, 10.0, 44.0
 """Margin, and room between pictures beside and below each other, at full width."""
 
 
-def make_strip(
-    reel: Reel, out: Path, count: int, size: tuple[int, int] | None = None, caption: str | None = None
-) -> None:  # fmt: skip
+def make_strip(reel: Reel, out: Path, count: int, size: tuple[int, int] | None, caption: str | None) -> None:
     """Write a strip as a PNG file.
 
     Parameters
@@ -40,9 +38,9 @@ def make_strip(
     count
         How many moments, evenly spaced from the first frame to the last.
     size
-        Width and height in pixels; by default `WIDTH_PX` and what the panels then need.
+        Width and height in pixels; ``None``: `WIDTH_PX` and what the panels then need.
     caption
-        The text at the top; by default the recording's name.
+        The text at the top; ``None``: the recording's name.
 
     Raises
     ------
