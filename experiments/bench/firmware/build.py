@@ -21,7 +21,7 @@ NATIVE = Path(dsnn.native.__file__).parent
 CHIP_SIDE = NATIVE / "firmware"
 SECTIONS = "sections.ld"
 TEST_PROGRAM = ("startup.c", "memory.c", "camera.c", "semihost.c", "counter.c", "answers.c")
-NETWORK = "onboard.c"
+SOURCES = (*(CHIP_SIDE / name for name in TEST_PROGRAM), NATIVE / "onboard.c")
 CONFIG = "onboard_config.h"
 
 FLASH, MAIN, CORE = "FLASH", "MAIN", "CORE"
@@ -134,7 +134,7 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
     problems = []
     for layout in (WHOLE, SPLIT):
         kind = counting, layout[0].split
-        objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in _sources()]
+        objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in SOURCES]
         measured = _link(objects, wanted.chip, compiler, folder, layout[0], large=True)
         assert measured is not None
         sizes = elf.sections(measured)
@@ -216,10 +216,6 @@ def _best(
     overs = [(placement, {region: -left for region, left in free(sizes, chip, placement).items() if left < 0})
              for placement in divided]  # fmt: skip
     return min(overs, key=lambda problem: sum(problem[1].values()))
-
-
-def _sources() -> list[Path]:
-    return [*(CHIP_SIDE / name for name in TEST_PROGRAM), NATIVE / NETWORK]
 
 
 def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
