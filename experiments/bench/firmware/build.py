@@ -133,8 +133,9 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
     (folder / CONFIG).write_text(config(wanted), encoding="ascii")
     problems = []
     for layout in (WHOLE, SPLIT):
-        kind = counting, layout[0].split
-        objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in SOURCES]
+        split = layout[0].split
+        objects = [_compile(source, wanted.chip, compiler, folder, counting=counting, split=split)
+                   for source in SOURCES]  # fmt: skip
         measured = _link(objects, wanted.chip, compiler, folder, layout[0], large=True)
         assert measured is not None
         sizes = elf.sections(measured)
@@ -218,9 +219,10 @@ def _best(
     return min(overs, key=lambda problem: sum(problem[1].values()))
 
 
-def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
-    """Return one object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
-    counting, split = kind
+def _compile(
+    source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, *, counting: bool, split: bool
+) -> Path:  # fmt: skip
+    """Return one object file, in which instructions are counted, or the states are two blocks."""
     output = folder / f"{source.stem}.o"
     stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()
     command = [

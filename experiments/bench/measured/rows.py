@@ -104,7 +104,7 @@ def trial_row(
     experiment: str, repeat: int, trial: LoggedTrial, given: Given, camera: CameraConfig
 ) -> dict[str, Any]:  # fmt: skip
     """Return the row of a trial as one model answered it, of `MEASURED_SCHEMA`."""
-    columns = _columns(trial)
+    columns = None if trial.poses is None else FrameColumns(sim_time_s=trial.time_s, **trial.poses)
     parts: Windows | None = None if columns is None else parts_of(trial.condition, camera, columns)
     rate = rate_hz(trial.time_s, camera.fps)
     row = {
@@ -135,7 +135,3 @@ def frame_table(trial: LoggedTrial, given: Given) -> pa.Table:
     columns |= {name: [None] * count if trial.poses is None else trial.poses[name] for name in POSES}
     arrays = [pa.array(columns[field.name], field.type) for field in FRAME_SCHEMA]
     return pa.Table.from_arrays(arrays, schema=FRAME_SCHEMA)
-
-
-def _columns(trial: LoggedTrial) -> FrameColumns | None:
-    return None if trial.poses is None else FrameColumns(sim_time_s=trial.time_s, **trial.poses)

@@ -174,11 +174,11 @@ class Still:
                                                         if other != tick)]  # fmt: skip
         axes.set_yticks(sorted({*ticks}))
         axes.yaxis.set_major_formatter("{x:g}")
-        names = [(plain(trace.name.removeprefix(f"{model} ")), to_hex(trace.colour)) for trace in traces]
         words = [(f"{plain(model)}  ", FRAME_COLOUR)]
         signs = SIGNS if len(lanes) <= ONE_COLUMN else {}
-        words += [(f"{name}{_notes(signs.get(trace.channel, ''), 'dots' if trace.dotted else '')}  ", tint)
-                  for (name, tint), trace in zip(names, traces, strict=True)]  # fmt: skip
+        for trace in traces:
+            notes = _notes(signs.get(trace.channel, ""), "dots" if trace.dotted else "")
+            words.append((f"{plain(trace.name.removeprefix(f'{model} '))}{notes}  ", to_hex(trace.colour)))
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
         crowded = len(lanes) > MOST_DOWN * 2
