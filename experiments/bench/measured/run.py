@@ -42,32 +42,6 @@ SHOWN_FRAMES = "@frames"
 
 
 @dataclass(frozen=True, slots=True)
-class ImportRequest:
-    """Way to take a log.
-
-    Parameters
-    ----------
-    log
-        The CSV file.
-    frames
-        The folder of the trials' frames, if there is one.
-    ran
-        What the robot ran, where the log's labels are no registered models: names, or .py files. Of a log without a
-        column ``model`` the first; ``dsnn`` if none is given.
-    models
-        Models to show the frames to.
-    assignments
-        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
-    """
-
-    log: Path
-    frames: Path | None
-    ran: Sequence[str]
-    models: Sequence[str]
-    assignments: Sequence[str]
-
-
-@dataclass(frozen=True, slots=True)
 class Import:
     """A log that was read and checked: nothing of it is written yet.
 
@@ -92,42 +66,67 @@ class Import:
     models: tuple[ConfiguredModel, ...]
 
 
-def prepare(experiment: Experiment, asked: ImportRequest) -> Import:
-    """Read and check all that is to be imported; `UsageError` in one line for what cannot be."""
+def prepare(
+    experiment: Experiment, path: Path, *, pictures: Path | None, ran: Sequence[str], models: Sequence[str],
+    assignments: Sequence[str],
+) -> Import:  # fmt: skip
+    """Read and check all that is to be imported.
+
+    Parameters
+    ----------
+    experiment
+        Whose conditions the trials show.
+    path
+        The log, a CSV file.
+    pictures
+        The folder of the trials' frames, if there is one.
+    ran
+        What the robot ran, where the log's labels are no registered models: names, or .py files. Of a log without a
+        column ``model`` the first; ``dsnn`` if none is given.
+    models
+        Models to show the frames to.
+    assignments
+        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be imported, in one line.
+    """
     # What the log's models are is not known yet, so their parameters wait.
-    of_design = [text for text in asked.assignments if text.startswith("experiment.")]
-    log = read(asked.log, configure(experiment, ["dsnn"], of_design)[0])
-    if not log.answered and not (asked.models and asked.frames):
+    of_design = [text for text in assignments if text.startswith("experiment.")]
+    log = read(path, configure(experiment, ["dsnn"], of_design)[0])
+    if not log.answered and not (models and pictures):
         problem = "no column hs or looming, so no model has answered"
         raise UsageError(f"{log.path}: {problem}: --frames DIR --model dsnn shows the frames to one")
-    if asked.models and asked.frames is None:
+    if models and pictures is None:
         raise UsageError("--model: a model needs --frames DIR to be shown")
-    labels = [label or (asked.ran[0] if asked.ran else "dsnn") for label in log.models] if log.answered else []
-    sources = {label: _source(log, label, asked.ran) for label in labels}
+    labels = [label or (ran[0] if ran else "dsnn") for label in log.models] if log.answered else []
+    sources = {label: _source(log, label, ran) for label in labels}
     try:
-        texts = list(dict.fromkeys([*sources.values(), *asked.models]))
-        declared, settings = configure(experiment, texts, asked.assignments)
+        texts = list(dict.fromkeys([*sources.values(), *models]))
+        declared, settings = configure(experiment, texts, assignments)
     except UsageError as error:
-        if not str(error).startswith("--model") or set(asked.models) & set(str(error).split()):
+        if not str(error).startswith("--model") or set(models) & set(str(error).split()):
             raise
         problem = (
             f"the models of {log.path} are {', '.join(labels)}; --ran MODEL.py declares one that is not registered"
         )
         raise UsageError(f"{error} ({problem})") from None
     by_text = dict(zip(texts, settings.models, strict=True))
-    ran = {
+    by_label = {
         logged: dataclasses.replace(by_text[sources[label]], label=label if logged else by_text[sources[label]].label)
         for logged, label in zip(log.models if labels else (), labels, strict=True)
     }
-    taken = {model.label for model in ran.values()}
-    models_shown = tuple(_beside(by_text[text], taken) for text in asked.models)
-    settings = dataclasses.replace(settings, models=(*ran.values(), *models_shown))
+    taken = {model.label for model in by_label.values()}
+    models_shown = tuple(_beside(by_text[text], taken) for text in models)
+    settings = dataclasses.replace(settings, models=(*by_label.values(), *models_shown))
     frames = None
-    if asked.frames is not None:
-        frames = FrameFolder(asked.frames, (settings.camera.height, settings.camera.width))
+    if pictures is not None:
+        frames = FrameFolder(pictures, (settings.camera.height, settings.camera.width))
         frames.check(log)
     most = max(Counter(trial.condition for trial in log.trials).values())
-    plan = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, models_shown)
+    plan = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, by_label, models_shown)
     _check_channels(plan)
     _check_rates(plan)
     return plan
