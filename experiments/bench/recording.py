@@ -27,7 +27,6 @@ OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
 """Colours of robots where they are discs: in views from above."""
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
-LIMIT_COLOUR = (140, 140, 140)
 TIMELINE = "sim_time"
 """The timeline that every layout opens with: seconds of a trial, an episode, a clip or a video."""
 PAPER = rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False)

@@ -101,8 +101,6 @@ def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
 
 
 def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
-    import dataclasses
-
     from experiments.bench.engine.terminal import progress, show_places
     from experiments.bench.measured import export as measured_export
     from experiments.bench.store.places import replacing_folder
@@ -110,11 +108,12 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
     record = Record.read(run)
     with replacing_folder(place) as part, progress("export", record.done, quiet) as advance:
-        written = measured_export.write_log(record, part, tracked=tracked, advance=advance)
-    written = dataclasses.replace(written, command=written.command.replace(str(part), str(place)))
+        command = measured_export.write_log(record, part, tracked=tracked, advance=advance)
     if not quiet:
-        pictured = {"frames": place / written.frames.name} if written.frames else {}
-        show_places({"log": place / written.log.name, **pictured, "import by": written.command})
+        frames = place / measured_export.FRAMES
+        pictured = {"frames": frames} if frames.is_dir() else {}
+        command = command.replace(str(part), str(place))
+        show_places({"log": place / measured_export.LOG, **pictured, "import by": command})
 
 
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:

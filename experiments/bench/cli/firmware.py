@@ -95,13 +95,14 @@ def budget(
         error_console.print(message, soft_wrap=True, markup=False)
     with progress("budget", len(points), quiet, "programs", width=means.workers or 1) as advance:
         budgets = measure_all(points, tools, means.workers, advance)
+    from experiments.bench.figures.plotting import save
     from experiments.bench.firmware import figure
 
     folder.mkdir(parents=True, exist_ok=True)
-    table.write(budgets, tools, folder / "budget.csv")
-    drawn = figure.write(budgets, folder)
+    table.write(budgets, folder / "budget.csv")
+    drawn = save(figure.draw(budgets), folder, "budget")
     if not quiet:
-        table.show(budgets, tools)
+        table.show(budgets)
         show_places({"table": folder / "budget.csv", "figure": drawn})
     return 0
 
@@ -236,7 +237,7 @@ def export(
         if not quiet:
             error_console.print("building it, and counting its instructions in QEMU", markup=False)
         (measured,) = measure_all([({}, wanted)], tools, 1, lambda: None)
-        exporting.export(wanted, folder, assignments or (), exporting.Measured(measured, tools))
+        exporting.export(wanted, folder, assignments or (), measured)
     if not quiet:
         show_places({"export": folder, "page": folder / "README.md"})
     return 0

@@ -93,4 +93,5 @@ def live(
         if browser:
             webbrowser.open(address)
 
-    return run.run(session, host, port, dark=dark, ready=ready)
+    run.run(session, host, port, dark=dark, ready=ready)
+    return 0

@@ -43,12 +43,14 @@ def import_log(
     Claims are judged by the same judges and bounds, where the log has the conditions that they need.
     """
     from experiments.bench import registry
-    from experiments.bench.measured.run import ImportRequest, perform, prepare
+    from experiments.bench.measured.run import perform, prepare
     from experiments.bench.robot import table
 
     declared = registry.load(experiment)
     folder = results_folder(out, f"{declared.name}-measured")
-    plan = prepare(declared, ImportRequest(log, frames, ran or (), model or (), assignments or ()))
+    plan = prepare(
+        declared, log, pictures=frames, ran=ran or (), models=model or (), assignments=assignments or ()
+    )  # fmt: skip
     report = perform(plan, folder, recordings=recordings, quiet=quiet)
     if not quiet:
         table.show(report, recordings)

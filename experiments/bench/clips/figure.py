@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pyarrow as pa
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
@@ -20,10 +20,10 @@ from experiments.bench.figures.palette import HUES, Mark, lanes, level_colours, 
 from experiments.bench.figures.plotting import (
     STYLE,
     WIDTH,
-    columns_of_key,
     extra_widths,
     grid_of_panels,
     headline,
+    key_below,
     leftmost,
     lowest,
     plain,
@@ -115,7 +115,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
             axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
         keys = [Line2D([], [], color=looks[model].colour, lw=2, label=plain(model), **_dots(looks[model], 1))
                 for model in group]  # fmt: skip
-        _legend(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models)])
+        key_below(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models)])
     return drawn
 
 
@@ -141,7 +141,7 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
         _from_zero(block)
     _labels(panels, NAMES[shape.along].format(unit=unit))
     keys = _level_keys(shape.lines, shades, unit)
-    _legend(drawn, [*keys, *_system_keys(), *threshold_lines.key_of_panels(thresholds, models)])
+    key_below(drawn, [*keys, *_system_keys(), *threshold_lines.key_of_panels(thresholds, models)])
     return drawn
 
 
@@ -188,7 +188,7 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         _from_zero(panels[0])
         _labels(panels, NAMES[along].format(unit=unit))
         limits = threshold_lines.key_of_panels(thresholds, models)
-        _legend(part, [*_level_keys(lines, shades, unit), *_system_keys(), *limits])
+        key_below(part, [*_level_keys(lines, shades, unit), *_system_keys(), *limits])
     return drawn
 
 
@@ -288,7 +288,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     _labels(panels, "background (px a frame)")
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
     keys += [*_system_keys(), Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
-    _legend(drawn, [*keys, *threshold_lines.key_of_panels(thresholds, models)])
+    key_below(drawn, [*keys, *threshold_lines.key_of_panels(thresholds, models)])
     return drawn
 
 
@@ -343,17 +343,10 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
         if any(thresholds.get(model) is not None for model in models)
         else []
     )
-    _legend(drawn, [*(Line2D([], [], color=tint, lw=4, label=caption) for caption, _, tint, _ in kinds),
-                    *limits])  # fmt: skip
+    kind_keys = (Line2D([], [], color=tint, lw=4, label=caption) for caption, _, tint, _ in kinds)
+    key_below(drawn, [*kind_keys, *limits])
     return drawn
 
 
 def _system_keys() -> list[Line2D]:
     return [Line2D([], [], color="black", ls=style, label=caption) for caption, style in SYSTEMS.values()]
-
-
-def _legend(drawn: Figure | SubFigure, keys: Sequence[Line2D]) -> None:
-    """Put the keys below the panels, in as many columns as fit into the width of the whole figure."""
-    labels = [line for key in keys for line in str(key.get_label()).split("\n")]
-    across = columns_of_key(labels, drawn.figure.get_size_inches()[0], 8)
-    drawn.legend(handles=list(keys), loc="outside lower center", ncols=across, frameon=False, fontsize=8)

@@ -63,6 +63,11 @@ class ModelRunner:
         self._model: Any = model
         self._has_maps = not self.trouble and _takes_maps(self._model.step)
 
+    @property
+    def section(self) -> str:
+        """The section of ``--set`` that its parameters are under."""
+        return family(self.label, type(self.network))
+
     def change(self, values: Mapping[str, str]) -> None:
         """Change parameters, as ``--set`` would; the model begins anew with them, and its answers so far stay.
 
@@ -76,7 +81,7 @@ class ModelRunner:
         UsageError
             A value is not legal, or there is no such parameter; nothing has changed then.
         """
-        section = family(self.label, type(self.network))
+        section = self.section
         collected = collect([f"{section}.{name}={text}" for name, text in values.items()], {section: self.network})
         self.network = network = changed(section, self.network, collected.get(section, {}))
         if not self.trouble:

@@ -79,6 +79,11 @@ def rgb(colour: str) -> Colour:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
+def to_hex(colour: Colour) -> str:
+    """Return three numbers from 0 to 255 as ``#rrggbb``."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
 def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Line]:
     """Return the series of a model's declared channels.
 

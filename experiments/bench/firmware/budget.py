@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,15 +17,13 @@ import numpy.typing as npt
 
 from dsnn.onboard.fixed import constants
 from experiments.bench.firmware import clips
-from experiments.bench.firmware.build import CORE, MAIN, NATIVE, Built, build, ram
+from experiments.bench.firmware.build import CORE, MAIN, NATIVE, Built, build, free
 from experiments.bench.firmware.emulator import INPUT, STAGES, Emulator
 from experiments.bench.firmware.settings import Firmware
 from experiments.bench.firmware.toolchain import Compiler, QemuProgram
 
 MOST_WAITS = 5
 """Wait states of the flash at 150 to 180 MHz and 2.7 to 3.6 V (STM32F427: reference manual RM0090, FLASH_ACR)."""
-MEASURED_FRAMES = 16
-"""Frames of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +55,8 @@ class Budget:
         All stages together.
     worst_clip
         The clip that has the frame of the most instructions.
+    compiler, emulator
+        Versions of what built it and of what counted, as these say themselves.
     """
 
     point: Mapping[str, str]
@@ -66,6 +66,8 @@ class Budget:
     stages: tuple[Stage, ...]
     whole: Stage
     worst_clip: str
+    compiler: str
+    emulator: str
 
     @property
     def purposes(self) -> dict[str, int]:
@@ -87,18 +89,14 @@ class Budget:
         return size + self.firmware.chip.robot_flash
 
     @property
-    def used(self) -> dict[str, int]:
-        """RAM region -> bytes taken there, the robot's own data too."""
-        used = ram(self.built.sections, self.built.placement)
-        sizes = self.built.sections
-        return {MAIN: used[MAIN] + sizes.get(".robot_main", 0), CORE: used[CORE] + sizes.get(".robot_core", 0)}
+    def ram_left(self) -> dict[str, int]:
+        """RAM region -> bytes that are left there, the robot's own data taken off too."""
+        return free(self.built.sections, self.firmware.chip, self.built.placement)
 
     @property
     def room(self) -> int:
         """The bytes of both regions that network, camera and stack leave to the rest of the robot's program."""
-        chip = self.firmware.chip
-        used = ram(self.built.sections, self.built.placement)
-        return chip.ram_main + chip.ram_core - sum(used.values())
+        return sum(self.ram_left.values()) + self.firmware.chip.robot_ram
 
     @property
     def regions(self) -> dict[str, str]:
@@ -144,12 +142,19 @@ class Budget:
         return self.lookups * waits / (1000.0 * self.firmware.chip.clock_mhz)
 
     @property
-    def fits_memory(self) -> bool:
-        """Tell whether it was linked into the chip's true regions; flash is one of them, and has the robot's code
-        too. The stack has room for interrupts.
+    def lacking(self) -> dict[str, int]:
+        """What of the chip is too small, and by how many bytes.
+
+        RAM, by its true regions; flash, which has the robot's code too; the stack, which has room for interrupts.
         """
         chip = self.firmware.chip
-        return not self.over and self.flash <= chip.flash and self.stack_needed <= chip.stack
+        lacks = {"RAM": self.over, "flash": self.flash - chip.flash, "stack": self.stack_needed - chip.stack}
+        return {name: size for name, size in lacks.items() if size > 0}
+
+    @property
+    def fits_memory(self) -> bool:
+        """Tell whether nothing of the chip is too small."""
+        return not self.lacking
 
     @property
     def too_slow(self) -> bool:
@@ -161,11 +166,10 @@ class Budget:
     @property
     def memory(self) -> str:
         """Memory in words: ``memory fits``, or what is too small by how much."""
-        chip = self.firmware.chip
-        reasons = [f"{self.over:,} B of RAM too large"] if self.over else []
-        reasons += [f"{self.flash - chip.flash:,} B of flash too large"] if self.flash > chip.flash else []
-        if self.stack_needed > chip.stack:
-            reasons.append(f"stack {self.stack_needed - chip.stack:,} B too small")
+        reasons = [
+            f"stack {size:,} B too small" if name == "stack" else f"{size:,} B of {name} too large"
+            for name, size in self.lacking.items()
+        ]
         return ", ".join(reasons) or "memory fits"
 
     @property
@@ -197,7 +201,7 @@ def stage_names() -> tuple[str, ...]:
 
 
 def measure(
-    point: Mapping[str, str], wanted: Firmware, tools: Tools, folder: Path, length: int = MEASURED_FRAMES
+    point: Mapping[str, str], wanted: Firmware, tools: Tools, folder: Path, length: int = clips.COUNTED_FRAMES
 ) -> Budget:
     """Build a program in ``folder``, run it on clips of ``length`` frames, and read what it takes.
 
@@ -223,7 +227,10 @@ def measure(
     unnamed = set(range(STAGES)) - {place for _, place in purposes}
     assert not counts[:, sorted(unnamed)].any(), "a stage without a name ran"
     stages = tuple(_stage(name, counts[:, place]) for name, place in purposes)
-    return Budget(dict(point), wanted, built, stack, stages, _stage("whole", sums), names[int(sums.argmax())])
+    return Budget(
+        dict(point), wanted, built, stack, stages, _stage("whole", sums), names[int(sums.argmax())],
+        tools.compiler.version, tools.qemu.version,
+    )  # fmt: skip
 
 
 def _stage(name: str, counts: npt.NDArray[np.float64]) -> Stage:
@@ -255,11 +262,6 @@ def measure_all(
             raise
 
 
-def varied(budgets: Iterable[Budget]) -> list[str]:
-    """Return the keys of the grid."""
-    return list(dict.fromkeys(key for budget in budgets for key in budget.point))
-
-
 def label(budget: Budget) -> str:
     """Return what a program is called: its values of the grid's keys, or its main parameters where there is no grid."""
     if budget.point:
@@ -286,7 +288,8 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
         for budget in (one for one in asked if format_words(one.firmware) == words):
             low, high = budget.milliseconds
             time = f"worst frame {low:.2f} to {high:.2f} ms of {budget.firmware.chip.frame_ms:g} by instructions alone"
-            memory = f" ({_free(budget)})" if budget.fits_memory else ""
+            left = ", ".join(f"{size:,} B {region.lower()}" for region, size in budget.ram_left.items())
+            memory = f" (RAM left: {left})" if budget.fits_memory else ""
             ring = budget.firmware.chip.ring_frames
             lines.append(f"N_con = 8 at 99x72, d = {budget.firmware.network.d}, {words}, ring of {ring}"
                          f" frames: {budget.verdict}{memory}; {time}")  # fmt: skip
@@ -298,10 +301,3 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
 def _format(budget: Budget) -> str:
     d, ring = budget.firmware.network.d, budget.firmware.chip.ring_frames
     return f"{format_words(budget.firmware)}, d = {d}, a ring of {ring} frames"
-
-
-def _free(budget: Budget) -> str:
-    left = {MAIN: budget.firmware.chip.ram_main, CORE: budget.firmware.chip.ram_core}
-    return (
-        f"RAM left: {', '.join(f'{left[region] - used:,} B {region.lower()}' for region, used in budget.used.items())}"
-    )

@@ -21,7 +21,7 @@ NATIVE = Path(dsnn.native.__file__).parent
 CHIP_SIDE = NATIVE / "firmware"
 SECTIONS = "sections.ld"
 TEST_PROGRAM = ("startup.c", "memory.c", "camera.c", "semihost.c", "counter.c", "answers.c")
-NETWORK = "onboard.c"
+SOURCES = (*(CHIP_SIDE / name for name in TEST_PROGRAM), NATIVE / "onboard.c")
 CONFIG = "onboard_config.h"
 
 FLASH, MAIN, CORE = "FLASH", "MAIN", "CORE"
@@ -89,20 +89,18 @@ class Built:
     over: Mapping[str, int]
 
 
-def memory_script(chip: ChipSettings, placement: Placement, *, large: bool = False) -> str:
-    """Return the text of ``memory.ld`` for the emulator's board: regions, the stack's reserve, the placement."""
+def memory_script(
+    chip: ChipSettings, placement: Placement, addresses: Mapping[str, int] = ADDRESSES, *, large: bool = False
+) -> str:
+    """Return the text of ``memory.ld``: regions at these ``addresses``, the stack's reserve, the placement."""
     sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
-    return script({name: (ADDRESSES[name], LARGE if large else size) for name, size in sizes.items()}, chip, placement)
-
-
-def script(regions: Mapping[str, tuple[int, int]], chip: ChipSettings, placement: Placement) -> str:
-    """``memory.ld`` of regions given as address and size."""
     reserved = {"STACK": chip.stack, "ROBOT_MAIN": chip.robot_ram - placement.robot_core,
                 "ROBOT_CORE": placement.robot_core}  # fmt: skip
     lines = [*(f"CHIP_{name} = {size};" for name, size in reserved.items()), "MEMORY", "{"]
-    for name, (address, size) in regions.items():
+    for name, size in sizes.items():
         rights = "rx" if name == FLASH else "rwx"
-        lines.append(f"    {name} ({rights}) : ORIGIN = 0x{address:08X}, LENGTH = {size}")
+        length = LARGE if large else size
+        lines.append(f"    {name} ({rights}) : ORIGIN = 0x{addresses[name]:08X}, LENGTH = {length}")
     lines += ["}", f'REGION_ALIAS("STATES", {placement.states})', ""]
     return "\n".join(lines)
 
@@ -132,15 +130,12 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
         The compiler refuses the sources, or the parameters have no fixed-point form.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    try:
-        text = header(wanted.shape, wanted.network)
-    except ValueError as error:
-        raise UsageError(printable(str(error))) from None
-    (folder / CONFIG).write_text(text, encoding="ascii")
+    (folder / CONFIG).write_text(config(wanted), encoding="ascii")
     problems = []
     for layout in (WHOLE, SPLIT):
-        kind = counting, layout[0].split
-        objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in _sources()]
+        split = layout[0].split
+        objects = [_compile(source, wanted.chip, compiler, folder, counting=counting, split=split)
+                   for source in SOURCES]  # fmt: skip
         measured = _link(objects, wanted.chip, compiler, folder, layout[0], large=True)
         assert measured is not None
         sizes = elf.sections(measured)
@@ -150,6 +145,14 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
             return Built(linked, elf.sections(linked), placement, {})
         problems.append(Built(measured, sizes, placement, over))
     return min(problems, key=lambda problem: sum(problem.over.values()))
+
+
+def config(wanted: Firmware) -> str:
+    """Return the text of `CONFIG`; `UsageError` where the parameters have no fixed-point form."""
+    try:
+        return header(wanted.shape, wanted.network)
+    except ValueError as error:
+        raise UsageError(printable(str(error))) from None
 
 
 def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
@@ -211,17 +214,15 @@ def _best(
 ) -> tuple[Placement, Mapping[str, int]]:
     """Find the placement that lacks the fewest bytes, with the robot's own data divided, and what each region lacks."""
     divided = [_with_robot(sizes, chip, placement) for placement in among]
-    overs = [(placement, _over(sizes, chip, placement)) for placement in divided]
+    overs = [(placement, {region: -left for region, left in free(sizes, chip, placement).items() if left < 0})
+             for placement in divided]  # fmt: skip
     return min(overs, key=lambda problem: sum(problem[1].values()))
 
 
-def _sources() -> list[Path]:
-    return [*(CHIP_SIDE / name for name in TEST_PROGRAM), NATIVE / NETWORK]
-
-
-def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
-    """Return one object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
-    counting, split = kind
+def _compile(
+    source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, *, counting: bool, split: bool
+) -> Path:  # fmt: skip
+    """Return one object file, in which instructions are counted, or the states are two blocks."""
     output = folder / f"{source.stem}.o"
     stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()
     command = [
@@ -261,13 +262,11 @@ def _with_robot(sizes: Mapping[str, int], chip: ChipSettings, placement: Placeme
     return dataclasses.replace(placement, robot_core=max(min(chip.robot_ram, left // 4 * 4), 0))
 
 
-def _over(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> dict[str, int]:
-    """Region -> bytes by which it would be too small, with the robot's own data."""
+def free(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> dict[str, int]:
+    """Region -> bytes of RAM that sections and the robot's own data leave there; below 0 where it is too small."""
     used = ram(sizes, placement)
-    used[MAIN] += chip.robot_ram - placement.robot_core
-    used[CORE] += placement.robot_core
-    left = {MAIN: chip.ram_main, CORE: chip.ram_core}
-    return {region: used[region] - left[region] for region in left if used[region] > left[region]}
+    return {MAIN: chip.ram_main - used[MAIN] - (chip.robot_ram - placement.robot_core),
+            CORE: chip.ram_core - used[CORE] - placement.robot_core}  # fmt: skip
 
 
 def ram(sizes: Mapping[str, int], placement: Placement) -> dict[str, int]:

@@ -8,21 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from dsnn import Response
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.firmware import clips
 from experiments.bench.firmware.budget import Tools
 from experiments.bench.firmware.build import build
 from experiments.bench.firmware.clips import Frames
-from experiments.bench.firmware.emulator import ChipAnswer, Emulator
+from experiments.bench.firmware.emulator import Q15, ChipAnswer, Emulator
 from experiments.bench.firmware.settings import Firmware
 
 LENGTH = 90
 """Frames of each synthetic clip."""
 LEAST_FRAMES = 1000
-Q15 = 32768.0
 CHANNELS = ("hs", "vs", "hs_spikes", "vs_spikes")
 
 
@@ -139,8 +136,3 @@ def check(
             model = OnboardDSNN(wanted.shape, wanted.network)
             counts, spiking, difference = compare(model, chip, clips_shown, done)
     return Checked(counts, spiking, bool(built.over), difference)
-
-
-def total(clips_shown: Sequence[tuple[str, Frames]]) -> int:
-    """Return frames of all clips."""
-    return int(np.sum([len(frames) for _, frames in clips_shown]))

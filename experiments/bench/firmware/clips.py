@@ -73,23 +73,26 @@ def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
     return by_name
 
 
-WORST_FRAMES = 16
-"""Frames of each clip that the self-measuring program shows, as many as the budget counts."""
+COUNTED_FRAMES = 16
+"""Frames of each clip that the budget counts, and that the self-measuring program shows.
+
+The slowest state of the network's work, the adaptation, is at its level after 10 frames.
+"""
 GOLDEN_SHOWN, SHOWN = 2, 3
 
 
 def worst(wanted: Firmware) -> Mapping[str, Frames]:
-    """Choose the clips that the self-measuring program shows, each from its first frame, (`WORST_FRAMES`, R, C).
+    """Choose the clips that the self-measuring program shows, each from its first frame, (`COUNTED_FRAMES`, R, C).
 
     They are the two golden clips and the synthetic one that have the frame with the most cells in which F is not 0:
     such cells are the network's work. Without golden clips all three are synthetic.
     """
-    recorded, drawn = golden(wanted.shape), synthetic(wanted.shape, WORST_FRAMES)
+    recorded, drawn = golden(wanted.shape), synthetic(wanted.shape, COUNTED_FRAMES)
     chosen: dict[str, Frames] = {}
     for clips, count in ((recorded, GOLDEN_SHOWN), (drawn, SHOWN)):
-        work = {name: _moving_cells(wanted, frames[:WORST_FRAMES]) for name, frames in clips.items()}
+        work = {name: _moving_cells(wanted, frames[:COUNTED_FRAMES]) for name, frames in clips.items()}
         for name in sorted(work, key=lambda each: -work[each])[: count - len(chosen)]:
-            chosen[name] = clips[name][:WORST_FRAMES]
+            chosen[name] = clips[name][:COUNTED_FRAMES]
     return chosen
 
 

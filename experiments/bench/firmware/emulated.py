@@ -18,8 +18,7 @@ from dsnn import ModelEntry, Response
 from dsnn.frames import Channels, luma
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.firmware.build import build
-from experiments.bench.firmware.check import Q15
-from experiments.bench.firmware.emulator import Emulator
+from experiments.bench.firmware.emulator import Q15, Emulator
 from experiments.bench.firmware.settings import ChipSettings, Firmware
 from experiments.bench.firmware.toolchain import compiler, qemu
 

@@ -28,6 +28,8 @@ ANSWER_TIMEOUT_S = 120.0
 
 _HELLO, _FRAME, _RESET, _STACK, _END = (struct.pack("<I", word) for word in (1, 2, 3, 4, 0))
 _MAGIC = 0x444F4231
+Q15 = 32768.0
+"""A potential of 1 in the chip's answers."""
 STAGES = 12
 INPUT = STAGES - 1
 """The place of the stage that takes luma out of the camera's frame."""
@@ -96,13 +98,12 @@ class Emulator:
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said)
         self.shape = shape
         try:
-            magic, rows, columns, stages, self.state_bytes, cost, known = self._ask(_HELLO, "<7I")
+            magic, rows, columns, stages, _, self._cost, known = self._ask(_HELLO, "<7I")
             if magic != _MAGIC or stages != STAGES:
                 raise EmulatorError(f"{elf.name} is not the test program of this version")
             if (rows, columns) != shape:
                 raise EmulatorError(f"{elf.name} is built for {columns}x{rows} px, not {shape[1]}x{shape[0]}")
-            self._cost = cost
-            counted = (known - cost) / TICKS_AN_INSTRUCTION
+            counted = (known - self._cost) / TICKS_AN_INSTRUCTION
             if abs(counted - KNOWN) > KNOWN_ERROR:
                 raise UsageError(
                     f"{program.version} counts {counted:.0f} instructions of {KNOWN}: no count can be had of it"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,10 @@ import numpy as np
 
 from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
-from dsnn.onboard.header import header
-from experiments.bench.engine.errors import UsageError, printable
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.templates import render
 from experiments.bench.firmware import clips
-from experiments.bench.firmware.budget import MOST_WAITS, Budget, Tools
+from experiments.bench.firmware.budget import MOST_WAITS, Budget
 from experiments.bench.firmware.build import (
     CHIP_SIDE,
     CONFIG,
@@ -28,8 +26,8 @@ from experiments.bench.firmware.build import (
     SECTIONS,
     TABLE_PLACE,
     computed,
+    config,
     memory_script,
-    script,
 )
 from experiments.bench.firmware.settings import MODEL, STACKED, Firmware, dead_zone_notice, plain_key
 from experiments.bench.measured.export import FRAMES
@@ -38,7 +36,6 @@ from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""
-FRAMES_HEADER, FRAMES_SOURCE, EXPERIMENT = "measure_frames.h", "measure_frames.c", "experiment.py"
 COPIED = (
     "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
     "answers.c", "host_main.c", "states.h", "split.h", "measure_main.c", "record.c", "record.h", "cycles.c", "cycles.h",
@@ -46,15 +43,7 @@ COPIED = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """A budget, and what it was measured with."""
-
-    budget: Budget
-    tools: Tools
-
-
-def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured: Measured | str) -> None:
+def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured: Budget | str) -> None:
     """Write the folder.
 
     Parameters
@@ -75,36 +64,29 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     OSError
         The disk is full, say. Nothing is left there.
     """
-    try:
-        text = header(wanted.shape, wanted.network)
-    except ValueError as error:
-        raise UsageError(printable(str(error))) from None
+    parameters = config(wanted)
     if isinstance(measured, str):
         placement, over = computed(wanted)
     else:
-        placement, over = measured.budget.built.placement, measured.budget.built.over
-    chip = wanted.chip
-    sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
-    regions = {name: (ADDRESSES[name], size) for name, size in sizes.items()}
+        placement, over = measured.built.placement, measured.built.over
     shown = clips.worst(wanted)
     words = {
         **_words(wanted, assignments, measured), "split": placement.split, "over": over, "shown": list(shown),
-        "shown_frames": clips.WORST_FRAMES,
+        "shown_frames": clips.COUNTED_FRAMES,
     }  # fmt: skip
     sources = {name: CHIP_SIDE / name for name in COPIED}
     sources |= {"main.c": CHIP_SIDE / "robot_main.c", "include/string.h": CHIP_SIDE / "include" / "string.h"}
     sources |= {name: NATIVE / name for name in ONBOARD}
     written = {
-        CONFIG: text,
-        "memory.ld": script(regions, chip, placement),
-        "memory-qemu.ld": memory_script(chip, placement, large=True),
+        CONFIG: parameters,
+        "memory.ld": memory_script(wanted.chip, placement, ADDRESSES),
+        "memory-qemu.ld": memory_script(wanted.chip, placement, large=True),
         "Makefile": render("firmware/templates/Makefile.j2", **words) + "\n",
         "README.md": render("firmware/templates/README.md.j2", **words) + "\n",
+        "experiment.py": render("firmware/templates/experiment.py.j2", clips=list(shown)) + "\n",
+        "measure_frames.h": frames_header(shown, wanted),
+        "measure_frames.c": frames_source(shown),
     }
-    written |= {
-        FRAMES_HEADER: frames_header(shown, wanted), FRAMES_SOURCE: frames_source(shown),
-        EXPERIMENT: render("firmware/templates/experiment.py.j2", clips=list(shown)) + "\n",
-    }  # fmt: skip
     contents = {name: path.read_bytes() for name, path in sources.items()}
     contents |= {name: text.encode() for name, text in written.items()}
     contents |= {
@@ -133,7 +115,7 @@ def frames_header(shown: Mapping[str, clips.Frames], wanted: Firmware) -> str:
     lines = [
         f"/* Frames that the self-measuring program shows, written by colias-sim:\n{names} */",
         "#ifndef MEASURE_FRAMES_H", "#define MEASURE_FRAMES_H", "", "#include <stdint.h>", "",
-        f"#define MEASURE_TRIALS {len(shown)}u", f"#define MEASURE_FRAMES {clips.WORST_FRAMES}u",
+        f"#define MEASURE_TRIALS {len(shown)}u", f"#define MEASURE_FRAMES {clips.COUNTED_FRAMES}u",
         f"#define MEASURE_FRAME_US {round(1e6 / wanted.network.fps)}u", "",
         f"extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{wanted.shape[0] * wanted.shape[1]}];",
         "", "#endif", "",
@@ -143,7 +125,7 @@ def frames_header(shown: Mapping[str, clips.Frames], wanted: Firmware) -> str:
 
 def frames_source(shown: Mapping[str, clips.Frames]) -> str:
     """Return ``measure_frames.c``: the frames themselves, a line each."""
-    frames = np.concatenate(list(shown.values())).reshape(len(shown) * clips.WORST_FRAMES, -1)
+    frames = np.concatenate(list(shown.values())).reshape(len(shown) * clips.COUNTED_FRAMES, -1)
     rows = ["{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames]
     begin = f"const uint8_t measure_luma[{len(frames)}][{frames.shape[1]}] = {{"
     return "\n".join(['#include "measure_frames.h"', "", begin, *rows, "};", ""])
@@ -169,7 +151,7 @@ def _settings(wanted: Firmware, assignments: Sequence[str]) -> str:
     return "".join(f" --set {shlex.quote(option)}" for option in options)
 
 
-def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | str) -> dict[str, Any]:
+def _words(wanted: Firmware, assignments: Sequence[str], measured: Budget | str) -> dict[str, Any]:
     rows, columns = wanted.shape
     options = "".join(f" --set {text}" for text in assignments)
     words: dict[str, Any] = {
@@ -180,12 +162,11 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
     }  # fmt: skip
     if isinstance(measured, str):
         return {**words, "missing": measured}
-    budget, tools = measured.budget, measured.tools
     return {
-        **words, "budget": budget,
-        "compiler": tools.compiler.version, "emulator": tools.qemu.version,
-        "purposes": [(name, size, budget.regions[name]) for name, size in budget.purposes.items()],
-        "stages": [*budget.stages, budget.whole],
-        "verdict": f"On the chip: {budget.verdict}.", "stacked": STACKED,
-        "waits": [(waits, budget.waiting_ms(waits)) for waits in range(MOST_WAITS + 1)],
+        **words, "budget": measured,
+        "compiler": measured.compiler, "emulator": measured.emulator,
+        "purposes": [(name, size, measured.regions[name]) for name, size in measured.purposes.items()],
+        "stages": [*measured.stages, measured.whole],
+        "verdict": f"On the chip: {measured.verdict}.", "stacked": STACKED,
+        "waits": [(waits, measured.waiting_ms(waits)) for waits in range(MOST_WAITS + 1)],
     }  # fmt: skip

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.bench.figures.palette import HUES
-from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, WIDTH, plain, save
+from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, WIDTH, plain
 from experiments.bench.firmware.budget import MOST_WAITS, Budget, label
 
 LIMIT = "#383838"
@@ -87,8 +86,3 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
     cycles = f"at {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
     caption = f"worst frame (ms), limit {chip.frame_ms:g}: undetermined\n{cycles}"
     axes.set_title(caption, fontsize=8, loc="left")
-
-
-def write(budgets: Sequence[Budget], folder: Path) -> Path:
-    """Write ``budget.svg`` and ``budget.png``; return the path of the latter."""
-    return save(draw(budgets), folder, "budget")

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import toolchain
+from experiments.bench.firmware.check import CHANNELS, Difference
+from experiments.bench.firmware.emulated import NAME
 from experiments.bench.firmware.settings import ALIAS, CHIP, MODEL, plain_key
 from experiments.bench.store import tables
 
-CHIP_MODEL = "dsnn-firmware"
 SOURCE = str(Path(__file__).with_name("emulated.py"))
-"""The file that declares `CHIP_MODEL`."""
-COLUMNS = ("hs", "vs", "hs_spikes", "vs_spikes")
+"""The file that declares the model of the chip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,18 +60,18 @@ def models() -> list[str]:
 
 def compare(folder: Path) -> Loop:
     """Compare the two forms' answers in ``frames.parquet`` of a finished run, every frame of every trial."""
-    table = tables.read(folder, "frames", ["trial", "model", "frame", *COLUMNS])
-    rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, CHIP_MODEL: {}}
+    table = tables.read(folder, "frames", ["trial", "model", "frame", *CHANNELS])
+    rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, NAME: {}}
     for row in table.to_pylist():
-        rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in COLUMNS)
-    host, chip = rows[MODEL], rows[CHIP_MODEL]
+        rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in CHANNELS)
+    host, chip = rows[MODEL], rows[NAME]
     trials = len({trial for trial, _ in host})
     if host.keys() != chip.keys():
         missing = sorted(host.keys() ^ chip.keys())[0]
         return Loop(trials, len(host), f"trial {missing[0]}, frame {missing[1]}: one of the two has no answer")
     for (trial, frame), values in sorted(host.items()):
-        for name, mine, theirs in zip(COLUMNS, values, chip[trial, frame], strict=True):
+        for name, mine, theirs in zip(CHANNELS, values, chip[trial, frame], strict=True):
             if mine != theirs:
-                problem = f"trial {trial}, frame {frame}: {name} is {theirs:g} on the chip, {mine:g} on the host"
-                return Loop(trials, len(host), problem)
+                difference = Difference(f"trial {trial}", frame, name, mine, theirs)
+                return Loop(trials, len(host), difference.words())
     return Loop(trials, len(host), "")

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from dsnn.onboard.fixed import HALF, MOST_SPIKES
 from experiments.bench.engine.errors import short
+from experiments.bench.firmware.emulator import Q15
 from experiments.bench.firmware.settings import MODEL, WIDEST
 from experiments.bench.measured.columns import ROBOT, SIMULATION
 from experiments.bench.store.places import replacing
@@ -30,26 +31,7 @@ MOST_TRIALS, MOST_FRAMES = 100, 10_000
 LOG, CYCLES = "log.csv", "cycles.csv"
 _RECORD = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})")
 _WHOLE = re.compile(r"-?(0|[1-9][0-9]{0,9})")
-_WORD = re.compile(r"[a-z0-9-]+")
 WORDS_SHOWN = 5
-
-
-def line(kind: str, *fields: int | str | None) -> bytes:
-    """Write a record as ``record.c`` does; ``None`` is no value.
-
-    Raises
-    ------
-    ValueError
-        It is longer than `LONGEST`, or a word has another character than a-z, 0-9 and -.
-    """
-    texts = [NONE if value is None else str(value) for value in (kind, *fields)]
-    if not all(map(_WORD.fullmatch, texts)):
-        raise ValueError(f"record {kind}: a word is empty, or has another character than a-z, 0-9 and -")
-    content = ",".join(texts).encode("ascii")
-    whole = b"$%b*%04X\r\n" % (content, crc(content))
-    if len(whole) > LONGEST:
-        raise ValueError(f"record {kind}: {len(whole)} characters: legal is up to {LONGEST}")
-    return whole
 
 
 def crc(content: bytes) -> int:
@@ -319,7 +301,6 @@ class _Fields:
 
 FRAME_US = 33_333
 """Time from frame to frame where no record tells it: 30 frames a second."""
-_Q15 = 32768.0
 
 
 def write(decoded: Decoded, folder: Path) -> tuple[Path, Path]:
@@ -331,7 +312,7 @@ def write(decoded: Decoded, folder: Path) -> tuple[Path, Path]:
     frame_s = (board.frame_us if board else FRAME_US) / 1e6
     origin = ROBOT if board and not board.emulated else SIMULATION
     log: list[tuple[object, ...]] = [
-        (a.trial, MODEL, origin, round((a.frame + 1) * frame_s, 6), a.hs / _Q15, a.hs_spikes, a.vs / _Q15, a.vs_spikes)
+        (a.trial, MODEL, origin, round((a.frame + 1) * frame_s, 6), a.hs / Q15, a.hs_spikes, a.vs / Q15, a.vs_spikes)
         for a in decoded.answers
     ]
     cycles: list[tuple[object, ...]] = [

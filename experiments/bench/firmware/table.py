@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_line, show_table
-from experiments.bench.firmware.budget import MOST_WAITS, Budget, Tools, answer, label, varied
+from experiments.bench.firmware.budget import MOST_WAITS, Budget, answer, label
 from experiments.bench.firmware.settings import STACKED
 from experiments.bench.store.places import replacing
 
@@ -26,7 +26,7 @@ NOTES = (
 )
 
 
-def show(budgets: Sequence[Budget], tools: Tools) -> None:
+def show(budgets: Sequence[Budget]) -> None:
     """Print a line for each program; of one alone its RAM by purpose and its instructions by stage too."""
     show_table(_table(budgets))
     if len(budgets) == 1:
@@ -43,14 +43,14 @@ def show(budgets: Sequence[Budget], tools: Tools) -> None:
               "time undetermined where none is called too slow")  # fmt: skip
     for line in answer(budgets):
         show_line(line)
-    chip = budgets[0].firmware.chip
+    first, chip = budgets[0], budgets[0].firmware.chip
     ranges = f"{chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction at {chip.clock_mhz:g} MHz"
-    for line in (f"{ranges}; {tools.compiler.version}; {tools.qemu.version}", *NOTES):
+    for line in (f"{ranges}; {first.compiler}; {first.emulator}", *NOTES):
         show_line(Text(line, "dim"))
 
 
 def _table(budgets: Sequence[Budget]) -> Table:
-    keys = varied(budgets)
+    keys = list(budgets[0].point)
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in keys or ["program"]:
         table.add_column(name.partition(".")[2] or name, justify="right")
@@ -58,7 +58,7 @@ def _table(budgets: Sequence[Budget]) -> Table:
         table.add_column(name, justify="right")
     for budget in budgets:
         low, high = budget.milliseconds
-        values = [budget.point.get(key, "") for key in keys] or [label(budget)]
+        values = [budget.point[key] for key in keys] or [label(budget)]
         verdict = Text(_short(budget), "green" if budget.fits_memory and not budget.too_slow else "red")
         table.add_row(
             *values, f"{sum(budget.purposes.values()):,}", f"{budget.over:,}" if budget.over else "",
@@ -69,9 +69,7 @@ def _table(budgets: Sequence[Budget]) -> Table:
 
 
 def _short(budget: Budget) -> str:
-    chip = budget.firmware.chip
-    lacks = {"RAM": budget.over > 0, "flash": budget.flash > chip.flash, "stack": budget.stack_needed > chip.stack}
-    missing = ", ".join(name for name, lacking in lacks.items() if lacking)
+    missing = ", ".join(budget.lacking)
     return (f"no: {missing}" if missing else "fits") + "; too slow" * budget.too_slow
 
 
@@ -107,7 +105,7 @@ def _stages(budget: Budget) -> Table:
     return table
 
 
-def row(budget: Budget, tools: Tools) -> dict[str, Any]:
+def row(budget: Budget) -> dict[str, Any]:
     """Return one line of ``budget.csv``."""
     network, chip = budget.firmware.network, budget.firmware.chip
     low, high = budget.milliseconds
@@ -124,13 +122,13 @@ def row(budget: Budget, tools: Tools) -> dict[str, Any]:
         "placement": budget.built.placement.words(), **stages, "worst_clip": budget.worst_clip,
         "least_ms": round(low, 3), "most_ms": round(high, 3), "lookups": budget.lookups,
         **{f"flash_wait_{waits}_ms": round(budget.waiting_ms(waits), 3) for waits in range(MOST_WAITS + 1)},
-        "compiler": tools.compiler.version, "emulator": tools.qemu.version,
+        "compiler": budget.compiler, "emulator": budget.emulator,
     }  # fmt: skip
 
 
-def write(budgets: Sequence[Budget], tools: Tools, path: Path) -> None:
+def write(budgets: Sequence[Budget], path: Path) -> None:
     """Write ``budget.csv``: a line for each program."""
-    rows = [row(budget, tools) for budget in budgets]
+    rows = [row(budget) for budget in budgets]
     with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()

@@ -28,8 +28,6 @@ class Compiler:
 
     Parameters
     ----------
-    name
-        ``gcc`` or ``zig``.
     command
         How it is called.
     flags
@@ -42,7 +40,6 @@ class Compiler:
         As it says itself.
     """
 
-    name: str
     command: tuple[str, ...]
     flags: tuple[str, ...]
     linking: tuple[str, ...]
@@ -53,7 +50,7 @@ class Compiler:
 def _gcc(path: str) -> Compiler:
     flags = (*_CPU, *_COMMON, "-fno-tree-loop-distribute-patterns")
     linking = ("-nostdlib", "-nostartfiles", "-Wl,--gc-sections")
-    return Compiler("gcc", (path,), flags, linking, ("-lgcc",), _first_line((path, "--version")))
+    return Compiler((path,), flags, linking, ("-lgcc",), _first_line((path, "--version")))
 
 
 def _zig() -> Compiler:
@@ -61,7 +58,7 @@ def _zig() -> Compiler:
     flags = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-munaligned-access", *_COMMON, "-g0")
     linking = ("-nostdlib", "-Wl,--gc-sections", "-Wl,--entry=chip_reset")
     version = f"zig cc {_first_line((*command[:-1], 'version'))}"
-    return Compiler("zig", command, flags, linking, (), version)
+    return Compiler(command, flags, linking, (), version)
 
 
 def _first_line(command: tuple[str, ...]) -> str:

@@ -21,7 +21,7 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import LETTER, STYLE, WIDTH, columns_of_key, plain, wrapped
+from experiments.bench.figures.plotting import LETTER, STYLE, WIDTH, key_below, plain, wrapped
 
 INCHES = (1.02, 0.62)
 """Size of a panel, across and down."""
@@ -80,9 +80,7 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
                 label.set_color(tints[model.label])
         for place, column in enumerate(columns):
             panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
-        keys = _keys()
-        columns_across = columns_of_key([str(key.get_label()) for key in keys], size[0], 8)
-        drawn.legend(handles=keys, loc="outside lower center", ncols=columns_across, frameon=False, fontsize=8)
+        key_below(drawn, _keys())
     return drawn
 
 

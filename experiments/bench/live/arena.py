@@ -34,8 +34,9 @@ from scenes import ARENA_RADIUS_CM
 WORLD = ("scene.", "camera.")
 """What the parameters of the world begin with."""
 Robot = Literal["stimulus", "observer"]
-START = {"stimulus": Place(12.0, 11.0, -90.0), "observer": Place(0.0, 0.0, 0.0)}
+START: Mapping[Robot, Place] = {"stimulus": Place(12.0, 11.0, -90.0), "observer": Place(0.0, 0.0, 0.0)}
 """Places at the start: the stimulus beside the view, pointing across it."""
+ROBOTS = tuple(START)
 ROOM_CM = 3.0
 """Distance that robots keep from the wall, and that their middles keep beyond touching."""
 NEAR_CM = 0.4
@@ -52,8 +53,8 @@ class ArenaSession(Session):
 
     Attributes
     ----------
-    settings
-        Parameter -> text, of the apparatus.
+    looped
+        The experiment and the number of its condition that the stimulus is driven along; ``None``: by hand.
     speed_cm_s
         At which robots are driven.
     experiments
@@ -84,9 +85,8 @@ class ArenaSession(Session):
         self, models: Sequence[str], assignments: Sequence[str] = (), seed: int = 0, *, experiment: str = "",
         behaviour: str = "",
     ) -> None:  # fmt: skip
-        super().__init__(models)
-        self.seed = seed
-        self.settings = self._began = dict(text.partition("=")[::2] for text in assignments)
+        super().__init__(models, assignments)
+        self.seed, self._began = seed, self.settings
         self.experiments = tuple(dict.fromkeys([*NAMES, experiment] if experiment else NAMES))
         sighted = [name for name, entry in BEHAVIOURS.items() if entry.senses == "neural"]
         self.behaviours = tuple(dict.fromkeys([*sighted, behaviour] if behaviour else sighted))
@@ -103,11 +103,6 @@ class ArenaSession(Session):
     def title(self) -> str:
         """Return what is shown, in words."""
         return f"{Path(self.looped[0]).name}: {self.spec.condition.label()}" if self.looped else "by hand"
-
-    @property
-    def by_hand(self) -> bool:
-        """Tell whether the stimulus is driven by hand, not along a condition of an experiment."""
-        return self.looped is None
 
     @property
     def behaviour(self) -> str:
@@ -129,7 +124,7 @@ class ArenaSession(Session):
             raise UsageError(f"unknown experiment '{short(name)}': known are {', '.join(self.experiments)}")
         return registry.load(name)
 
-    def begin(self, places: Mapping[str, Place] | None = START) -> None:
+    def begin(self, places: Mapping[Robot, Place] | None = START) -> None:
         """Begin a trial.
 
         Parameters
@@ -145,7 +140,7 @@ class ArenaSession(Session):
         self._begin(self.models, self.settings, places, self.looped)
 
     def _begin(
-        self, models: Sequence[str], settings: dict[str, str], places: Mapping[str, Place] | None,
+        self, models: Sequence[str], settings: dict[str, str], places: Mapping[Robot, Place] | None,
         looped: tuple[str, int] | None,
     ) -> None:  # fmt: skip
         places = START if looped else places or self._present()
@@ -167,9 +162,8 @@ class ArenaSession(Session):
         self._wheels.clear()
         self._watch(models, trial.watching)
 
-    def _present(self) -> dict[str, Place]:
-        robots = self.trial.sim.robots
-        return {name: Place.of(robots[name].pose) for name in START}
+    def _present(self) -> dict[Robot, Place]:
+        return {robot: Place.of(self.trial.sim.robots[robot].pose) for robot in ROBOTS}
 
     def choose_models(self, models: Sequence[str]) -> None:
         """Show other models, from a new trial on."""
@@ -226,7 +220,7 @@ class ArenaSession(Session):
         self._target[robot] = (x_cm, y_cm)
 
     def _check_hand(self) -> None:
-        if not self.by_hand:
+        if self.looped:
             raise UsageError("a condition of an experiment drives the robots: choose 'by hand' to drive them")
 
     def set_speed(self, speed_cm_s: float) -> None:
@@ -300,8 +294,7 @@ class ArenaSession(Session):
 
     def _command(self, drive: HandDrive) -> None:
         poses = {name: robot.pose for name, robot in self.trial.sim.robots.items()}
-        for name in START:
-            robot: Robot = "stimulus" if name == "stimulus" else "observer"
+        for robot in ROBOTS:
             if robot in self._target:
                 self._steer(robot, poses[robot])
             speed, turn = self._wheels.get(robot, (0.0, 0.0))

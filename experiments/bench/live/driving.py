@@ -10,7 +10,7 @@ import viser
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET
-from experiments.bench.live.arena import ArenaSession, Robot
+from experiments.bench.live.arena import ROBOTS, ArenaSession, Robot
 from experiments.bench.live.inputs import Inputs
 from experiments.bench.live.scene import Scene
 from experiments.bench.live.session import View, number_of
@@ -36,7 +36,6 @@ HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view
 | `J` `L` `X` | turn it left, right; stop |
 | with shift | the same for the observer |
 """
-ROBOTS: tuple[Robot, ...] = ("stimulus", "observer")
 
 
 class Driving:

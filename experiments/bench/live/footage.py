@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import shlex
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel, family, rate_notes
+from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.settings import watchers
 from experiments.bench.footage.video import Footage, Picture, ahead, usual_size
 from experiments.bench.footage.watch import Seen, Watcher, watched
@@ -38,10 +38,9 @@ class FootageSession(Session):
     """
 
     def __init__(self, source: str, models: Sequence[str], assignments: Sequence[str] = ()) -> None:
-        super().__init__(models)
+        super().__init__(models, assignments)
         self.source = source
-        self._settings = dict(text.partition("=")[::2] for text in assignments)
-        chosen = self._chosen(self.models)
+        chosen = self._chosen(self.models, self.settings)
         self._open()
         self._show(self.models, chosen)
 
@@ -61,17 +60,13 @@ class FootageSession(Session):
         """Begin the file again; a camera goes on, and the models begin from rest."""
         if not self.film.live:
             self._open()
-        self._show(self.models, self._chosen(self.models))
+        self._show(self.models, self._chosen(self.models, self.settings))
 
     def choose_models(self, models: Sequence[str]) -> None:
         """Show other models, from the next frame on."""
-        settings, self._settings = self._settings, self._kept(self._settings, models)
-        try:
-            chosen = self._chosen(models)
-        except UsageError:
-            self._settings = settings
-            raise
-        self._show(models, chosen)
+        settings = self._kept(self.settings, models)
+        self._show(models, self._chosen(models, settings))
+        self.settings = settings
 
     def record(self) -> Run:
         """Refuse: footage is recorded by another command, which the refusal has."""
@@ -79,10 +74,9 @@ class FootageSession(Session):
 
     def command(self) -> str:
         """Return the command line of ``colias watch`` for these models, as they are now."""
-        values = dict(self._settings)
+        values = dict(self.settings)
         for runner in self.watching:
-            section = family(runner.label, type(runner.network))
-            values |= {f"{section}.{name}": text for name, text in self.values.get(runner.label, {}).items()}
+            values |= {f"{runner.section}.{name}": text for name, text in self.values.get(runner.label, {}).items()}
         models = [part for model in self.models for part in ("--model", model)]
         settings = [part for key, text in values.items() for part in ("--set", f"{key}={text}")]
         return shlex.join(["colias", "watch", self.source, "--only", *models, *settings])
@@ -110,8 +104,8 @@ class FootageSession(Session):
         picture, answers = going
         return self._view(picture.time_s, picture.luma, answers, before, {})
 
-    def _chosen(self, models: Sequence[str]) -> tuple[ConfiguredModel, ...]:
-        return watchers(models, [f"{key}={text}" for key, text in self._settings.items()])[0]
+    def _chosen(self, models: Sequence[str], settings: Mapping[str, str]) -> tuple[ConfiguredModel, ...]:
+        return watchers(models, [f"{key}={text}" for key, text in settings.items()])[0]
 
     def _open(self) -> None:
         self.film = film = Footage(self.source)

@@ -17,7 +17,6 @@ import viser
 from dsnn import MODELS
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.model_runner import ModelRunner
-from experiments.bench.engine.models import family
 from experiments.bench.live.arena import ArenaSession
 from experiments.bench.live.driving import HINT, Driving
 from experiments.bench.live.inputs import Inputs
@@ -201,13 +200,14 @@ class Page:
 
     def _freeze(self) -> None:
         if self._traces is not None:
-            self._traces.freeze(self.dark)
+            self._traces.freeze()
 
     def _set_dark(self, dark: bool) -> None:
         self.dark = dark
         self._theme()
         if self._traces is not None:
-            self._traces.paint(dark)
+            self._traces.dark = dark
+            self._traces.paint()
 
     def _set_map(self, name: str) -> None:
         if name != NONE and name not in MAPS:
@@ -237,7 +237,7 @@ class Page:
             times = max(1, IMAGE_PX // picture.shape[1])
             self._image.image = _grey(np.repeat(np.repeat(picture, times, 0), times, 1))
             assert self._traces is not None
-            self._traces.add(view, self.dark)
+            self._traces.add(view)
             if self._settling == 1:
                 self._traces.redraw()
             self._settling = max(self._settling - 1, 0)
@@ -282,13 +282,13 @@ class Page:
             self._traces = Traces(gui, session, self.dark)
 
     def _draw_parameters(self, runner: ModelRunner) -> None:
-        section, label = family(runner.label, type(runner.network)), runner.label
+        label = runner.label
 
         def network() -> Any:
             return next(runner.network for runner in self.session.watching if runner.label == label)
 
         for field in dataclasses.fields(runner.network):
-            self.inputs.parameter(section, network, field.name, partial(self.change, label, field.name))
+            self.inputs.parameter(runner.section, network, field.name, partial(self.change, label, field.name))
 
     def _picture(self, view: View) -> npt.NDArray[np.uint8]:
         """Return the camera's frame, or the chosen map of the first model that has it, about a middle grey."""

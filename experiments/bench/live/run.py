@@ -59,10 +59,9 @@ def check_host(host: str, port: int) -> str:
 
 
 def run(
-    session: Session, host: str, port: int, *, dark: bool = False, frames: int | None = None,
-    ready: Callable[[str], None] = lambda address: None,
-) -> int:  # fmt: skip
-    """Serve the page of a session until Ctrl-C, or for a number of frames.
+    session: Session, host: str, port: int, *, dark: bool, ready: Callable[[str], None]
+) -> None:  # fmt: skip
+    """Serve the page of a session until Ctrl-C.
 
     Parameters
     ----------
@@ -72,22 +71,9 @@ def run(
         Where it listens.
     dark
         Whether the page begins dark.
-    frames
-        After how many frames it ends; ``None``: never.
     ready
         Called with the page's address.
-
-    Returns
-    -------
-    int
-        The exit status.
-
-    Raises
-    ------
-    UsageError
-        viser is not installed.
     """
-    require_viser()
     from threadpoolctl import threadpool_limits
 
     from experiments.bench.live.page import Page
@@ -96,26 +82,17 @@ def run(
     try:
         ready(page.address)
         with threadpool_limits(1):
-            serve(page, frames)
+            serve(page)
     finally:
         page.close()
         session.close()
-    return 0
 
 
-def serve(page: Page, frames: int | None = None) -> None:
-    """Compute and show frame after frame at the page's pace. A slow machine slows it down; no frame is skipped.
-
-    Parameters
-    ----------
-    page
-        The `Page`.
-    frames
-        How many; ``None``: without an end.
-    """
-    session, due, shown = page.session, time.perf_counter(), 0
+def serve(page: Page) -> None:
+    """Compute and show frame after frame at the page's pace. A slow machine slows it down; no frame is skipped."""
+    session, due = page.session, time.perf_counter()
     times: deque[float] = deque(maxlen=RATE_FRAMES)
-    while frames is None or shown < frames:
+    while True:
         page.inputs.heed()
         if not page.due():
             time.sleep(IDLE_S)
@@ -132,7 +109,6 @@ def serve(page: Page, frames: int | None = None) -> None:
         times.append(time.perf_counter())
         rate = (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6)
         page.show(view, rate)
-        shown += 1
         wait = session.interval_s / page.pace if session.paced else 0.0
         due = max(due + wait, time.perf_counter() - session.interval_s)
         while (left := due - time.perf_counter()) > 0.0:

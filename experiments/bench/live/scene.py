@@ -16,6 +16,7 @@ from PIL import Image
 
 from colias_sim import Pose, Simulation
 from colias_sim.config import CameraConfig
+from experiments.bench.live.arena import ROBOTS
 from scenes import ARENA_RADIUS_CM
 
 CM = 100.0
@@ -24,8 +25,6 @@ DRAGGED_S = 1.5
 """Time after a drag for which the handle stays where it was left, while the stimulus follows."""
 EYE, FLOOR = (17, 55, 177), (196, 200, 206)
 RGB = mujoco.mjtTextureRole.mjTEXROLE_RGB.value
-CAPTIONS = ("stimulus", "observer")
-"""Robots that are named on the page."""
 
 
 class Scene:
@@ -85,7 +84,7 @@ class Scene:
                 handle.position, handle.wxyz = tuple(CM * position), tuple(quaternion)
                 if robot not in sim.robots:
                     self._drawn.append(handle)
-        for name in CAPTIONS:
+        for name in ROBOTS:
             scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
         aspect, eye = camera.width / camera.height, (camera.forward_cm, 0.0, camera.up_cm)
         vertical = 2 * math.atan(math.tan(math.radians(camera.hfov_deg) / 2) / aspect)

@@ -54,6 +54,8 @@ class Session(ABC):
         Their texts, as after ``--model``.
     given
         Those that it began with.
+    settings
+        Parameter -> text, as after ``--set``.
     watching
         The models at work.
     values
@@ -69,14 +71,17 @@ class Session(ABC):
     ----------
     models
         One or more.
+    assignments
+        ``SECTION.NAME=VALUE`` texts.
     """
 
     interval_s: float
     paced = True
 
-    def __init__(self, models: Sequence[str]) -> None:
+    def __init__(self, models: Sequence[str], assignments: Sequence[str]) -> None:
         cv2.setNumThreads(1)
         self.models = self.given = tuple(models)
+        self.settings = dict(text.partition("=")[::2] for text in assignments)
         self.watching: list[ModelRunner] = []
         self.values: dict[str, dict[str, str]] = {}
         self.number = 0

@@ -16,6 +16,7 @@ from viser import uplot
 from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.figures.palette import marks
+from experiments.bench.figures.series import mixed, rgb, to_hex
 from experiments.bench.live.session import Session, View
 
 SHOWN_FRAMES = 180
@@ -33,6 +34,11 @@ Floats = npt.NDArray[np.float64]
 class Traces:
     """The two plots.
 
+    Attributes
+    ----------
+    dark
+        Whether the page is dark; `paint` colours the traces for it.
+
     Parameters
     ----------
     gui
@@ -44,7 +50,7 @@ class Traces:
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, dark: bool) -> None:
-        self._session = session
+        self._session, self.dark = session, dark
         models = [runner.chosen for runner in session.watching]
         self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * session.interval_s
         blank = [0.0] * SHOWN_FRAMES
@@ -57,7 +63,7 @@ class Traces:
         self._ghost: Floats | None = None
         axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
         shared: dict[str, Any] = {"axes": axes, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
-        lines, counts = self._series(dark)
+        lines, counts = self._series()
         self._ends, self._redrawn = (LEAST_HS, LEAST_SPIKES), 0
         hs, spikes = self._scales()
         self._plots = (
@@ -70,9 +76,9 @@ class Traces:
         now = (replace(runner.chosen, network=runner.network).threshold for runner in self._session.watching)
         return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
 
-    def _series(self, dark: bool) -> tuple[tuple[uplot.Series, ...], tuple[uplot.Series, ...]]:
+    def _series(self) -> tuple[tuple[uplot.Series, ...], tuple[uplot.Series, ...]]:
         looks = marks(runner.label for runner in self._session.watching)
-        colour = {label: on_dark(mark.colour) if dark else mark.colour for label, mark in looks.items()}
+        colour = {label: on_dark(mark.colour) if self.dark else mark.colour for label, mark in looks.items()}
         x = uplot.Series(label="s")
         ghost = [uplot.Series(label="before", stroke=GHOST, width=2)] if self._ghost is not None else []
         lines = [
@@ -103,8 +109,8 @@ class Traces:
     def _counts(self) -> tuple[Floats, ...]:
         return (self._x, *map(np.array, self._spikes.values()))
 
-    def add(self, view: View, dark: bool) -> None:
-        """Draw the answers to a frame, on a light or a dark page."""
+    def add(self, view: View) -> None:
+        """Draw the answers to a frame."""
         for (label, channel), trace in self._potentials.items():
             answer = view.answers[label]
             trace.append(0.0 if answer is None else getattr(answer, channel))
@@ -112,7 +118,7 @@ class Traces:
             trace.append(_spikes(view.answers[label]))
         if (limits := self._thresholds()) != self._limits:
             self._limits = limits
-            self.paint(dark)
+            self.paint()
         curves, counts = self._curves(), self._counts()
         fitting = _end(curves[1:], LEAST_HS), _end(counts[1:], LEAST_SPIKES)
         if fitting != self._ends:
@@ -127,16 +133,16 @@ class Traces:
         for plot, scales in zip(self._plots, self._scales(), strict=True):
             plot.scales = scales
 
-    def freeze(self, dark: bool) -> None:
+    def freeze(self) -> None:
         """Keep the present trace of the first model's first channel as a ghost behind the others."""
         if self._potentials:
             self._ghost = np.array(next(iter(self._potentials.values())))
-            self.paint(dark)
+            self.paint()
 
-    def paint(self, dark: bool) -> None:
+    def paint(self) -> None:
         """Colour the traces for a light or a dark page."""
         curves = self._curves(), self._counts()
-        for plot, data, series in zip(self._plots, curves, self._series(dark), strict=True):
+        for plot, data, series in zip(self._plots, curves, self._series(), strict=True):
             plot.data, plot.series = data, series
 
     def remove(self) -> None:
@@ -147,8 +153,7 @@ class Traces:
 
 def on_dark(colour: str) -> str:
     """Return a colour ``#rrggbb`` with `LIGHTER` of white in it."""
-    parts = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return "#" + "".join(f"{round(part + LIGHTER * (255 - part)):02x}" for part in parts)
+    return to_hex(mixed(rgb(colour), (255, 255, 255), LIGHTER))
 
 
 def _spikes(answer: Response | None) -> float:

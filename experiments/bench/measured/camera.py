@@ -9,7 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from colias_sim.metrology import (
     MetrologyError,
@@ -24,9 +23,8 @@ from colias_sim.metrology import (
     unsteadiness,
 )
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.store.pictures import read_picture
+from experiments.bench.store.pictures import Images, read_picture
 
-Images = npt.NDArray[np.uint8]
 ENDINGS = (".pgm", ".png")
 LONGEST = 255
 """Characters of a file's name."""

@@ -6,7 +6,6 @@ import ast
 import csv
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,17 +28,8 @@ CAMERA = "camera"
 Row = Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
-    """Files written of a run: the log, the folder of frames if there are any, and the command that imports them."""
-
-    log: Path
-    frames: Path | None
-    command: str
-
-
-def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], None]) -> Written:
-    """Write a run of the robot as a log.
+def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], None]) -> str:
+    """Write a run of the robot as a log: `LOG`, and `FRAMES` where the run has some.
 
     Parameters
     ----------
@@ -51,6 +41,11 @@ def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], No
         Whether to write poses too, as a tracker over the arena would give them.
     advance
         Called once a trial.
+
+    Returns
+    -------
+    str
+        The command that imports what was written.
 
     Raises
     ------
@@ -82,18 +77,14 @@ def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], No
             write_pictures(out / FRAMES / trial_name(trial), seen, PGM)
         advance()
     pictured = out / FRAMES if (out / FRAMES).is_dir() else None
-    return Written(out / LOG, pictured, _command(run.description, out / LOG, pictured, channels))
-
-
-TIME_IN_RUN = "sim_time_s"
-"""The column of ``frames.parquet`` that is the log's time."""
+    return _command(run.description, out / LOG, pictured, channels)
 
 
 def _lines(header: Sequence[str], row: Row, frames: Iterable[Row], channels: Sequence[str]) -> Iterator[list[str]]:
     """Yield the lines of one trial as one model answered it."""
     known = {name for channel in channels for name in (channel, CHANNELS[channel])}
     for frame in frames:
-        values = {**row, TIME: frame[TIME_IN_RUN], **{name: frame[name] for name in header if name in frame}}
+        values = {**row, TIME: frame["sim_time_s"], **{name: frame[name] for name in header if name in frame}}
         values |= {name: None for name in ANSWERS if name not in known}
         values["origin"] = ROBOT if row.get(COLUMN) in (MEASURED, FRAMES_MEASURED) else SIMULATION
         yield [_cell(values[name]) for name in header]

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.log import Log, LoggedTrial
-from experiments.bench.store.pictures import read_picture
+from experiments.bench.store.pictures import Images, read_picture
 
-Images = npt.NDArray[np.uint8]
 PGM, RAW = ".pgm", ".raw"
 
 

@@ -23,6 +23,8 @@ Floats = npt.NDArray[np.float64]
 Cells = Mapping[str, Any]
 SEPARATORS = {";": "';'", "\t": "a tab", "|": "'|'"}
 """Signs that other programs put between the columns of a table, in words."""
+SHARED = ("seed", "origin", *CONDITION_COLUMNS)
+"""Columns that have one value in all rows of a trial."""
 UNNAMED = ""
 """The model of a log without a column ``model``."""
 
@@ -216,7 +218,7 @@ def _check_row(reader: _Reader, cells: Cells, lines: Sequence[tuple[int, Cells]]
             f"time_s={time_s:g} runs back: line {lines[-1][0]} of trial {cells['trial']} has {lines[-1][1][TIME]:g} "
             "(times rise; a trial that is there twice needs another number)"
         )
-    for name in ("seed", "origin", *CONDITION_COLUMNS):
+    for name in SHARED:
         if cells.get(name) != first.get(name):
             there = f"trial {cells['trial']} began in line {first_line} with {first[name]}"
             reader.refuse(f"{name}={cells[name]}: {there}")
@@ -235,7 +237,7 @@ def _trial(reader: _Reader, index: int, blocks: Mapping[str, Sequence[tuple[int,
         begins, first_cells = lines[0]
         if [row[TIME] for _, row in lines] != times.tolist():
             reader.refuse(f"trial {index}: {model} has other times than the model before it", begins)
-        differs = [n for n in ("seed", "origin", *CONDITION_COLUMNS) if first_cells.get(n) != cells.get(n)]
+        differs = [name for name in SHARED if first_cells.get(name) != cells.get(name)]
         if differs:
             reader.refuse(
                 f"trial {index}: {differs[0]}={first_cells[differs[0]]}, line {line} has {cells[differs[0]]}", begins

@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
-from dsnn import ResponseSeries
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.measured.rows import Given
-from experiments.bench.recording import lanes, page, potentials, recorded, timelines, video
-
-Images = npt.NDArray[np.uint8]
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class _Shown:
-    """A model's answers, as recordings draw them."""
-
-    model: str
-    channels: tuple[str, ...]
-    thresholds: Mapping[str, float | None]
-    series: ResponseSeries
+from experiments.bench.recording import Images, lanes, page, potentials, recorded, timelines, video
 
 
 def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames: Images | None) -> bytes:
@@ -49,28 +34,26 @@ def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames
     bytes
         Of an .rrd file.
     """
-    models = [_Shown(answer.model.label, answer.channels, answer.thresholds, answer.series) for answer in answers]
     name = f"{trial.index:04d} {trial.condition.label()}, {answers[0].provenance}"
     digest = hashlib.blake2s(
         b"".join(answer.series.hs.tobytes() for answer in answers) + trial.time_s.tobytes(), digest_size=6
     )
     identity = f"{experiment}-measured-{trial.index:04d}-{digest.hexdigest()}"
-    write = partial(_write, experiment, trial, answers[0].provenance, models, frames)
-    return recorded(write, _blueprint(models, frames is not None), name, identity)
+    write = partial(_write, experiment, trial, answers, frames)
+    return recorded(write, _blueprint(answers, frames is not None), name, identity)
 
 
 def _write(
-    experiment: str, trial: LoggedTrial, provenance: str, models: Sequence[_Shown], frames: Images | None,
-    recording: rr.RecordingStream,
-) -> None:  # fmt: skip
+    experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames: Images | None, recording: rr.RecordingStream
+) -> None:
     condition = {name: value for name, value in trial.condition.columns().items() if value is not None}
-    values = {"experiment": experiment, "trial": trial.index, "provenance": provenance, **condition}
+    values = {"experiment": experiment, "trial": trial.index, "provenance": answers[0].provenance, **condition}
     recording.send_property("trial", rr.AnyValues(**values))
     if frames is not None:
         video(recording, "camera", frames, timelines(trial.time_s, np.arange(len(trial.time_s))))
-    potentials(recording, models, trial.time_s)
+    potentials(recording, answers, trial.time_s)
 
 
-def _blueprint(models: Sequence[_Shown], pictured: bool) -> rrb.Blueprint:
+def _blueprint(answers: Sequence[Given], pictured: bool) -> rrb.Blueprint:
     views = [rrb.Spatial2DView(origin="camera", name="camera of the robot (Y, 8 bit)")] if pictured else []
-    return page(*views, lanes(models), shares=[3, 2] if pictured else [1])
+    return page(*views, lanes(answers), shares=[3, 2] if pictured else [1])

@@ -36,7 +36,7 @@ class Given:
 
     Parameters
     ----------
-    model
+    chosen
         The model, under the label of its rows.
     series
         Its answers; a channel that is not known is 0 there.
@@ -46,20 +46,25 @@ class Given:
         Where the answers come from.
     """
 
-    model: ConfiguredModel
+    chosen: ConfiguredModel
     series: ResponseSeries
     unknown: tuple[str, ...]
     provenance: str
 
     @property
+    def model(self) -> str:
+        """The model's label."""
+        return self.chosen.label
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """The channels whose answers are known."""
-        return tuple(channel for channel in self.model.channels if channel not in self.unknown)
+        return tuple(channel for channel in self.chosen.channels if channel not in self.unknown)
 
     @property
     def thresholds(self) -> Mapping[str, float | None]:
         """Each known channel's spiking threshold."""
-        return {channel: self.model.thresholds[channel] for channel in self.channels}
+        return {channel: self.chosen.thresholds[channel] for channel in self.channels}
 
 
 def given(model: ConfiguredModel, logged: Mapping[str, npt.NDArray[Any]], frames: int, provenance: str) -> Given:
@@ -99,11 +104,11 @@ def trial_row(
     experiment: str, repeat: int, trial: LoggedTrial, given: Given, camera: CameraConfig
 ) -> dict[str, Any]:  # fmt: skip
     """Return the row of a trial as one model answered it, of `MEASURED_SCHEMA`."""
-    columns = _columns(trial)
+    columns = None if trial.poses is None else FrameColumns(sim_time_s=trial.time_s, **trial.poses)
     parts: Windows | None = None if columns is None else parts_of(trial.condition, camera, columns)
     rate = rate_hz(trial.time_s, camera.fps)
     row = {
-        **dict.fromkeys(OF_TRIAL), **answer_columns(answer(given.model, given.series, parts, rate)),
+        **dict.fromkeys(OF_TRIAL), **answer_columns(answer(given.chosen, given.series, parts, rate)),
         "experiment": experiment, "trial": trial.index, "repeat": repeat, "seed": trial.seed, "robot": OBSERVER,
         **trial.condition.columns(), "frames": len(trial.time_s), COLUMN: given.provenance,
     }  # fmt: skip
@@ -121,7 +126,7 @@ def frame_table(trial: LoggedTrial, given: Given) -> pa.Table:
     """Return the frames of a trial as one model answered them, of the schema of simulated frames."""
     count = len(trial.time_s)
     columns: dict[str, Any] = {
-        "trial": [trial.index] * count, "model": [given.model.label] * count, "frame": range(count),
+        "trial": [trial.index] * count, "model": [given.model] * count, "frame": range(count),
         "robot": [OBSERVER] * count, "sim_time_s": trial.time_s,
     }  # fmt: skip
     columns |= {field.name: getattr(given.series, field.name) for field in dataclasses.fields(ResponseSeries)}
@@ -130,7 +135,3 @@ def frame_table(trial: LoggedTrial, given: Given) -> pa.Table:
     columns |= {name: [None] * count if trial.poses is None else trial.poses[name] for name in POSES}
     arrays = [pa.array(columns[field.name], field.type) for field in FRAME_SCHEMA]
     return pa.Table.from_arrays(arrays, schema=FRAME_SCHEMA)
-
-
-def _columns(trial: LoggedTrial) -> FrameColumns | None:
-    return None if trial.poses is None else FrameColumns(sim_time_s=trial.time_s, **trial.poses)

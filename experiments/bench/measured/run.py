@@ -21,50 +21,24 @@ from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.engine.terminal import error_console, progress
 from experiments.bench.engine.user_code import is_file, sha256
-from experiments.bench.measured.frames import FrameFolder, Images
+from experiments.bench.measured.frames import FrameFolder
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
 from experiments.bench.robot.experiment import Condition, Experiment
+from experiments.bench.robot.pictures.eyes import MARK
 from experiments.bench.robot.plan import Plan, configure, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
+from experiments.bench.store.pictures import Images
 from experiments.bench.store.places import naming, part
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.store.run_folder import RunFolder
 
-EYE = "@"
-"""Prefix of the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
 MOST_OFF = 10.0
 """Times by which a log's frame rate may differ from the camera's setting."""
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that was shown the frames, where the robot's own has that name."""
-
-
-@dataclass(frozen=True, slots=True)
-class ImportRequest:
-    """Way to take a log.
-
-    Parameters
-    ----------
-    log
-        The CSV file.
-    frames
-        The folder of the trials' frames, if there is one.
-    ran
-        What the robot ran, where the log's labels are no registered models: names, or .py files. Of a log without a
-        column ``model`` the first; ``dsnn`` if none is given.
-    models
-        Models to show the frames to.
-    assignments
-        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
-    """
-
-    log: Path
-    frames: Path | None = None
-    ran: Sequence[str] = ()
-    models: Sequence[str] = ()
-    assignments: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,42 +66,67 @@ class Import:
     models: tuple[ConfiguredModel, ...]
 
 
-def prepare(experiment: Experiment, asked: ImportRequest) -> Import:
-    """Read and check all that is to be imported; `UsageError` in one line for what cannot be."""
+def prepare(
+    experiment: Experiment, path: Path, *, pictures: Path | None, ran: Sequence[str], models: Sequence[str],
+    assignments: Sequence[str],
+) -> Import:  # fmt: skip
+    """Read and check all that is to be imported.
+
+    Parameters
+    ----------
+    experiment
+        Whose conditions the trials show.
+    path
+        The log, a CSV file.
+    pictures
+        The folder of the trials' frames, if there is one.
+    ran
+        What the robot ran, where the log's labels are no registered models: names, or .py files. Of a log without a
+        column ``model`` the first; ``dsnn`` if none is given.
+    models
+        Models to show the frames to.
+    assignments
+        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be imported, in one line.
+    """
     # What the log's models are is not known yet, so their parameters wait.
-    of_design = [text for text in asked.assignments if text.startswith("experiment.")]
-    log = read(asked.log, configure(experiment, ["dsnn"], of_design)[0])
-    if not log.answered and not (asked.models and asked.frames):
+    of_design = [text for text in assignments if text.startswith("experiment.")]
+    log = read(path, configure(experiment, ["dsnn"], of_design)[0])
+    if not log.answered and not (models and pictures):
         problem = "no column hs or looming, so no model has answered"
         raise UsageError(f"{log.path}: {problem}: --frames DIR --model dsnn shows the frames to one")
-    if asked.models and asked.frames is None:
+    if models and pictures is None:
         raise UsageError("--model: a model needs --frames DIR to be shown")
-    labels = [label or (asked.ran[0] if asked.ran else "dsnn") for label in log.models] if log.answered else []
-    sources = {label: _source(log, label, asked.ran) for label in labels}
+    labels = [label or (ran[0] if ran else "dsnn") for label in log.models] if log.answered else []
+    sources = {label: _source(log, label, ran) for label in labels}
     try:
-        texts = list(dict.fromkeys([*sources.values(), *asked.models]))
-        declared, settings = configure(experiment, texts, asked.assignments)
+        texts = list(dict.fromkeys([*sources.values(), *models]))
+        declared, settings = configure(experiment, texts, assignments)
     except UsageError as error:
-        if not str(error).startswith("--model") or set(asked.models) & set(str(error).split()):
+        if not str(error).startswith("--model") or set(models) & set(str(error).split()):
             raise
         problem = (
             f"the models of {log.path} are {', '.join(labels)}; --ran MODEL.py declares one that is not registered"
         )
         raise UsageError(f"{error} ({problem})") from None
     by_text = dict(zip(texts, settings.models, strict=True))
-    ran = {
+    by_label = {
         logged: dataclasses.replace(by_text[sources[label]], label=label if logged else by_text[sources[label]].label)
         for logged, label in zip(log.models if labels else (), labels, strict=True)
     }
-    taken = {model.label for model in ran.values()}
-    models_shown = tuple(_beside(by_text[text], taken) for text in asked.models)
-    settings = dataclasses.replace(settings, models=(*ran.values(), *models_shown))
+    taken = {model.label for model in by_label.values()}
+    models_shown = tuple(_beside(by_text[text], taken) for text in models)
+    settings = dataclasses.replace(settings, models=(*by_label.values(), *models_shown))
     frames = None
-    if asked.frames is not None:
-        frames = FrameFolder(asked.frames, (settings.camera.height, settings.camera.width))
+    if pictures is not None:
+        frames = FrameFolder(pictures, (settings.camera.height, settings.camera.width))
         frames.check(log)
     most = max(Counter(trial.condition for trial in log.trials).values())
-    plan = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, models_shown)
+    plan = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, by_label, models_shown)
     _check_channels(plan)
     _check_rates(plan)
     return plan
@@ -143,7 +142,7 @@ def _source(log: Log, label: str, ran: Sequence[str]) -> str:
         asked = ask(text)
         label_given = choose(asked.source).label
         named[f"{label_given}:{asked.settings}" if asked.settings else label_given] = text
-    plain = label.rpartition(EYE)[0] or label
+    plain = label.rpartition(MARK)[0] or label
     source = named.get(label) or named.get(plain) or (label if label in ran else plain)
     if source not in ran and is_file(ask(source).source):
         line = next(trial.line for trial in log.trials if label in trial.answers)
@@ -206,9 +205,11 @@ def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
     UsageError
         A frame cannot be read.
     """
+    fps = plan.plan.settings.camera.fps
+    rates = [rate_hz(trial.time_s, fps) for trial in plan.log.trials]
     if not quiet:
-        _note_rate(plan)
-    for note in rate_notes(_shown_rates(plan)):
+        _note_rates(plan, rates)
+    for note in rate_notes((model, rate) for rate in rates for model in plan.models):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     with _whole(out) as place:
         folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, plan.plan.changed())
@@ -303,17 +304,9 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
     return runner.trouble if series is None else Given(model, series, (), provenance)
 
 
-def _shown_rates(plan: Import) -> Iterator[tuple[ConfiguredModel, float]]:
-    """Yield the models that are shown the frames of a log, each with the rates at which these come, 1/s."""
-    for trial in plan.log.trials:
-        rate = rate_hz(trial.time_s, plan.plan.settings.camera.fps)
-        yield from ((model, rate) for model in plan.models)
-
-
-def _note_rate(plan: Import) -> None:
-    """Say where a log's frames come at another rate than the camera is set to."""
+def _note_rates(plan: Import, rates: Sequence[float]) -> None:
+    """Say where a log's frames come at another rate, of each trial in ``rates``, than the camera is set to."""
     fps = plan.plan.settings.camera.fps
-    rates = [rate_hz(trial.time_s, fps) for trial in plan.log.trials]
     if any(rate != fps for rate in rates):
         text = f"its frames come at {min(rates):.2f} to {max(rates):.2f} per second, camera.fps is {fps:g}"
         error_console.print(f"note: {plan.log.path}: {text}; firing rates go by the log's own", soft_wrap=True,

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from experiments.bench.figures.palette import marks
-from experiments.bench.figures.plotting import WIDTH, columns_of_key, extra_widths, plain, wrapped
+from experiments.bench.figures.plotting import WIDTH, extra_widths, key_below, plain, wrapped
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import Family
 
@@ -61,8 +61,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
                label=plain(model))
         for model in models
     ]  # fmt: skip
-    across = columns_of_key([str(key.get_label()) for key in keys], drawn.get_size_inches()[0], 8)
-    drawn.legend(handles=keys, loc="outside lower center", ncols=min(across, 5), frameon=False, fontsize=8)
+    key_below(drawn, keys, 5)
     return drawn
 
 

@@ -15,7 +15,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.figures.palette import colours, marks
-from experiments.bench.figures.plotting import STYLE, WIDTH, columns_of_key, headline, plain, wrapped
+from experiments.bench.figures.plotting import STYLE, WIDTH, extra_widths, headline, key_below, plain, wrapped
 from experiments.bench.store.parameters import in_title
 from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
@@ -38,8 +38,6 @@ ACROSS = 3
 SHADES = "RdBu_r"
 LEAST_RATIO = 4.0
 """From the first to the last place on a logarithmic axis; those nearer, and those from 0, stand on a linear one."""
-WIDER = 2.4
-"""Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
 
 
 def draw(family: Family, given: Answers, channels: Channels, changed: Mapping[str, Any]) -> Figure:
@@ -83,11 +81,10 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
         for model in channels:
             x, response = curve(given, model, family.name, line)
             shares[model] = x, [r / (_largest(given, model, family) or 1.0) for r in response]
-        for place, (model, (x, heights)) in enumerate(shares.items()):
-            mark, after = tints[model], list(shares.values())[place + 1 :]
-            under = sum(_alike(heights, others) for _, others in after)
-            axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under,
-                      color=mark.colour)  # fmt: skip
+        extra = extra_widths([heights for _, heights in shares.values()], 0.01)
+        for (model, (x, heights)), more in zip(shares.items(), extra, strict=True):
+            mark = tints[model]
+            axes.plot(x, heights, marker=mark.marker, ms=3.5 + more, lw=1.2 + more, color=mark.colour)
         places = sorted({probe.x for probe in family.probes if probe.line == line})
         if places[0] > 0 and places[-1] / places[0] >= LEAST_RATIO:
             _log(axes, places)
@@ -100,14 +97,8 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
                label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
         for model in channels
     ]  # fmt: skip
-    across = columns_of_key([str(key.get_label()) for key in keys], drawn.get_size_inches()[0], 8)
-    drawn.legend(handles=keys, loc="outside lower center", ncols=min(across, 3), frameon=False, fontsize=8)
+    key_below(drawn, keys, 3)
     return drawn
-
-
-def _alike(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Tell whether two curves look like one on paper."""
-    return len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=0.01))
 
 
 def _log(axes: Axes, ticks: Sequence[float]) -> None:

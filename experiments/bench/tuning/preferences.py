@@ -95,8 +95,8 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
     shapes: dict[str, Any] = {"speed_px_s": speed[1], "size_px": size[1]}
     response = grid(given, model, "frequency")[2]
     for line in {a.line for a in given if a.curve == STIMULUS}:
-        values["stimulus"] = preferred(*curve(given, model, STIMULUS, line))
-        shapes["stimulus"] = curve(given, model, STIMULUS, line)[1]
+        x, shapes["stimulus"] = curve(given, model, STIMULUS, line)
+        values["stimulus"] = preferred(x, shapes["stimulus"])
     shapes |= {"wavelength_px": response, "temporal_hz": response}
     undefined = {
         name: why

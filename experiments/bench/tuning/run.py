@@ -22,7 +22,7 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.settings import check_counts, watchers
 from experiments.bench.figures import plotting
 from experiments.bench.store import provenance
-from experiments.bench.store.parameters import differing
+from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.tuning import figure as tuning_figure
@@ -71,9 +71,13 @@ class TuningPlan:
         """Return the channels by which each model answers."""
         return {model.label: model.channels for model in self.models}
 
+    def changed(self) -> Parameters:
+        """Return the parameters that are not at their defaults, by key and model."""
+        return differing(self.models, offline=True)
+
     def describe(self) -> dict[str, Any]:
         """Return what ``experiment.json`` holds."""
-        changed = differing(self.models, offline=True)
+        changed = self.changed()
         return {
             "kind": "tuning",
             "experiment": EXPERIMENT,
@@ -141,7 +145,7 @@ def batch(plan: TuningPlan) -> Batch[Showing]:
         specs=showings,
         work=show,
         description=plan.describe(),
-        contents=replace(clip_contents(showings), parameters=differing(plan.models, offline=True)),
+        contents=replace(clip_contents(showings), parameters=plan.changed()),
         schemas=(CLIP_SCHEMA, SERIES_SCHEMA),
         things="clips",
         amount=plan.amount,
@@ -171,7 +175,7 @@ def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
     given, rows = evaluated(plan, folder)
     channels = plan.channels()
     known = {row.model: channels[row.model] for row in rows}
-    pictures, changed = {}, differing(plan.models, offline=True)
+    pictures, changed = {}, plan.changed()
     families = {family.name: family for family in plan.families}
     if given:
         folder.write_rows("tuning.csv", [_row(a, families) for a in given])

@@ -6,26 +6,26 @@ from collections.abc import Callable
 
 from rich.table import Table
 
-from experiments.bench.engine.terminal import out_console, show_line, show_table
+from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
 from experiments.bench.tuning.defined import SOME
 from experiments.bench.tuning.preferences import Preferences
 from experiments.bench.tuning.probes import STIMULUS
 from experiments.bench.tuning.run import TuningReport
 
 COLUMNS: tuple[tuple[str, str, str, Callable[[Preferences], str]], ...] = (
-    ("speed px/s", "speed", "speed_px_s", lambda p: _said(p.speed_px_s)),
-    ("size px", "size", "size_px", lambda p: _said(p.size_px)),
-    ("c50", "contrast", "half_contrast", lambda p: _number(p.half_contrast, "{:.2f}")),
-    ("TF Hz", "frequency", "temporal_hz", lambda p: _said(p.temporal_hz)),
-    ("wave px", "frequency", "wavelength_px", lambda p: _said(p.wavelength_px)),
-    ("slope", "frequency", "slope", lambda p: _number(p.slope, "{:z.2f}")),
-    ("DSI", "direction", "dsi", lambda p: _number(p.dsi, "{:.2f}")),
-    ("prefers", "direction", "prefers_deg", lambda p: _number(_told(p), "{:.0f}°")),
-    ("off", "direction", "error_deg", lambda p: _number(p.error_deg, "{:.0f}°")),
-    ("fires", "l-over-v", "fires_deg", lambda p: _number(p.fires_deg, "{:.0f}°")),
-    ("looms", "disc", "looming_by_potential", lambda p: _number(p.looming_by_potential, "{:.0%}")),
-    ("spikes", "disc", "looming_by_spikes", lambda p: _number(p.looming_by_spikes, "{:.0%}")),
-    ("largest at", STIMULUS, "stimulus", lambda p: _said(p.stimulus)),
+    ("speed px/s", "speed", "speed_px_s", lambda p: _cell(p.speed_px_s)),
+    ("size px", "size", "size_px", lambda p: _cell(p.size_px)),
+    ("c50", "contrast", "half_contrast", lambda p: _cell(p.half_contrast, "{:.2f}")),
+    ("TF Hz", "frequency", "temporal_hz", lambda p: _cell(p.temporal_hz)),
+    ("wave px", "frequency", "wavelength_px", lambda p: _cell(p.wavelength_px)),
+    ("slope", "frequency", "slope", lambda p: _cell(p.slope, "{:z.2f}")),
+    ("DSI", "direction", "dsi", lambda p: _cell(p.dsi, "{:.2f}")),
+    ("prefers", "direction", "prefers_deg", lambda p: _cell(_told(p), "{:.0f}°")),
+    ("off", "direction", "error_deg", lambda p: _cell(p.error_deg, "{:.0f}°")),
+    ("fires", "l-over-v", "fires_deg", lambda p: _cell(p.fires_deg, "{:.0f}°")),
+    ("looms", "disc", "looming_by_potential", lambda p: _cell(p.looming_by_potential, "{:.0%}")),
+    ("spikes", "disc", "looming_by_spikes", lambda p: _cell(p.looming_by_spikes, "{:.0%}")),
+    ("largest at", STIMULUS, "stimulus", lambda p: _cell(p.stimulus)),
 )
 """Heading, the family it comes from, the field of `Preferences`, the cell."""
 UNDEFINED = "n.d."
@@ -58,13 +58,7 @@ def show(report: TuningReport) -> None:
         for why in dict.fromkeys(row.undefined.values()):
             names = ", ".join(name for name in row.undefined if row.undefined[name] == why)
             show_line(f"{row.model}, {names}: not defined: {why}", 4)
-    for name, path in report.figures.items():
-        out_console.print(f"{name:<12}{path}", soft_wrap=True, markup=False)
-    out_console.print(f"{'tables':<12}{report.folder / 'tuning.csv'}", soft_wrap=True, markup=False)
-
-
-def _said(value: object) -> str:
-    return "-" if value is None else str(value)
+    show_places({**report.figures, "tables": report.folder / "tuning.csv"})
 
 
 def _told(preferences: Preferences) -> float | None:
@@ -74,5 +68,5 @@ def _told(preferences: Preferences) -> float | None:
     return round(preferences.prefers_deg) % 360
 
 
-def _number(value: float | None, form: str) -> str:
+def _cell(value: object, form: str = "{}") -> str:
     return "-" if value is None else form.format(value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -12,14 +13,15 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from colias_sim.config import CameraConfig
+from experiments.bench.figures.series import Colour
+from experiments.bench.recording import ROBOT_RADIUS_CM
 from experiments.bench.video.layout import WINDOW_S, Layout, Panel, traces_of
 from experiments.bench.video.outside import Outside
 from experiments.bench.video.pictures import Floats, Picture
-from experiments.bench.video.reading import Colour, Reel, Trace, Track
+from experiments.bench.video.reading import Reel, Trace, Track, until
 from experiments.bench.video.still import TYPE_PX, spike_ends
 from scenes import ARENA_RADIUS_CM
 
-ROBOT_RADIUS_CM = 2.0
 VIEW: Colour = (250, 233, 180)
 SIGHT_CM = ARENA_RADIUS_CM - 0.3
 """Radius to which the observer's field of view is drawn: up to the line of the wall."""
@@ -51,9 +53,10 @@ class Drawer:
         self._reel, self._layout, self._base, self._outside = reel, layout, base, outside
         fonts = Path(mpl.get_data_path()) / "fonts" / "ttf"
         self._font = ImageFont.truetype(str(fonts / "DejaVuSansMono.ttf"), max(round(0.9 * TYPE_PX * layout.scale), 7))
-        self._counts = {id(trace): np.abs(trace.values).cumsum() for trace in reel.traces if trace.place == "spikes"}
+        spikes = [trace for trace in reel.traces if trace.place == "spikes"]
+        self._counts = [(trace.time_s, np.abs(trace.values).cumsum()) for trace in spikes]
 
-    def frame(self, time_s: float, pictures: Sequence[Picture | None], change: Picture | None = None) -> Picture:
+    def frame(self, time_s: float, pictures: Sequence[Picture | None], change: Picture | None) -> Picture:
         """Draw the frame of a time.
 
         Parameters
@@ -94,10 +97,10 @@ class Drawer:
         """Put what changed into a panel, and the arrow of the motion that the first model with HS and VS answers."""
         _put(frame, panel, change)
         hs, vs = (self._first(channel) for channel in ("hs", "vs"))
-        if hs is None or not (until := _until(hs.time_s, time_s)):
+        if hs is None or not (known := until(hs.time_s, time_s)):
             return
         largest = max(float(np.abs(hs.values).max()), max(map(abs, self._reel.levels), default=0.0), 1e-9)
-        motion = np.array([hs.values[until - 1], 0.0 if vs is None else vs.values[until - 1]]) / largest
+        motion = np.array([hs.values[known - 1], 0.0 if vs is None else vs.values[known - 1]]) / largest
         length = float(np.hypot(*motion))
         if length < SMALLEST:
             return
@@ -115,9 +118,8 @@ class Drawer:
         """Put a picture into its panel, with a mark where models see something at that time."""
         left, top, width, height = _put(frame, panel, picture)
         for trace in (trace for trace in self._reel.traces if trace.place == "azimuth"):
-            until = _until(trace.time_s, time_s)
-            if until:
-                across = left + width * (float(np.clip(trace.values[until - 1], -1, 1)) + 1) / 2
+            if known := until(trace.time_s, time_s):
+                across = left + width * (float(np.clip(trace.values[known - 1], -1, 1)) + 1) / 2
                 size = 9 * self._layout.scale
                 tip = np.array([[across, top + height - size], [across - size / 2, top + height],
                                 [across + size / 2, top + height]])  # fmt: skip
@@ -127,15 +129,15 @@ class Drawer:
         """Draw the robots as discs with their heading and trail, and the observer's field of view, into a panel."""
         left, top, width, height = (int(v) for v in (panel.left, panel.top, panel.width, panel.height))
         part = frame[top : top + height, left : left + width]  # drawing beyond it is cut off
-        local = Panel(0, 0, panel.width, panel.height, panel.x, panel.y)
+        local = replace(panel, left=0, top=0)
         _view(part, local, self._reel.tracks[0], time_s, self._reel.view_deg)
         for track in reversed(self._reel.tracks):
             self._robot(part, local, track, time_s)
 
     def _robot(self, part: Picture, panel: Panel, track: Track, time_s: float) -> None:
-        until = max(_until(track.time_s, time_s), 1)
-        x, y, heading = track.poses[until - 1]
-        trail = track.poses[max(until - TRAIL_FRAMES, 0) : until]
+        known = max(until(track.time_s, time_s), 1)
+        trail = track.poses[max(known - TRAIL_FRAMES, 0) : known]
+        x, y, heading = trail[-1]
         scale, per_cm = self._layout.scale, panel.width / (panel.x[1] - panel.x[0])
         if len(trail) > 1:
             _line(part, panel.pixels(trail[:, 0], trail[:, 1]), track.colour, 1.2 * scale)
@@ -147,15 +149,14 @@ class Drawer:
             _line(part, nose, (255, 255, 255), 2.0 * scale)
 
     def _lane(self, frame: Picture, panel: Panel, model: str, time_s: float) -> None:
-        now = 0.0 if self._layout.moving else time_s
         for trace in (*traces_of(self._reel, model), *traces_of(self._reel, model, "spikes")):
-            until = _until(trace.time_s, time_s)
-            first = _until(trace.time_s, time_s - WINDOW_S) if self._layout.moving else 0
-            times = trace.time_s[first:until] - (time_s if self._layout.moving else 0.0)
-            values = trace.values[first:until]
+            last = until(trace.time_s, time_s)
+            first = until(trace.time_s, time_s - WINDOW_S) if self._layout.moving else 0
+            times = trace.time_s[first:last] - (time_s if self._layout.moving else 0.0)
+            values = trace.values[first:last]
             if trace.place == "spikes":
                 fired = values != 0
-                ends = spike_ends(panel, trace.values)[first:until][fired]
+                ends = spike_ends(panel, trace.values)[first:last][fired]
                 for at, (edge, end) in zip(times[fired], ends, strict=True):
                     stroke = panel.pixels(np.array([at, at]), np.array([edge, end]))
                     _line(frame, stroke, trace.colour, 2.4 * self._layout.scale)
@@ -164,9 +165,9 @@ class Drawer:
             elif len(times) > 1:
                 _line(frame, panel.pixels(times, values), trace.colour, 3.0 * self._layout.scale)
         if not self._layout.moving:
-            _line(frame, panel.pixels(np.array([now, now]), np.array(panel.y)), NOW, 1.4 * self._layout.scale)
+            _line(frame, panel.pixels(np.array([time_s, time_s]), np.array(panel.y)), NOW, 1.4 * self._layout.scale)
 
-    def _dots(self, frame: Picture, points: npt.NDArray[np.float64], colour: Colour) -> None:
+    def _dots(self, frame: Picture, points: Floats, colour: Colour) -> None:
         radius = round(2.2 * self._layout.scale * 2**_BITS)
         for centre in _fixed(points):
             cv2.circle(frame, tuple(centre.tolist()), radius, colour, -1, cv2.LINE_AA, _BITS)
@@ -182,14 +183,16 @@ class Drawer:
         frame[top : top + high, left : left + width] = np.asarray(part)
 
     def _spikes(self, time_s: float) -> str:
-        counts = {trace.name: int(self._counts[id(trace)][until - 1]) if (until := _until(trace.time_s, time_s)) else 0
-                  for trace in self._reel.traces if trace.place == "spikes"}  # fmt: skip
-        return f"{sum(counts.values())} spikes  " if len(self._layout.lanes) == 1 and counts else ""
+        """Return the spikes so far of the only model, in words; empty of several, or of none that spikes."""
+        if len(self._layout.lanes) != 1 or not self._counts:
+            return ""
+        count = sum(int(counts[known - 1]) for times, counts in self._counts if (known := until(times, time_s)))
+        return f"{count} spikes  "
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:
     """Draw the observer's field of view, from its lens to the wall; what is drawn already stays to be seen."""
-    x, y, heading = track.poses[max(_until(track.time_s, time_s), 1) - 1]
+    x, y, heading = track.pose_at(time_s)
     if not np.isfinite(heading):
         return
     bearings = heading + np.radians(np.linspace(-view_deg / 2, view_deg / 2, 33))
@@ -223,15 +226,10 @@ def _arrow(frame: Picture, tail: Floats, tip: Floats, width: float) -> None:
     cv2.fillPoly(frame, [_fixed(head)], ARROW, cv2.LINE_AA, _BITS)
 
 
-def _until(times: Floats, time_s: float) -> int:
-    """Tell how many entries are not after a time."""
-    return int(np.searchsorted(times, time_s + 1e-6))
-
-
-def _fixed(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
+def _fixed(points: Floats) -> npt.NDArray[np.int32]:
     fixed: npt.NDArray[np.int32] = np.rint(np.asarray(points) * 2**_BITS).astype(np.int32)
     return fixed
 
 
-def _line(frame: Picture, points: npt.NDArray[np.float64], colour: Colour, width: float) -> None:
+def _line(frame: Picture, points: Floats, colour: Colour, width: float) -> None:
     cv2.polylines(frame, [_fixed(points)], False, colour, max(round(width), 1), cv2.LINE_AA, _BITS)

@@ -18,10 +18,10 @@ import numpy as np
 from PIL import Image
 
 from experiments.bench.engine.errors import UsageError, require_posix
+from experiments.bench.figures.series import Colour
 from experiments.bench.store.places import FULL, replacing
 from experiments.bench.video.pictures import Picture
 
-Colour = tuple[int, int, int]
 EXTRA = "the extra [video] (imageio-ffmpeg is not installed): pip install 'colias-sim[video]'"
 QUALITY = "20"
 """x264's constant rate factor: lower is better and larger; 18 to 23 look alike to most."""
@@ -41,7 +41,7 @@ def writer(
     size: tuple[int, int],
     rate: float,
     samples: Callable[[], Iterable[Picture]],
-    colours: Collection[Colour] = (),
+    colours: Collection[Colour],
 ) -> Iterator[Callable[[Picture], None]]:
     """Open a file of moving pictures; yields what takes its frames one after the other.
 
@@ -71,16 +71,15 @@ def writer(
     OSError
         The file cannot be written.
     """
+    palette = b""
     with replacing(out) as partial:
         if out.suffix == ".gif":
             palette = _palette(samples(), colours)
             graph = "[0:v][1:v]paletteuse=dither=none:diff_mode=rectangle"
             coding = ["-lavfi", graph, "-c:v", "gif", "-pix_fmt", "pal8", "-f", "gif"]
         elif out.suffix == ".webp":
-            palette = b""
             coding = ["-c:v", "libwebp_anim", "-pix_fmt", "yuv420p", "-quality", "75", "-loop", "0", "-f", "webp"]
         else:
-            palette = b""
             coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", QUALITY, "-preset", "medium"]
             coding += ["-movflags", "+faststart", "-f", "mp4"]
         process, pipe = _ffmpeg(size, rate, palette, coding, partial)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from experiments.bench.video.pictures import Floats
 from experiments.bench.video.reading import Reel, Trace
@@ -54,7 +53,7 @@ class Panel:
     x: tuple[float, float] = (0.0, 1.0)
     y: tuple[float, float] = (0.0, 1.0)
 
-    def pixels(self, x: Floats, y: Floats) -> npt.NDArray[np.float64]:
+    def pixels(self, x: Floats, y: Floats) -> Floats:
         """Return where data points are in the frame, (N, 2): column and row."""
         across = self.left + self.width * (np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])
         down = self.top + self.height * (self.y[1] - np.asarray(y)) / (self.y[1] - self.y[0])
@@ -130,11 +129,11 @@ def lay_out(reel: Reel, aspects: Sequence[float], width: int, height: int, *, ou
     plan = None
     if outside is None and first is not None:
         x, y = ground(reel)
-        plan = Panel(first.left, first.top, first.width, first.height, x, y)
+        plan = replace(first, x=x, y=y)
     top = (max((p.top + p.height for p in panels), default=bottom) if shapes else CAPTION * scale) + TITLE * scale
-    lanes = lane_panels(reel, (LEFT * scale, top, width - RIGHT * scale, height - BELOW * scale), scale)
-    return Layout(width, height, tuple(panels), plan, None if outside is None else first, change, lanes, moves_on(reel),
-                  scale)  # fmt: skip
+    box, moving = (LEFT * scale, top, width - RIGHT * scale, height - BELOW * scale), moves_on(reel)
+    lanes = lane_panels(reel, box, scale, moving=moving)
+    return Layout(width, height, tuple(panels), plan, None if outside is None else first, change, lanes, moving, scale)
 
 
 def lanes_of(reel: Reel) -> list[str]:
@@ -196,8 +195,13 @@ def levels_of(reel: Reel, model: str) -> list[float]:
     return [level for level in reel.levels if model in reel.owners.get(level, (model,))]
 
 
-def lane_panels(reel: Reel, box: tuple[float, float, float, float], scale: float) -> dict[str, Panel]:
-    """Place the lanes in a box (left, top, right, bottom), in pixels: below each other, in columns where many."""
+def lane_panels(
+    reel: Reel, box: tuple[float, float, float, float], scale: float, *, moving: bool
+) -> dict[str, Panel]:  # fmt: skip
+    """Place the lanes in a box (left, top, right, bottom), in pixels: below each other, in columns where many.
+
+    Their axis has all of the recording's time, or that before now where it is ``moving`` on.
+    """
     left, top, right, bottom = box
     models = lanes_of(reel)
     if not models:
@@ -206,7 +210,7 @@ def lane_panels(reel: Reel, box: tuple[float, float, float, float], scale: float
     rows = math.ceil(len(models) / columns)
     gap, between = TITLE * SMALLER * scale, LEFT * scale
     wide, high = (right - left - between * (columns - 1)) / columns, (bottom - top - gap * (rows - 1)) / rows
-    x = (-WINDOW_S, 0.0) if moves_on(reel) else (float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6)
+    x = (-WINDOW_S, 0.0) if moving else (float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6)
     return {
         model: Panel(left + (place // rows) * (wide + between), top + (place % rows) * (high + gap), wide, high,
                      x, _range(reel, model))

@@ -17,7 +17,7 @@ from experiments.bench.video.layout import lay_out
 from experiments.bench.video.outside import ASPECT, outside
 from experiments.bench.video.pictures import Floats, Picture, changes, pictures
 from experiments.bench.video.reading import Reel
-from experiments.bench.video.still import draw_still
+from experiments.bench.video.still import still_of
 
 GIF_RATE = 12.5
 """Most frames a second of a GIF by default: its delays are whole hundredths of a second, here 8."""
@@ -152,7 +152,7 @@ def drawer_of(reel: Reel, film: Film) -> Drawer:
     view = None if layout.outside is None else outside(reel, int(layout.outside.height))
     if view is None:
         layout = lay_out(reel, shapes, film.width, film.height)
-    return Drawer(reel, layout, draw_still(reel, layout, caption_of(reel, film.caption)), view)
+    return Drawer(reel, layout, still_of(reel, layout, caption_of(reel, film.caption)).picture(), view)
 
 
 class _Latest:
@@ -170,16 +170,7 @@ class _Latest:
         return self._now
 
 
-def pictures_at(reel: Reel, eye: str, times: Sequence[float]) -> list[Picture | None]:
-    """Return the picture of an eye at each of some increasing times."""
-    return _at(pictures(reel.path, eye), times)
-
-
-def changes_at(reel: Reel, times: Sequence[float]) -> list[Picture | None]:
-    """Return what changed before the first eye at each of some increasing times."""
-    return _at(changes(pictures(reel.path, reel.eyes[0])), times)
-
-
-def _at(source: Iterator[tuple[float, Picture]], times: Sequence[float]) -> list[Picture | None]:
+def latest_at(source: Iterator[tuple[float, Picture]], times: Sequence[float]) -> list[Picture | None]:
+    """Return the last picture of a source at each of some increasing times; ``None`` before the first."""
     latest = _Latest(source)
     return [latest.at(time_s) for time_s in times]

@@ -75,14 +75,14 @@ class Outside:
     def at(self, time_s: float) -> Picture:
         """Draw the robots where they were at a time, (height, width, 3) uint8, RGB."""
         simulation = self._simulation
-        for track in self._tracks:
-            simulation.everyone[track.name].place(_pose(track, time_s))
+        poses = {track.name: _pose(track, time_s) for track in self._tracks}
+        for name, pose in poses.items():
+            simulation.everyone[name].place(pose)
         mujoco.mj_forward(simulation.model, simulation.data)
         width, height = (FINER * length for length in self._size)
-        robots = [_pose(track, time_s) for track in self._tracks]
         self._screen.draw_into(
             (0, 0, width, height), simulation.data, self._camera, mujoco.MjvOption(),
-            lambda scene: _dress(scene, robots, self._view_deg),
+            lambda scene: _dress(scene, list(poses.values()), self._view_deg),
         )  # fmt: skip
         picture = cv2.resize(self._screen.read_all()[::-1], self._size, interpolation=cv2.INTER_AREA)
         return np.asarray(picture, np.uint8)
@@ -110,8 +110,7 @@ def _scene(properties: Mapping[str, Any]) -> SceneConfig:
 
 
 def _pose(track: Track, time_s: float) -> Pose:
-    row = max(int(np.searchsorted(track.time_s, time_s + 1e-6)) - 1, 0)
-    x, y, heading = track.poses[row]
+    x, y, heading = track.pose_at(time_s)
     return Pose(float(x) / 100, float(y) / 100, float(heading))
 
 

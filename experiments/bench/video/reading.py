@@ -20,12 +20,11 @@ import rerun as rr
 
 from colias_sim.config import CameraConfig
 from experiments.bench.engine.errors import UsageError, explained
-from experiments.bench.figures.series import THRESHOLD
+from experiments.bench.figures.series import THRESHOLD, Colour
 from experiments.bench.recording import OBSERVER_COLOUR, OTHER_COLOUR
 from experiments.bench.store.places import regular
 from experiments.bench.video.pictures import Floats, times_of
 
-Colour = tuple[int, int, int]
 PLACES = ("potential", "azimuth", "spikes")
 """Where recordings log what models answered: the first part of an entity's path."""
 OLDER_THRESHOLD, OWNERS = "potential/threshold/", "models"
@@ -87,6 +86,11 @@ class Track:
     colour: Colour
     time_s: Floats
     poses: Floats
+
+    def pose_at(self, time_s: float) -> Floats:
+        """Return the last pose that is not after a time, (3,); before all of them, the first."""
+        pose: Floats = self.poses[max(until(self.time_s, time_s), 1) - 1]
+        return pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,6 +286,11 @@ class _Found:
     def _look(self, entity: str) -> str:
         """Return the entity whose style a series has: spikes that are not drawn, that of their potential."""
         return entity if entity in self._styles else entity.replace("spikes/", "potential/", 1)
+
+
+def until(times: Floats, time_s: float) -> int:
+    """Tell how many of some rising times are not after ``time_s``."""
+    return int(np.searchsorted(times, time_s + 1e-6))
 
 
 def model_of(entity: str) -> str:

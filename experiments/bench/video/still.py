@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from experiments.bench.figures.plotting import STYLE, drawing, plain
-from experiments.bench.figures.series import OFF, ON
+from experiments.bench.figures.series import OFF, ON, mixed, to_hex
 from experiments.bench.video.layout import (
     LEFT,
     MOST_DOWN,
@@ -26,12 +25,14 @@ from experiments.bench.video.layout import (
     moves_on,
     traces_of,
 )
-from experiments.bench.video.pictures import Picture
-from experiments.bench.video.reading import Colour, Reel
+from experiments.bench.video.pictures import Floats, Picture
+from experiments.bench.video.reading import Reel
 from scenes import ARENA_RADIUS_CM
 
 LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#6b6b6b", "#555555", 0.22
 OBSTACLE_COLOUR = "#9a9a9a"
+DARKER = 0.28
+"""Share of black in the colours of changes where type is written in them on white."""
 SCALE_CM = 10.0
 """Length of the plan's scale."""
 CLOCK_PX = 360.0
@@ -44,11 +45,6 @@ SPIKE_SHARE = 0.11
 """Length of the longest stroke of a spike, as a share of its lane's height."""
 TYPE_PX = 27.0
 """Size of type, in pixels at plain size: some 8 pixels where a frame 1280 wide is shown 390 wide."""
-
-
-def draw_still(reel: Reel, layout: Layout, caption: str) -> Picture:
-    """Return the picture of what `still_of` draws, (H, W, 3) uint8, RGB; the parameters are the same."""
-    return still_of(reel, layout, caption).picture()
 
 
 def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
@@ -132,11 +128,12 @@ class Still:
         What the arrow is stands beside them where the panel is wide enough.
         """
         axes, size = self.empty(panel, ""), TYPE_PX * self._scale
-        words = [("brighter", _shade(ON)), (" / ", FRAME_COLOUR), ("darker", _shade(OFF))]
+        brighter, darker = (to_hex(mixed(colour, (0, 0, 0), DARKER)) for colour in (ON, OFF))
+        words = [("brighter", brighter), (" / ", FRAME_COLOUR), ("darker", darker)]
         self._words(axes, [*words, (f"   {ARROW}", FRAME_COLOUR)], size, whole=True)
         return axes
 
-    def plan(self, panel: Panel, title: str, obstacles: Sequence[npt.NDArray[np.float64]] = ()) -> None:
+    def plan(self, panel: Panel, title: str, obstacles: Sequence[Floats]) -> None:
         """Draw the arena from above: its wall, its obstacles and a scale."""
         axes, scale = self.empty(panel, title), self._scale
         axes.set(facecolor="#f4f4f2")
@@ -160,15 +157,15 @@ class Still:
         axes.axhline(0.0, color="#c9c9c9", lw=1.0 * scale)
         traces = traces_of(reel, model)
         for trace in traces if not (faint and moves_on(reel)) else ():
-            axes.plot(trace.time_s, trace.values, color=_hex(trace.colour), ls=":" if trace.dotted else "-",
+            axes.plot(trace.time_s, trace.values, color=to_hex(trace.colour), ls=":" if trace.dotted else "-",
                       lw=2.2 * scale, alpha=FAINT if faint else 1.0)  # fmt: skip
-        colour = _hex(traces[0].colour) if traces else LEVEL_COLOUR
+        colour = to_hex(traces[0].colour) if traces else LEVEL_COLOUR
         levels = [level for level in levels_of(reel, model) if panel.y[0] < level < panel.y[1]]
         for level in levels:
             axes.axhline(level, color=colour, lw=1.5 * scale, ls=(0, (5, 3)))
         for trace in () if faint else traces_of(reel, model, "spikes"):
             for time_s, ends in zip(trace.time_s, spike_ends(panel, trace.values), strict=True):
-                axes.plot([time_s, time_s], ends, color=_hex(trace.colour), lw=2.0 * scale)
+                axes.plot([time_s, time_s], ends, color=to_hex(trace.colour), lw=2.0 * scale)
         lowest = all(other.left != panel.left or other.top <= panel.top for other in lanes.values())
         axes.tick_params(width=0.8 * scale, length=4 * scale, labelbottom=lowest, labelsize=0.85 * size)
         room = 0.95 * size * (panel.y[1] - panel.y[0]) / panel.height
@@ -177,11 +174,11 @@ class Still:
                                                         if other != tick)]  # fmt: skip
         axes.set_yticks(sorted({*ticks}))
         axes.yaxis.set_major_formatter("{x:g}")
-        names = [(plain(trace.name.removeprefix(f"{model} ")), _hex(trace.colour)) for trace in traces]
         words = [(f"{plain(model)}  ", FRAME_COLOUR)]
         signs = SIGNS if len(lanes) <= ONE_COLUMN else {}
-        words += [(f"{name}{_notes(signs.get(trace.channel, ''), 'dots' if trace.dotted else '')}  ", tint)
-                  for (name, tint), trace in zip(names, traces, strict=True)]  # fmt: skip
+        for trace in traces:
+            notes = _notes(signs.get(trace.channel, ""), "dots" if trace.dotted else "")
+            words.append((f"{plain(trace.name.removeprefix(f'{model} '))}{notes}  ", to_hex(trace.colour)))
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
         crowded = len(lanes) > MOST_DOWN * 2
@@ -235,7 +232,7 @@ class Still:
             return self.figure.add_axes(place, xlim=panel.x, ylim=panel.y)
 
 
-def spike_ends(panel: Panel, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def spike_ends(panel: Panel, values: Floats) -> Floats:
     """Return from where to where the stroke of each spike goes, (N, 2), in the unit of a lane.
 
     Strokes stand at the upper edge, those of negative spikes at the lower one, and are longer where several spikes
@@ -267,13 +264,3 @@ def _advance(word: Text, renderer: object) -> float:
     text = word.get_text()
     spaces = len(text) - len(text.rstrip())
     return float(word.get_window_extent(renderer).width) + 0.32 * float(word.get_fontsize()) * spaces  # type: ignore[arg-type]
-
-
-def _shade(colour: Colour) -> str:
-    """Return a colour dark enough for type on white."""
-    red, green, blue = (round(0.72 * part) for part in colour)
-    return _hex((red, green, blue))
-
-
-def _hex(colour: Colour) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -11,9 +12,10 @@ from PIL import Image
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store.places import replacing
 from experiments.bench.video.drawing import Drawer
-from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_panels, lanes_of, moves_on
-from experiments.bench.video.make import SIZES_PX, aspects, caption_of, changes_at, pictures_at
+from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_panels, lanes_of
+from experiments.bench.video.make import SIZES_PX, aspects, caption_of, latest_at
 from experiments.bench.video.outside import ASPECT, outside
+from experiments.bench.video.pictures import changes, pictures
 from experiments.bench.video.reading import Reel
 from experiments.bench.video.still import ARROW, Still, eye_title
 
@@ -24,9 +26,7 @@ PAD, GAP, TITLED = 20.0, 10.0, 44.0
 """Margin, and room between pictures beside and below each other, at full width."""
 
 
-def make_strip(
-    reel: Reel, out: Path, count: int, size: tuple[int, int] | None = None, caption: str | None = None
-) -> None:  # fmt: skip
+def make_strip(reel: Reel, out: Path, count: int, size: tuple[int, int] | None, caption: str | None) -> None:
     """Write a strip as a PNG file.
 
     Parameters
@@ -38,9 +38,9 @@ def make_strip(
     count
         How many moments, evenly spaced from the first frame to the last.
     size
-        Width and height in pixels; by default `WIDTH_PX` and what the panels then need.
+        Width and height in pixels; ``None``: `WIDTH_PX` and what the panels then need.
     caption
-        The text at the top; by default the recording's name.
+        The text at the top; ``None``: the recording's name.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def make_strip(
         raise UsageError(f"--frames {count}: legal is {MOMENTS[0]} .. {MOMENTS[-1]}")
     width = size[0] if size else WIDTH_PX
     scale = width / WIDTH_PX
-    times = np.linspace(reel.time_s[0], reel.time_s[-1], count)
+    times: list[float] = np.linspace(reel.time_s[0], reel.time_s[-1], count).tolist()
     across = (width - 2 * PAD * scale - GAP * scale * (count - 1)) / count
     view = outside(reel, round(across / ASPECT))
     robots = [ASPECT if view is not None else 1.0] if reel.tracks else []
@@ -63,7 +63,7 @@ def make_strip(
         least = round(bottom + 220 * scale)
         raise UsageError(f"--size {width}x{height}: the panels of {count} moments need {width}x{least} px, up to 3840")
     box = LEFT * scale, bottom + 44 * scale, width - 30 * scale, height - 66 * scale
-    panels = {model: _whole(panel, reel) for model, panel in lane_panels(reel, box, scale).items()}
+    panels = lane_panels(reel, box, scale, moving=False)
     still = Still(width, height, scale)
     still.caption(caption_of(reel, caption))
     for panel, time_s in zip(rows[0] if rows else [], times, strict=False):
@@ -79,28 +79,28 @@ def make_strip(
     plans = rows[0] if reel.tracks and view is None else []
     if plans:
         x, y = ground(reel)
-        plans = [Panel(p.left, p.top, p.width, p.height, x, y) for p in plans]
+        plans = [replace(panel, x=x, y=y) for panel in plans]
         for panel in plans:
             still.plan(panel, "", reel.obstacles)
     for model in panels:
         still.lane(reel, model, panels, faint=False)
     picture = still.picture()
-    drawer = Drawer(reel, Layout(width, height, (), None, None, None, {}, moves_on(reel), scale), picture, view)
+    drawer = Drawer(reel, Layout(width, height, (), None, None, None, {}, False, scale), picture, view)
     if view is not None:
-        for panel, time_s in zip(rows[0], times.tolist(), strict=True):
+        for panel, time_s in zip(rows[0], times, strict=True):
             drawer.outside(picture, panel, time_s)
-    for panel, time_s in zip(plans, times.tolist(), strict=False):
+    for panel, time_s in zip(plans, times, strict=False):
         drawer.plan(picture, panel, time_s)
     seen = rows[len(robots) :]
     for eye, row in zip(reel.eyes, seen[: len(reel.eyes)], strict=True):
-        for panel, frame, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times.tolist(), strict=True):
+        for panel, frame, time_s in zip(row, latest_at(pictures(reel.path, eye), times), times, strict=True):
             if frame is not None:
                 drawer.picture(picture, panel, frame, time_s)
-    for panel, change, time_s in (
-        zip(seen[-1], changes_at(reel, times.tolist()), times.tolist(), strict=True) if seen else ()
-    ):
-        if change is not None:
-            drawer.change(picture, panel, change, time_s)
+    if seen:
+        changed = latest_at(changes(pictures(reel.path, reel.eyes[0])), times)
+        for panel, change, time_s in zip(seen[-1], changed, times, strict=True):
+            if change is not None:
+                drawer.change(picture, panel, change, time_s)
     for panel in panels.values():
         for time_s in times:
             (start, end) = np.rint(panel.pixels(np.array([time_s, time_s]), np.array(panel.y))).astype(int).tolist()
@@ -118,9 +118,3 @@ def _rows(shapes: list[float], count: int, across: float, scale: float) -> tuple
         rows.append([Panel(left, round(top), round(across), high) for left in lefts])
         top += high + TITLED * scale
     return rows, top - (TITLED * scale if shapes else 40 * scale)
-
-
-def _whole(panel: Panel, reel: Reel) -> Panel:
-    """Make the panel with all of the recording's time."""
-    times = float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6
-    return Panel(panel.left, panel.top, panel.width, panel.height, times, panel.y)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -27,21 +28,34 @@ SET = ("chip.shape=33x24", "dsnn.n_con=6")
 TRIALS, FRAMES = 2, 3
 WORST = 4_000_002
 """The most cycles of what is sent."""
+WORD = re.compile(r"[a-z0-9-]+")
 CHECK_OF_NINE_DIGITS = 0x29B1
 """CRC-16/CCITT-FALSE of "123456789", as catalogues of such sums have it."""
+
+
+def line(kind: str, *fields: int | str | None) -> bytes:
+    """A record as ``record.c`` writes it; ``None`` is no value. What that refuses is a ``ValueError``."""
+    texts = [serial.NONE if value is None else str(value) for value in (kind, *fields)]
+    if not all(map(WORD.fullmatch, texts)):
+        raise ValueError(f"record {kind}: a word is empty, or has another character than a-z, 0-9 and -")
+    content = ",".join(texts).encode("ascii")
+    whole = b"$%b*%04X\r\n" % (content, serial.crc(content))
+    if len(whole) > serial.LONGEST:
+        raise ValueError(f"record {kind}: {len(whole)} characters: legal is up to {serial.LONGEST}")
+    return whole
 
 
 def sent(counter: str = "dwt", name: str = "stm32f427", clock: int | None = 180_000_000) -> list[bytes]:
     """What a board sends: made up."""
     first = WORST - FRAMES + 1
-    lines = [serial.line("board", 1, name, 33, 24, TRIALS, FRAMES, 33_333, clock, 5, counter)]
+    lines = [line("board", 1, name, 33, 24, TRIALS, FRAMES, 33_333, clock, 5, counter)]
     lines += [
-        serial.line(
+        line(
             "frame", trial, frame, 10 * frame, -20 * trial, frame, -trial, first + frame if counter == "dwt" else None
         )
         for trial in range(TRIALS) for frame in range(FRAMES)
     ]  # fmt: skip
-    return [*lines, serial.line("stack", 604), serial.line("end", TRIALS * FRAMES)]
+    return [*lines, line("stack", 604), line("end", TRIALS * FRAMES)]
 
 
 def test_the_checksum_is_the_one_of_the_catalogues():
@@ -72,7 +86,7 @@ def test_records_in_c_are_those_in_python_under_the_sanitizers(tmp_path):
             steps.append(kind if kind == "none" else f"{kind} {value}")
         steps.append("end")
         try:
-            expected.append(serial.line("frame", *fields))
+            expected.append(line("frame", *fields))
         except ValueError:
             expected.append(b"not legal\n")
     done = subprocess.run([program], input="\n".join(steps).encode(), capture_output=True, check=True)
@@ -93,18 +107,18 @@ DAMAGED = {
     "noise before the first line": (2, b"\xff\x00\xfeboot\r\n", "is no record: legal is $kind,field,...*CRC4"),
     "another checksum": (2, b"$frame,0,0,0,0,0,0,1*0000\r\n", "the checksum is"),
     "a line without an end": (2, b"$" + b"a" * 500 + b"\n", "characters: a record has up to 128"),
-    "an unknown record": (2, serial.line("colour", 3), "legal is board, frame, stack, end"),
-    "too few fields": (2, serial.line("frame", 0, 0, 1), "has 3 fields: legal is 7"),
-    "no number": (2, serial.line("frame", "x", 0, 0, 0, 0, 0, 1), "trial='x': legal is a whole number from 0 to"),
-    "a zero in front": (2, serial.line("frame", 0, "00", 0, 0, 0, 0, 1), "frame='00': legal is"),
-    "a potential beyond its range": (2, serial.line("frame", 0, 0, 32768, 0, 0, 0, 1), "hs='32768': legal is"),
-    "spikes of the other sign": (2, serial.line("frame", 0, 0, 5, 0, -1, 0, 1), "with the potential's sign"),
-    "a trial that the board does not show": (2, serial.line("frame", 9, 0, 0, 0, 0, 0, 1), "it shows 2 trials of 3"),
-    "no cycles": (2, serial.line("frame", 0, 0, 0, 0, 0, 0, None), "no cycles, though the board counts them"),
-    "no cycles at all": (2, serial.line("frame", 0, 0, 0, 0, 0, 0, 0), "cycles='0': legal is a whole number from 1"),
-    "a frame that was there": (3, serial.line("frame", 0, 0, 0, 0, 0, 0, 1), "out of order"),
-    "another version": (1, serial.line("board", 2, "a", 1, 1, 1, 1, 1, None, None, "dwt"), "version='2': legal is"),
-    "another counter": (1, serial.line("board", 1, "a", 1, 1, 1, 1, 1, None, None, "clock"), "counter=clock: legal is"),
+    "an unknown record": (2, line("colour", 3), "legal is board, frame, stack, end"),
+    "too few fields": (2, line("frame", 0, 0, 1), "has 3 fields: legal is 7"),
+    "no number": (2, line("frame", "x", 0, 0, 0, 0, 0, 1), "trial='x': legal is a whole number from 0 to"),
+    "a zero in front": (2, line("frame", 0, "00", 0, 0, 0, 0, 1), "frame='00': legal is"),
+    "a potential beyond its range": (2, line("frame", 0, 0, 32768, 0, 0, 0, 1), "hs='32768': legal is"),
+    "spikes of the other sign": (2, line("frame", 0, 0, 5, 0, -1, 0, 1), "with the potential's sign"),
+    "a trial that the board does not show": (2, line("frame", 9, 0, 0, 0, 0, 0, 1), "it shows 2 trials of 3"),
+    "no cycles": (2, line("frame", 0, 0, 0, 0, 0, 0, None), "no cycles, though the board counts them"),
+    "no cycles at all": (2, line("frame", 0, 0, 0, 0, 0, 0, 0), "cycles='0': legal is a whole number from 1"),
+    "a frame that was there": (3, line("frame", 0, 0, 0, 0, 0, 0, 1), "out of order"),
+    "another version": (1, line("board", 2, "a", 1, 1, 1, 1, 1, None, None, "dwt"), "version='2': legal is"),
+    "another counter": (1, line("board", 1, "a", 1, 1, 1, 1, 1, None, None, "clock"), "counter=clock: legal is"),
 }
 
 

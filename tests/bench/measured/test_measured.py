@@ -33,19 +33,19 @@ def colias(*arguments) -> int:
     return main.command([str(each) for each in arguments])
 
 
-def written(folder, speeds=(20, 30), repeats=2, name="log.csv", **changes):
+def written(folder, speeds=(20, 30), repeats=2, name="log.csv", lines=None):
     """A log of crossings whose HS goes up and down, and whose spikes rise with the speed. These numbers are made up."""
     columns = ["trial", "speed_cm_s", "time_s", "hs", "hs_spikes"]
     rows = [
         [trial, speed, (i + 1) / 30, math.sin(math.pi * i / FRAMES) * 0.9, int(i < speed - trial)]
         for trial, speed in enumerate(speeds * repeats) for i in range(FRAMES)
     ]  # fmt: skip
-    lines = [columns, *rows]
-    for line, cells in changes.get("lines", {}).items():
-        lines[line - 1 : line] = [cells] if cells is not None else []
+    table = [columns, *rows]
+    for line, cells in (lines or {}).items():
+        table[line - 1 : line] = [cells] if cells is not None else []
     path = folder / name
     with path.open("w", newline="") as file:
-        csv.writer(file).writerows(lines)
+        csv.writer(file).writerows(table)
     return path
 
 

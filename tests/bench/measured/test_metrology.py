@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import cache
 
 import cv2
 import numpy as np
@@ -15,6 +16,7 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.metrology import (
+    ExposureLoop,
     MetrologyError,
     exposure_loop,
     fixed_pattern,
@@ -67,20 +69,21 @@ def test_noise_off_by_a_tenth_is_measured_so(constant):
     assert found[constant] != pytest.approx(getattr(NOISY, constant), rel=0.05)
 
 
-def crossing(camera: CameraConfig, speed: float) -> np.ndarray:
-    """The empty scene, then a robot that crosses the view."""
+@cache
+def crossing(camera: CameraConfig) -> np.ndarray:
+    """The empty scene, then a robot that crosses the view at 8 cm/s."""
     with Simulation(camera=camera, scene=PLAIN) as sim:
         rng = np.random.default_rng(0)
         sim.reset({"stimulus": AWAY}, rng)
         frames = [sim.step(rng).luma]
         sim.reset({"stimulus": Pose(LENS + 0.08, 0.032, -math.pi / 2)}, rng)
         robot = sim.robots["stimulus"]
-        robot.drive(robot.wheels_for(speed, 0.0))
+        robot.drive(robot.wheels_for(0.08, 0.0))
         return np.stack([*frames, *(sim.step(rng).luma for _ in range(4))])
 
 
 def measured_rows(camera: CameraConfig) -> float:
-    leans, speeds = zip(*leaning(crossing(camera, 0.08), camera.fps), strict=True)
+    leans, speeds = zip(*leaning(crossing(camera), camera.fps), strict=True)
     return row_time_us(leans, speeds)
 
 
@@ -93,6 +96,7 @@ def test_a_row_time_off_by_a_tenth_is_measured_so():
     assert measured_rows(other) != pytest.approx(ROLLING.row_time_us, rel=0.05)
 
 
+@cache
 def settlings(camera: CameraConfig) -> list[np.ndarray]:
     """From below and from above, each from another light, so that their last steps differ; two from far below."""
     frames = []
@@ -104,8 +108,7 @@ def settlings(camera: CameraConfig) -> list[np.ndarray]:
     return frames
 
 
-def found_loop(camera: CameraConfig) -> dict[str, float]:
-    loop = exposure_loop(settlings(camera))
+def constants(loop: ExposureLoop) -> dict[str, float]:
     assert loop.target is not None and loop.zone is not None
     return {"ae_step": loop.step, "ae_steps": loop.steps, "ae_target": loop.target, "ae_zone": loop.zone}
 
@@ -118,7 +121,7 @@ def test_the_exposure_loop_comes_back():
     loop = exposure_loop(settlings(LOOP))
     for interval, end in ((loop.low, LOOP.ae_target - LOOP.ae_zone), (loop.high, LOOP.ae_target + LOOP.ae_zone)):
         assert interval is not None and interval[0] <= end <= interval[1] < interval[0] + 1.5
-    found = {"ae_step": loop.step, "ae_steps": loop.steps, "ae_target": loop.target, "ae_zone": loop.zone}
+    found = constants(loop)
     for name, tolerance in TOLERANCE.items():
         assert found[name] == pytest.approx(getattr(LOOP, name), rel=tolerance), name
 
@@ -127,7 +130,7 @@ def test_the_exposure_loop_comes_back():
 def test_a_loop_off_by_a_tenth_is_measured_so(constant):
     value = getattr(LOOP, constant)
     wrong = value + 1 if isinstance(value, int) else 1.1 * value
-    found = found_loop(dataclasses.replace(LOOP, **{constant: wrong}))
+    found = constants(exposure_loop(settlings(dataclasses.replace(LOOP, **{constant: wrong}))))
     assert found[constant] != pytest.approx(value, rel=TOLERANCE[constant])
 
 
@@ -160,7 +163,7 @@ def test_the_command_prints_settings_to_paste(tmp_path, capsys):
     """What it prints, given to ``--set``, is the camera that took the frames."""
     scene = SceneConfig(light_sd=0, turn_wall=False)
     write_pictures(tmp_path / "still-dim", still(NOISY, scene, 60, 0.3), ".png")
-    write_pictures(tmp_path / "edge", crossing(ROLLING, 0.08), ".pgm")
+    write_pictures(tmp_path / "edge", crossing(ROLLING), ".pgm")
     for number, frames in enumerate(settlings(LOOP)):
         write_pictures(tmp_path / f"loop-{number:02d}", frames, ".pgm")
     assert main.command(["camera", str(tmp_path), "--fps", "5", "--gain", "1.5"]) == 0
@@ -215,7 +218,7 @@ def test_a_folder_is_known_by_the_beginning_of_its_name(names, tmp_path, capsys)
 def test_folders_of_every_kind_are_found_together(tmp_path, capsys):
     for name in ("still", "flat1"):
         write_pictures(tmp_path / name, grey(), ".png")
-    write_pictures(tmp_path / "edge0", crossing(ROLLING, 0.08), ".pgm")
+    write_pictures(tmp_path / "edge0", crossing(ROLLING), ".pgm")
     write_pictures(tmp_path / "dark", grey(), ".png")
     (tmp_path / ".thumbnails").mkdir()
     settings, table, notes = shown(tmp_path, capsys, "--fps", "5")
@@ -226,7 +229,7 @@ def test_folders_of_every_kind_are_found_together(tmp_path, capsys):
 def test_pictures_come_in_the_order_of_their_numbers(tmp_path, capsys):
     """Of a program that writes 1.png to 12.png."""
     frames = grey(12)
-    edge = crossing(ROLLING, 0.08)
+    edge = crossing(ROLLING)
     for name in ("edge-padded", "edge-plain"):
         (tmp_path / name / "edge").mkdir(parents=True)
     for number, frame in enumerate([*edge[:1]] * 9 + [*edge], start=1):

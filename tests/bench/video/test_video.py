@@ -34,7 +34,7 @@ from experiments.bench.video.make import Film, frames
 from experiments.bench.video.outside import outside
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import Reel, read
-from experiments.bench.video.still import Still, draw_still
+from experiments.bench.video.still import Still, still_of
 from tests.helpers.h264 import decoded, report
 
 SIZE = 480, 270
@@ -78,7 +78,7 @@ def footage(folder) -> Path:
 def film(reel: Reel) -> tuple[Drawer, Layout, np.ndarray]:
     """What draws its frames, where everything is, and what does not move."""
     layout = lay_out(reel, make.aspects(reel), *SIZE)
-    base = draw_still(reel, layout, "caption")
+    base = still_of(reel, layout, "caption").picture()
     return Drawer(reel, layout, base), layout, base
 
 
@@ -216,9 +216,8 @@ def test_a_long_recording_s_axis_moves_on(footage):
 
 def test_the_picture_shown_is_the_last_one_that_was_taken(footage):
     """At every time: the bar's column says which picture it is."""
-    reel = read(footage)
-    times = np.array([0.0, 0.49, 0.5, 7.2, 31.0])
-    columns = [int(shown[24, :, 0].argmax()) for shown in make.pictures_at(reel, "picture", times.tolist())]
+    shown = make.latest_at(pictures(footage, "picture"), [0.0, 0.49, 0.5, 7.2, 31.0])
+    columns = [int(picture[24, :, 0].argmax()) for picture in shown]
     assert columns == [0, 0, 1, 14, 62]
 
 
