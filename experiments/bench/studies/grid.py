@@ -15,7 +15,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET, ConfiguredModel, SelectedModel
 from experiments.bench.engine.settings import changed, collect, names, preset_of, unit_of
 from experiments.bench.store.parameters import Parameters
-from experiments.bench.studies.study import Axis, Level
+from experiments.bench.studies.study import Axis, Level, keys_of
 
 Values = tuple[tuple[str, str], ...]
 """Keys with their values."""
@@ -165,11 +165,6 @@ def check_assignments(bases: Sequence[Base], assignments: Iterable[str], option:
         key = text.partition("=")[0]
         if not any(base.knows(key) for base in bases) or "=" not in text:
             collect([text], {name: value for base in bases for name, value in base.sections.items()}, option=option)
-
-
-def keys_of(name: str) -> list[str]:
-    """Return the keys of the parameters that ``--over`` moves together, from the text before its values."""
-    return name.split("+")
 
 
 def apart(key: str) -> tuple[str, str]:

@@ -50,6 +50,11 @@ class Level:
         make_tuples(self, f"level {self.label}", ("settings", "models"))
 
 
+def keys_of(name: str) -> tuple[str, ...]:
+    """Return the keys of the parameters that have one value, from the text before it: ``KEY`` or ``KEY+KEY``."""
+    return tuple(name.split("+"))
+
+
 @dataclass(frozen=True, slots=True)
 class Axis:
     """One axis of a study.
@@ -82,7 +87,7 @@ class Axis:
     @property
     def keys(self) -> tuple[str, ...]:
         """The parameters that it moves, with their ends: ``dsnn.tau_s.first``; none where its levels are named."""
-        return tuple(self.name.split("+")) if self.of_keys else ()
+        return keys_of(self.name) if self.of_keys else ()
 
     def level(self, label: str) -> Level:
         """Return the level of a label.

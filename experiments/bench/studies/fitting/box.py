@@ -13,8 +13,8 @@ from experiments.bench.engine.models import PRESET, look_up
 from experiments.bench.engine.settings import changed, collect, schema_of, unit_of
 from experiments.bench.robot.plan import sections as robot_sections
 from experiments.bench.studies.clips import offline
-from experiments.bench.studies.grid import ENDS, apart, keys_of
-from experiments.bench.studies.study import Study
+from experiments.bench.studies.grid import ENDS, apart
+from experiments.bench.studies.study import Study, keys_of
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
@@ -54,7 +54,7 @@ class Range:
     network: bool = False
 
     @property
-    def keys(self) -> list[str]:
+    def keys(self) -> tuple[str, ...]:
         """The parameters that it moves, with their ends."""
         return keys_of(self.key)
 
@@ -147,23 +147,25 @@ def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box
     values = _sections(study, experiments)
     networks = {model.section for model in look_up(study.models)}
     settled = {text.partition("=")[0]: text for text in study.assignments}
-    ranges: dict[str, Range] = {}
+    ranges: list[Range] = []
+    taken: set[str] = set()
     for text in over:
         name, equals, ends = text.partition("=")
         parts: list[Range] = []
         for key in keys_of(name):
-            if key in [*(part.key for part in parts), *(key for part in ranges.values() for key in part.keys)]:
+            if key in taken:
                 raise UsageError(f"--over {text}: {key} is there twice")
+            taken.add(key)
             if apart(key)[0] in settled:
                 raise UsageError(f"--over {text}: --set {settled[apart(key)[0]]} settles that; give one of them")
             parts.append(_range(f"{key}{equals}{ends}", values, networks))
         if len({replace(part, key=name, unit="") for part in parts}) > 1:
             raise UsageError(f"--over {text}: {' and '.join(keys_of(name))} take no one value: legal are parameters of"
                              " one kind, all of the model or none, and one range")  # fmt: skip
-        ranges[name] = replace(parts[0], key=name)
+        ranges.append(replace(parts[0], key=name))
     if not ranges:
         raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
-    return Box(tuple(ranges.values()))
+    return Box(tuple(ranges))
 
 
 def _sections(study: Study, experiments: Sequence[Any]) -> dict[str, Any]:

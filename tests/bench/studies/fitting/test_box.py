@@ -44,7 +44,7 @@ def test_a_wide_range_of_positive_numbers_is_searched_by_its_logarithm():
 
 def test_parameters_that_move_together_have_one_value():
     square = box("dsnn.t_sp+dsnn.w_i=0.1..0.4", "dsnn.n_con=4,8")
-    assert [part.keys for part in square.ranges] == [["dsnn.t_sp", "dsnn.w_i"], ["dsnn.n_con"]]
+    assert [part.keys for part in square.ranges] == [("dsnn.t_sp", "dsnn.w_i"), ("dsnn.n_con",)]
     axis = axis_of([square.at([0.5, 0.9])])
     assert axis.levels[0].settings == ("dsnn.t_sp=0.25", "dsnn.w_i=0.25", "dsnn.n_con=8")
     fit = Fit(Study("fit", "a fit", experiments=("leaderboard",), models=("dsnn",)), over=("dsnn.t_sp+dsnn.w_i=0..1",),
