@@ -10,6 +10,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from experiments.bench.doctor import picture
 from experiments.bench.engine import terminal
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.pool import open_pool
+from experiments.bench.engine.workers.local import without_folder
 from experiments.bench.firmware import toolchain
 from experiments.bench.robot.trial import forget_simulations
 
@@ -226,7 +228,22 @@ def test_workers_look_for_no_module_in_the_current_folder(trapped):
     with open_pool(1, None) as pool:
         environment = pool.executor.submit(os.getenv, "PYTHONSAFEPATH").result(60)
     assert traps(trapped) == []
-    assert environment == os.environ.get("PYTHONSAFEPATH")
+    assert environment == os.environ.get("PYTHONSAFEPATH", "")
+
+
+def test_the_environment_can_be_copied_while_workers_start():
+    """The driver copies it for git while a thread starts workers: no variable may vanish between the two."""
+
+    def start() -> None:
+        for _ in range(20_000):
+            with without_folder():
+                pass
+
+    starting = threading.Thread(target=start)
+    starting.start()
+    while starting.is_alive():
+        dict(os.environ)
+    starting.join()
 
 
 def test_programs_of_python_look_for_no_module_in_the_current_folder(trapped, monkeypatch):

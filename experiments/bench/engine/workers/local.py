@@ -50,25 +50,20 @@ SAFE_PATH = "PYTHONSAFEPATH"
 
 
 @contextlib.contextmanager
-def without_folder() -> Iterator[str | None]:
+def without_folder() -> Iterator[str]:
     """Let Python processes that are started in this block look for no module in the current folder.
 
     `multiprocessing` starts them by ``-c``, for which Python looks there first: a ``random.py`` there would be run.
-    Yields what `SAFE_PATH` was before.
+    Yields what `SAFE_PATH` was before, empty if it was not set. It is never removed again, as Python takes an empty
+    one for none, and a variable that vanishes while another thread copies the environment makes that copy fail.
     """
     with _STARTING:
-        before = os.environ.get(SAFE_PATH)
+        before = os.environ.get(SAFE_PATH, "")
         os.environ[SAFE_PATH] = "1"
         try:
             yield before
         finally:
-            _set_safe_path(before)
-
-
-def _set_safe_path(value: str | None) -> None:
-    os.environ.pop(SAFE_PATH, None)
-    if value is not None:
-        os.environ[SAFE_PATH] = value
+            os.environ[SAFE_PATH] = before
 
 
 @contextlib.contextmanager
@@ -230,12 +225,12 @@ class LocalPool:
         self.executor.shutdown()
 
 
-def _serve(pipe: Connection, safe_path: str | None) -> None:
+def _serve(pipe: Connection, safe_path: str) -> None:
     """Do jobs in a worker and answer each by whether it returned, and what it returned or raised.
 
     ``safe_path`` is what `SAFE_PATH` was before `without_folder`: what the jobs start has it so.
     """
-    _set_safe_path(safe_path)
+    os.environ[SAFE_PATH] = safe_path
     _prepare_worker()
     with contextlib.suppress(EOFError, OSError):  # the driver has ended
         while True:
