@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -67,7 +68,9 @@ class Optimum(FitResult[Reading]):
             In the goal's unit; above 0 where the search promised too much; ``None`` where a value is not known.
         """
         before, after = self.winner.numbers[goal.name], _mean(self.anew[0], goal)
-        return None if after is None or np.isnan(before) else goal.signed(before - after)
+        if after is None or np.isnan(before):
+            return None
+        return 0.0 if math.isclose(before, after, rel_tol=1e-12) else goal.signed(before - after)
 
     def gain(self, goal: Goal) -> float | None:
         """Return how much better the winner is than the model as it is, both at seeds never searched.
