@@ -32,7 +32,7 @@ KINDS = {
     "clips": Kind(("run", "clips.py", "--repeats", "2", *QUIETLY, "--model", "dsnn")),
     "tune": Kind(("tune", "--curve", "size", *QUIETLY, *MODELS)),
     "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", *QUIETLY)),
-}  # fmt: skip
+}
 
 DERIVED = ("summary.csv", "comparisons.csv", "claims.json", "scores.csv", "tuning.csv", "preferences.csv")
 

@@ -108,7 +108,7 @@ INNER = {
     "atlas": (("leaderboard", "--atlas", "--only", "--model", "emd"), "atlas", LEADERBOARD),
     "reproduce": (("reproduce", "--quick", "--robot-only"), "general", REPRODUCTION),
     "models": (("study", "model-claims", "--model", "lplc2"), "even", WHOLE),
-}  # fmt: skip
+}
 """Words, its first part, and what a folder says that it was begun in."""
 REFUSED_FOR_ITS_FILES = ("leaderboard", "atlas")
 """Those that a folder in which nothing was begun is refused for what it holds, link or not."""
@@ -141,7 +141,7 @@ FILES = {
     "csv": ("export", "made/out", "--to", "csv", "--out", "seen", "-q"),
     "log": ("export", "made/out", "--to", "log", "--out", "seen", "-q"),
     "import": ("import", "log.csv", "--experiment", "tiny.py", "--out", "seen", "-q"),
-}  # fmt: skip
+}
 PARTS = (
     "seen.part", "seen.parquet.part", "seen.rrd.part", "seen.csv.part", "seen.part.avi", ".seen.part.png",
     ".seen.part.gif", "seen.gif.part", "seen.png.part",

@@ -90,7 +90,7 @@ def test_a_preset_comes_first_whatever_the_order():
         (["robot.preset=colias4", "experiment.speeds_cm_s=15"], "up to 14.535 cm/s"),
         (["robot.power_step_cm_s=0.06", "experiment.speeds_cm_s=20"], "power_step_cm_s=0.06 gives up to 15.3 cm/s"),
     ],
-)  # fmt: skip
+)
 def test_wheels_that_cannot_do_it_are_refused_in_a_line(texts, says):
     with pytest.raises(UsageError) as caught:
         plan(registry.load("speed"), ["dsnn"], texts, 1, 0)

@@ -308,7 +308,7 @@ def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_
         (["loop", "clean"], "clean: shows clips"),
         (["loop", "speed", "--set", "chip.stack=1024"], "--set chip.stack=1024: the chip's memory changes no answer"),
     ],
-)  # fmt: skip
+)
 def test_wrong_values_are_refused_in_one_line(arguments, said, tmp_path, monkeypatch):
     from experiments.bench.cli import main
 

@@ -137,7 +137,7 @@ def test_a_claim_about_clips_needs_answers_at_the_paper_s_own_speeds(claim, show
 def test_a_claim_of_one_s_own_may_be_kept_by_a_silent_model_too():
     mine = Claim(
         id="mine", says="silent", judge=lambda rows, threshold: Outcome("holds", "0"), silent_passes=True, least=1
-    )  # fmt: skip
+    )
     assert outcome(mine, [translation(0)], T).verdict == "silent model"
     assert outcome(mine, [translation(1)], T).verdict == "holds"
 

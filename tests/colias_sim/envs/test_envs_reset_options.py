@@ -174,7 +174,7 @@ BAD: list[tuple[Any, str]] = [
     ({"poses": {"target": np.zeros((3, 2))}}, "target=array.*: expected three numbers"),
     ([1], r"options=\[1\]\): expected a mapping"),
     *((empty, "options=.*: expected a mapping") for empty in ([], (), "", 0, False, set(), np.array([]))),
-]  # fmt: skip
+]
 BAD_SEEDS = (True, np.True_, -1, 1.5, np.float64(2.0), "3", [1], (), {}, np.array([3]))
 
 
