@@ -169,8 +169,8 @@ def test_names_of_clips_that_the_font_has_not_are_drawn_without_a_warning(tmp_pa
 
 def commands(group: Any) -> Iterator[Any]:
     """Every command of a group and of the groups in it."""
-    for each in group.commands.values():
-        yield from commands(each) if hasattr(each, "commands") else (each,)
+    for command in group.commands.values():
+        yield from commands(command) if hasattr(command, "commands") else (command,)
 
 
 def test_help_loses_no_bracket():

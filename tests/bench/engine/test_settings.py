@@ -123,8 +123,8 @@ def test_models_have_sections_of_their_own_and_families_share_one():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_can_run_as_declared(name):
-    made = plan(registry.load(name), ["dsnn"], [], 1, 0)
-    assert made.frames() > 30 * len(made.specs())
+    trial_plan = plan(registry.load(name), ["dsnn"], [], 1, 0)
+    assert trial_plan.frames() > 30 * len(trial_plan.specs())
 
 
 def test_a_model_with_parameters_of_its_own_is_a_family_of_its_own():
