@@ -35,8 +35,8 @@ class Damage:
     def __str__(self) -> str:
         return self.name
 
-    def is_told(self, said: str) -> bool:
-        return any(words in said for words in self.says.split("|"))
+    def is_told(self, message: str) -> bool:
+        return any(words in message for words in self.says.split("|"))
 
 
 def refused(name: str, do: Do, says: str) -> Damage:

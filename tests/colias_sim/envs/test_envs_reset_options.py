@@ -183,8 +183,8 @@ def test_a_bad_option_is_named_with_what_is_legal_and_changes_nothing():
     env.reset(seed=0)
     expected = fingerprint([env.reset()])
     env.reset(seed=0)
-    for options, said in BAD:
-        with pytest.raises(ValueError, match=said) as caught:
+    for options, message in BAD:
+        with pytest.raises(ValueError, match=message) as caught:
             env.reset(seed=5, options=options)
         assert "\n" not in str(caught.value)
     for seed in BAD_SEEDS:
