@@ -1,4 +1,4 @@
-"""What one does with the arena: the tabs for driving and for the world, their keys, and the arena itself."""
+"""The arena on the page of a session: the tabs for driving and for the world, their keys, and the arena itself."""
 
 from __future__ import annotations
 

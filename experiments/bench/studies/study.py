@@ -163,7 +163,7 @@ def value_text(value: float | str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """What a study keeps of a trial with the robot beside its row.
+    """A job that keeps further columns of a study's trials with the robot, beside those of their rows.
 
     Parameters
     ----------

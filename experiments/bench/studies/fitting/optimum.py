@@ -1,4 +1,4 @@
-"""What a fit to measures comes to: the winner or the front, judged anew, and how much of the gain was luck."""
+"""The result of a fit to measures: the winner or the front, judged anew, and how much of the gain was luck."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from experiments.bench.studies.fitting.result import FitResult, setting_words
 from experiments.bench.studies.fitting.scores import Reading
 
 AS_IS = "as it is"
-"""What the model without a setting is called."""
+"""Name of the model without a setting."""
 
 
 def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
@@ -27,7 +27,7 @@ def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
     searched
         The settings.
     goals
-        What is made large or small.
+        The goals, made large or small.
 
     Returns
     -------
@@ -47,11 +47,11 @@ def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
 
 @dataclass(frozen=True)
 class Optimum(FitResult[Reading]):
-    """What a fit to measures comes to."""
+    """The result of a fit to measures."""
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """What is made large or small."""
+        """The goals of the fit, made large or small."""
         return self.fit.goals
 
     def luck(self, goal: Goal) -> float | None:
