@@ -1,6 +1,6 @@
-"""What shared frames are worth to a fit: the best slack at seeds never searched, of searches of equal wall time.
+"""Benchmark of shared frames in a fit: the best slack at seeds never searched, of searches of equal wall time.
 
-``python -m benchmarks.fitting`` runs these alone. It needs the extra ``[fit]``.
+``python -m benchmarks.fitting`` runs it alone. It needs the extra ``[fit]``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""How long the playground takes in Chromium, from disk: ``python -m benchmarks.playground``, after ``make docs``.
+"""Benchmark of the playground in Chromium, from disk: ``python -m benchmarks.playground``, after ``make docs``.
 
-In milliseconds, so not among the ratios of ``make bench``: from the start of the page to the first trial drawn, and
-from the event of a slider to the trial redrawn, the median and the slowest of 20 moves.
+Times are in milliseconds, so they are not among the ratios of ``make bench``: from the start of the page to the first
+trial drawn, and from the event of a slider to the trial redrawn, the median and the slowest of 20 moves.
 """
 
 from __future__ import annotations

@@ -273,7 +273,7 @@ class Camera:
         return float(self._metered(light).mean(dtype=np.float64))
 
     def _metered(self, light: Floats) -> Floats:
-        """What the exposure loop sees of the light behind the lens: that itself, or the luma that it becomes."""
+        """Return what the exposure loop meters of the light behind the lens: the light itself, or its luma."""
         return light if self._tone is None or self.config.ae_meter == "light" else self._tone.of(light)
 
     def _averaged(self) -> Floats:

@@ -23,7 +23,7 @@ FENCE = "fence/"
 ROUND = 48
 """Corners of the outline of something round."""
 FARTHEST_CM = 64.0
-"""How far from the arena's middle anything may reach: the corners of a square around the room."""
+"""Greatest distance of anything from the arena's middle: the corners of a square around the room."""
 HIGHEST_CM, DEEPEST_CM, SMALLEST_CM = 100.0, -10.0, 0.05
 """Legal heights, and the least extent of a geom."""
 
@@ -48,7 +48,7 @@ class Obstacle:
 
     @property
     def closed_cm(self) -> Vectors:
-        """Its outline as a line that ends where it begins, (N + 1, 2) in cm."""
+        """The outline as a closed line, (N + 1, 2) in cm."""
         return 100 * np.vstack([self.outline, self.outline[:1]])
 
     def nearest(self, x: float, y: float) -> tuple[float, float, float]:

@@ -337,7 +337,7 @@ class Phase:
 
 
 class Schedule:
-    """Where a robot is to be on a route at every time, from rest at its start.
+    """The planned motion of a robot along a route: its pose at every time, from rest at its start.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a robot looks like, as simple solids: for viewers that are not MuJoCo's."""
+"""The shape of a robot as simple solids, for viewers that are not MuJoCo's."""
 
 from __future__ import annotations
 

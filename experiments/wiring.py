@@ -27,7 +27,7 @@ class CheckedModel:
 
     def __init__(
         self, name: str, model: Any, channels: Sequence[str], thresholds: Mapping[str, float | None] | None = None
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.name, self.channels = name, tuple(channels)
         self.thresholds = dict(thresholds or {})
         self.inner = model

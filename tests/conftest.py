@@ -162,13 +162,13 @@ def contexts(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[weakref.ref[Any]]
     """Every OpenGL context that is made; all are gone in the end."""
     from colias_sim.offscreen import _Surface
 
-    made: list[weakref.ref[Any]] = []
+    surfaces: list[weakref.ref[Any]] = []
     start = _Surface.__init__
 
     def init(self: _Surface, *arguments: Any) -> None:
         start(self, *arguments)
-        made.append(weakref.ref(self))
+        surfaces.append(weakref.ref(self))
 
     monkeypatch.setattr(_Surface, "__init__", init)
-    yield made
-    assert not any(one() for one in made), "left open"
+    yield surfaces
+    assert not any(one() for one in surfaces), "left open"

@@ -58,7 +58,7 @@ class Randomisation:
 
     def draw(
         self, world: np.random.Generator, episode: int, fixed: Mapping[str, tuple[float, ...]] | None = None
-    ) -> Drawn:  # fmt: skip
+    ) -> Drawn:
         """Draw the values of an episode.
 
         Six numbers are drawn from the world whatever ``randomise`` is, so that it does not change the draws that

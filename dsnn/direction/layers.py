@@ -49,7 +49,7 @@ def on_off(la: Map, on_before: Map, off_before: Map, sigma_l: float) -> tuple[Ma
 
 def fdsr(
     la: Map, la_before: Map, adaptation: Map, alpha_fast: float, alpha_slow: float, rectified: bool = True
-) -> tuple[Map, Map]:  # fmt: skip
+) -> tuple[Map, Map]:
     """Fast depolarising, slow repolarising: return the signal F and the new adaptation state."""
     gain = np.where(la >= la_before, alpha_fast, alpha_slow)
     adaptation = adaptation + gain * (la - adaptation)  # fdsr-lowpass

@@ -61,7 +61,7 @@ def on_clips(rows: Rows, threshold: float) -> Outcome:
         exceeds(f"{clip}: peak HS {peak:.3f}", peak, grid[model][clip], f"of {model}", "potential", scale=threshold)
         for model in FEWER
         for clip, peak in grid[DSNN].items()
-    ]  # fmt: skip
+    ]
     above = {model: sum(peak > threshold for peak in of_model.values()) for model, of_model in grid.items()}
     for model in FEWER:
         text, asks = f"passes T in {above[DSNN]} clips", f"more than {above[model]} of {model}"

@@ -139,12 +139,12 @@ def collisions(spikes: npt.NDArray[np.int64], in_a_row: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class DetectorRow:
-    """What C21 comes to for one detector in one arena. Triples are of 0, 15 and 30 degrees to the axis.
+    """The result of C21 for one detector in one arena. Triples are of 0, 15 and 30 degrees to the axis.
 
     Parameters
     ----------
     arena, label, preset, source
-        The arena, the detector as ``--model`` takes it, what its constants are called, where its threshold is from.
+        The arena, the detector as ``--model`` takes it, the name of its constants, the source of its threshold.
     threshold
         Its spike threshold on the potential.
     held, replicates

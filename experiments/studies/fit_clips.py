@@ -1,4 +1,4 @@
-"""Are the claims about clips kept together, with the constants of the network free that the paper gives ranges of?
+"""Search for a setting that keeps the claims about clips together, over the network's constants and the frame rate.
 
 C5, C6, C7 and C11 hang on constants of another model that are not known: no setting of the DSNN decides them.
 The paper gives the speeds of its clips in px and does not say whether per second or per frame. The clips' frame rate is

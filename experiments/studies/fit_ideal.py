@@ -1,4 +1,4 @@
-"""How large is the region in which C13 to C20 are kept together under the ideal eye, and which claim bounds it?"""
+"""The region in which C13 to C20 are kept together under the ideal eye: its size, and the claim that bounds it."""
 
 from experiments import Fit, Study
 from experiments.studies.fit_eye import CLAIMS, NETWORK, WHOLE

@@ -1,4 +1,4 @@
-"""Does the setting that ``fit-eye`` found keep C13 to C20 where a feedback of the pose takes the place of the wheels?
+"""C13 to C20 at the setting that ``fit-eye`` found, where a feedback of the pose takes the place of the wheels.
 
 With the robot's wheels it keeps C14 to C20, and C13 where a straight approach ends within 2 mm of its line. A feedback
 keeps every path on its line. The numbers are those of the winner of ``colias fit fit-eye`` at seed 0.

@@ -1,4 +1,4 @@
-"""What the claims survive: each parameter of the network, and of the apparatus, moved by itself."""
+"""Sensitivity of the claims about the robot to each parameter of network and apparatus, moved by itself."""
 
 from experiments import Axis, Level, Study
 from experiments.studies.onboard import BEST, series_of

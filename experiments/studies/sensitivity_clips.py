@@ -1,4 +1,4 @@
-"""What the claims about clips survive: each parameter of the network moved by itself, as in the study of sensitivity.
+"""Sensitivity of the claims about clips to each parameter of the network, moved by itself.
 
 The models that the claims compare the DSNN with stay as they are; the DSNN with a blocked pathway, and its other
 variants, move with it. `K_sp` changes counts of spikes alone, which no claim about clips reads.

@@ -37,10 +37,10 @@ def plant_modules(folder: Path) -> None:
 
 def marks(folder: Path) -> list[str]:
     """The canaries that have run; their marks are removed."""
-    found = sorted(folder.rglob(f"{MARK}*"))
-    for path in found:
+    paths = sorted(folder.rglob(f"{MARK}*"))
+    for path in paths:
         path.unlink()
-    return [path.name.removeprefix(MARK) for path in found]
+    return [path.name.removeprefix(MARK) for path in paths]
 
 
 def fields(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -71,7 +71,7 @@ def with_names(value: Any, new: str) -> Iterator[Any]:
         for name in path:
             inner = inner[name]
         for name in inner:
-            yield with_value(value, path, {new if each == name else each: own for each, own in inner.items()})
+            yield with_value(value, path, {new if key == name else key: content for key, content in inner.items()})
 
 
 def _objects(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

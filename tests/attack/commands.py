@@ -75,17 +75,17 @@ class Command:
     def tables(self, folder: Path) -> Tables:
         """The rows by model, of everything that it left."""
         if self.table == "runs":
-            found: Tables = {}
+            tables: Tables = {}
             for run in self.runs:
                 for name in ("trials.parquet", "frames.parquet"):
                     for row in pq.read_table(folder / run / name).to_pylist():
-                        found.setdefault(row.pop("model"), []).append({**_timeless(row), "of": f"{run}/{name}"})
-            return found
-        found = by_model(rows_of(folder / self.table))
+                        tables.setdefault(row.pop("model"), []).append({**_timeless(row), "of": f"{run}/{name}"})
+            return tables
+        tables = by_model(rows_of(folder / self.table))
         for path in (folder / name for name in self.more):
             for model, rows in by_model(rows_of(path)).items() if path.exists() else ():
-                found.setdefault(model, []).extend(rows)
-        return found
+                tables.setdefault(model, []).extend(rows)
+        return tables
 
 
 def rows_of(path: Path) -> Rows:
@@ -97,10 +97,10 @@ def rows_of(path: Path) -> Rows:
 
 def by_model(rows: Rows) -> Tables:
     """The rows of each model."""
-    found: Tables = {}
+    tables: Tables = {}
     for row in rows:
-        found.setdefault(row.pop("model"), []).append(_timeless(row))
-    return found
+        tables.setdefault(row.pop("model"), []).append(_timeless(row))
+    return tables
 
 
 def _timeless(row: dict[str, Any]) -> dict[str, Any]:

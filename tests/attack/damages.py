@@ -121,7 +121,7 @@ def _of_rows(kind: str) -> Iterator[Damage]:
         "column-of-text": columns(
             "trials.parquet", lambda t: t.set_column(1, "trial", pa.array([str(v) for v in t["trial"].to_pylist()]))
         ),
-    }  # fmt: skip
+    }
     yield from (Damage(name, kind, change) for name, change in changes.items())
 
 

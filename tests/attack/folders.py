@@ -32,7 +32,7 @@ KINDS = {
     "clips": Kind(("run", "clips.py", "--repeats", "2", *QUIETLY, "--model", "dsnn")),
     "tune": Kind(("tune", "--curve", "size", *QUIETLY, *MODELS)),
     "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", *QUIETLY)),
-}  # fmt: skip
+}
 
 DERIVED = ("summary.csv", "comparisons.csv", "claims.json", "scores.csv", "tuning.csv", "preferences.csv")
 
@@ -46,11 +46,11 @@ def make(folder: Path, kind: str) -> None:
         assert (done.returncode, done.stderr) == (0, ""), done
 
 
-def copied(made: Path, place: Path) -> Path:
+def copied(source: Path, place: Path) -> Path:
     """Copy a folder with its runs, whose descriptions name the files of one's own that are in it by their paths."""
-    shutil.copytree(made, place, symlinks=True)
+    shutil.copytree(source, place, symlinks=True)
     for path in place.glob("*/experiment.json"):
-        path.write_text(path.read_text().replace(f"{made}/", f"{place}/"))
+        path.write_text(path.read_text().replace(f"{source}/", f"{place}/"))
     return place
 
 
@@ -62,53 +62,53 @@ def go_on(folder: Path, kind: str) -> Ended:
 
 def tables(out: Path) -> dict[str, Any]:
     """Every table, times on the wall left out."""
-    found: dict[str, Any] = {}
+    contents: dict[str, Any] = {}
     for name in ("trials.parquet", "frames.parquet"):
         rows = pq.read_table(out / name).to_pylist()
-        found[name] = [{key: repr(value) for key, value in row.items() if key != "wall_s"} for row in rows]
+        contents[name] = [{key: repr(value) for key, value in row.items() if key != "wall_s"} for row in rows]
     for name in DERIVED:
         path = out / name
         if path.exists():
-            found[name] = strict_json(path) if path.suffix == ".json" else pyarrow.csv.read_csv(path).to_pylist()
-    found["failures.json"] = strict_json(out / "failures.json") if (out / "failures.json").exists() else []
-    return found
+            contents[name] = strict_json(path) if path.suffix == ".json" else pyarrow.csv.read_csv(path).to_pylist()
+    contents["failures.json"] = strict_json(out / "failures.json") if (out / "failures.json").exists() else []
+    return contents
 
 
 def state(out: Path) -> dict[str, str]:
     """Every file's contents, what kind of thing it is; lock and leftovers aside."""
-    found = {}
+    states = {}
     for path in sorted(out.rglob("*")):
         if path.name == ".lock" or path.name.endswith(".part"):
             continue
         name = str(path.relative_to(out))
         if path.is_symlink():
-            found[name] = f"link to {path.readlink()}"
+            states[name] = f"link to {path.readlink()}"
         elif path.is_file():
-            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+            states[name] = hashlib.sha256(path.read_bytes()).hexdigest()
         else:
-            found[name] = "folder" if path.is_dir() else "other"
-    return found
+            states[name] = "folder" if path.is_dir() else "other"
+    return states
 
 
-def problems(damage: Damage, made: Path, place: Path, whole: dict[str, Any]) -> list[str]:
-    """Damage a copy of the folder ``made``, go on with it, and say what is not as promised."""
-    out = copied(made, place) / "out"
+def problems(damage: Damage, source: Path, place: Path, whole: dict[str, Any]) -> list[str]:
+    """Damage a copy of the folder ``source``, go on with it, and say what is not as promised."""
+    out = copied(source, place) / "out"
     with ExitStack() as stack:
         damage.apply(Scene(out, place / "other", stack))
         before = state(out)
         ended = go_on(place, damage.kind)
     if ended.status == 0 and not ended.crashes() and not damage.must_refuse:
-        return [f"{damage.kind}, {damage.name}: {said}" for said in _differences(out, whole)]
-    found = refusal(ended)
+        return [f"{damage.kind}, {damage.name}: {difference}" for difference in _differences(out, whole)]
+    faults = refusal(ended)
     if ended.status == 0:
-        found = ["goes on as if nothing were"]
+        faults = ["goes on as if nothing were"]
     elif ended.status is None:
-        found = ["does not end"]
+        faults = ["does not end"]
     after = state(out)
     changed = sorted(name for name in {*before, *after} if before.get(name) != after.get(name))
     if changed and ended.status != 0:
-        found.append(f"changed {', '.join(changed)}")
-    return [f"{damage.kind}, {damage.name}: {said}" for said in found]
+        faults.append(f"changed {', '.join(changed)}")
+    return [f"{damage.kind}, {damage.name}: {fault}" for fault in faults]
 
 
 def _differences(out: Path, whole: dict[str, Any]) -> list[str]:

@@ -56,9 +56,9 @@ class Job:
 
     def _numbers(self) -> tuple[int, int, int]:
         """Its share of the moments' numbers, as of a range."""
-        own = int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0))
-        if own or FULL:
-            return 0, own or MOMENTS, 1
+        count = int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0))
+        if count or FULL:
+            return 0, count or MOMENTS, 1
         return [job.name for job in JOBS].index(self.name), MOMENTS, len(JOBS)
 
 
@@ -112,8 +112,8 @@ def share(folder: Path) -> None:
     """The same, and what takes time to make: a long film, a recording."""
     furnish(folder)
     film(folder / "film.avi", 6000)
-    made = colias(folder, ["play", "plain", "--no-view", "--record", "kept.rrd"])
-    assert made.status == 0, made
+    ended = colias(folder, ["play", "plain", "--no-view", "--record", "kept.rrd"])
+    assert ended.status == 0, ended
 
 
 @cache
@@ -133,20 +133,20 @@ def problems(job: Job, when: Interrupt, folder: Path) -> list[str]:
     ended = colias(folder, job.words, interrupt=when, timeout_s=60.0)
     if _before_the_entry(ended, when):
         return []
-    found = [f"says {word!r}: {_where(ended, word)}" for word in ended.crashes()]
-    found += [f"left a process: {left}" for left in ended.left]
+    faults = [f"says {word!r}: {_where(ended, word)}" for word in ended.crashes()]
+    faults += [f"left a process: {left}" for left in ended.left]
     if ended.status is None:
-        found.append("does not end")
+        faults.append("does not end")
     elif ended.status not in (0, 130):
-        found.append(f"exit status {ended.status}: {' | '.join(ended.err.strip().splitlines()[-2:])[-300:]}")
+        faults.append(f"exit status {ended.status}: {' | '.join(ended.err.strip().splitlines()[-2:])[-300:]}")
     elif ended.status == 0:
-        found += [f"status 0 without {name}" for name in job.makes if not (folder / name).exists()]
-    found += list(unreadable(folder))
+        faults += [f"status 0 without {name}" for name in job.makes if not (folder / name).exists()]
+    faults += list(unreadable(folder))
     if not job.folder:
         known = {*SHARED, *job.makes}
-        found += [f"left {path.name}" for path in folder.iterdir() if path.name not in known]
+        faults += [f"left {path.name}" for path in folder.iterdir() if path.name not in known]
     kind = "group" if when.group else "process"
-    return [f"{job.name}, {kind} at {when.after_s:.2f} s: {said}" for said in found]
+    return [f"{job.name}, {kind} at {when.after_s:.2f} s: {fault}" for fault in faults]
 
 
 def _before_the_entry(ended: Ended, when: Interrupt) -> bool:
@@ -156,8 +156,8 @@ def _before_the_entry(ended: Ended, when: Interrupt) -> bool:
     """
     early = when.after_s < max(4 * start_s(), 0.25)
     places = [line.strip() for line in ended.err.splitlines() if line.strip().startswith("File ")]
-    own = [line for line in places if str(ROOT) in line]
-    opening = all(line.endswith("in <module>") and line.split('"')[1].endswith(OPENING) for line in own)
+    our_places = [line for line in places if str(ROOT) in line]
+    opening = all(line.endswith("in <module>") and line.split('"')[1].endswith(OPENING) for line in our_places)
     library = any("site-packages" in line and "_distutils_hack" not in line for line in places)
     return early and ended.status in (-2, 1, 130) and opening and not library
 
@@ -166,8 +166,8 @@ def _where(ended: Ended, word: str) -> str:
     """The last place of ours in a traceback, and what it ends with."""
     lines = [line.strip() for line in ended.err.splitlines() if line.strip()]
     places = [line for line in lines if line.startswith("File ")]
-    own = [line.replace(str(ROOT) + "/", "") for line in places if str(ROOT) in line] or places[-1:]
-    return f"{own[-1][:120] if own else ''} ... {lines[-1][:150] if lines else ended.out[-150:]}"
+    our_places = [line.replace(str(ROOT) + "/", "") for line in places if str(ROOT) in line] or places[-1:]
+    return f"{our_places[-1][:120] if our_places else ''} ... {lines[-1][:150] if lines else ended.out[-150:]}"
 
 
 def unreadable(folder: Path) -> Iterator[str]:
@@ -194,7 +194,7 @@ def go_on(job: Job, folder: Path) -> list[str]:
     if job.name.startswith("run") and not (folder / "out" / "experiment.json").exists():
         words = job.words
     ended = colias(folder, words)
-    found = [f"says {word!r}: {_where(ended, word)}" for word in ended.crashes()]
+    faults = [f"says {word!r}: {_where(ended, word)}" for word in ended.crashes()]
     if ended.status != 0:
-        found.append(f"exit status {ended.status}: {' | '.join(ended.err.strip().splitlines()[-2:])[-300:]}")
-    return [f"{job.name}, gone on with: {said}" for said in (*found, *unreadable(folder))]
+        faults.append(f"exit status {ended.status}: {' | '.join(ended.err.strip().splitlines()[-2:])[-300:]}")
+    return [f"{job.name}, gone on with: {fault}" for fault in (*faults, *unreadable(folder))]

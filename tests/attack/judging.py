@@ -24,10 +24,10 @@ MORE = "more: see failures.json"
 """What stands on stderr instead of the failures that are too many to be told one by one."""
 
 
-def expect_none(found: Sequence[str]) -> None:
+def expect_none(faults: Sequence[str]) -> None:
     """Fail with what was found, a line each, if anything was."""
-    if found:
-        pytest.fail("\n" + "\n".join(found), pytrace=False)
+    if faults:
+        pytest.fail("\n" + "\n".join(faults), pytrace=False)
 
 
 def problems(command: Command, cases: Sequence[Case], folder: Path, honest: Reference) -> list[str]:
@@ -36,41 +36,41 @@ def problems(command: Command, cases: Sequence[Case], folder: Path, honest: Refe
     written = [case.write(folder) for case in cases]
     ended = show(command, folder, written, honest.last)
     lost: list[Case] = []
-    found = basics(ended, cases, command)
+    faults = basics(ended, cases, command)
     if command is PLAY:
-        found += _played(folder, cases, ended, honest, lost)
+        faults += _played(folder, cases, ended, honest, lost)
     else:
-        found += _tables(command, cases, folder, honest, lost)
+        faults += _tables(command, cases, folder, honest, lost)
     for case in lost:
-        found += _named(case, command, folder, ended)
+        faults += _named(case, command, folder, ended)
     expected = 1 if lost else 0
     if ended.status != expected:
-        found.append(f"exit status {ended.status} where {len(lost)} of {len(cases)} models failed; said {_end(ended)}")
-    return found + stray(folder, (*written, *command.left))
+        faults.append(f"exit status {ended.status} where {len(lost)} of {len(cases)} models failed; said {_end(ended)}")
+    return faults + stray(folder, (*written, *command.left))
 
 
 def basics(ended: Ended, cases: Sequence[Case], command: Command) -> list[str]:
     """What holds of every command, whatever it is given."""
-    found = [f"says {word!r}: {_last_line(ended, word)}" for word in ended.crashes()]
+    faults = [f"says {word!r}: {_last_line(ended, word)}" for word in ended.crashes()]
     if ended.status is None:
-        found.append("does not end")
+        faults.append("does not end")
     allowed = {case.leaves for case in cases if case.leaves}
-    found += [
+    faults += [
         f"left a process: {left}"
         for left in ended.left
         if left not in allowed and not (command.leaves_programs and any("forks" in case.name for case in cases))
     ]
     for line in ended.err.splitlines():
         if len(line) > LONGEST_LINE:
-            found.append(f"a line of {len(line)} letters on stderr: {line[:80]}")
+            faults.append(f"a line of {len(line)} letters on stderr: {line[:80]}")
         if any(unicodedata.category(letter) == "Cc" for letter in line):
-            found.append(f"control characters on stderr: {line[:200]!r}")
-    return found
+            faults.append(f"control characters on stderr: {line[:200]!r}")
+    return faults
 
 
 def _last_line(ended: Ended, word: str) -> str:
-    said = ended.err if word in ended.err else ended.out
-    return said.strip().splitlines()[-1][:200]
+    output = ended.err if word in ended.err else ended.out
+    return output.strip().splitlines()[-1][:200]
 
 
 def _end(ended: Ended) -> str:
@@ -84,25 +84,25 @@ def _tables(command: Command, cases: Sequence[Case], folder: Path, honest: Refer
         return [f"no readable {command.table}: {type(error).__name__}: {str(error)[:200]}"]
     if not any(label in tables for label in command.others):
         return ["all is lost, what the honest models say too"]
-    found = []
+    faults = []
     for label in command.others:
         if tables.get(label) != honest.tables[label]:
-            found.append(f"{label}'s rows are not those of a run without: {_first(tables.get(label), honest, label)}")
+            faults.append(f"{label}'s rows are not those of a run without: {_first(tables.get(label), honest, label)}")
     for case in cases:
         rows = tables.get(case.label, [])
         if _incomplete(case, rows, honest):
             lost.append(case)
             if LOST not in case.may:
-                found.append(f"{case.name}: lost its part ({len(rows)} rows)")
+                faults.append(f"{case.name}: lost its part ({len(rows)} rows)")
             continue
         if WORKS not in case.may:
-            found.append(f"{case.name}: passes as if it answered: {_sample(rows)}")
+            faults.append(f"{case.name}: passes as if it answered: {_sample(rows)}")
         elif case.twin is not None and (
             differs := _difference(rows, honest.tables[case.twin], case.close, case.ignore)
         ):
-            found.append(f"{case.name}: {differs}")
-        found += [f"{case.name}: not finite: {_sample([row])}" for row in rows if _unreal(row)][:1]
-    return found
+            faults.append(f"{case.name}: {differs}")
+        faults += [f"{case.name}: not finite: {_sample([row])}" for row in rows if _unreal(row)][:1]
+    return faults
 
 
 def _incomplete(case: Case, rows: Rows, honest: Reference) -> bool:
@@ -132,11 +132,11 @@ def _difference(rows: Rows, wanted: Rows, close: float = 0.0, ignore: str = "-")
         for name, value in right.items():
             if ignore in name:
                 continue
-            own = row.get(name)
-            near = isinstance(value, float) and isinstance(own, float) and abs(own - value) <= close
-            if own != value and not near and not (close and name in ("spikes", "firing_rate_hz")):
+            actual = row.get(name)
+            near = isinstance(value, float) and isinstance(actual, float) and abs(actual - value) <= close
+            if actual != value and not near and not (close and name in ("spikes", "firing_rate_hz")):
                 place = {k: row[k] for k in ("of", "trial", "frame") if k in row}
-                return f"{name} is {own} instead of {value} {place}"
+                return f"{name} is {actual} instead of {value} {place}"
     return ""
 
 
@@ -148,9 +148,9 @@ def _sample(rows: Rows) -> str:
 def _named(case: Case, command: Command, folder: Path, ended: Ended) -> list[str]:
     """A model that lost its part is named on stderr with the reason, and in failures.json."""
     lines = [line for line in ended.err.splitlines() if case.label in line]
-    found = [] if lines or MORE in ended.err else [f"{case.name}: not named on stderr"]
+    faults = [] if lines or MORE in ended.err else [f"{case.name}: not named on stderr"]
     if command in (WATCH, PLAY) or not command.runs:
-        return found
+        return faults
     reasons = []
     for run in command.runs:
         try:
@@ -159,13 +159,13 @@ def _named(case: Case, command: Command, folder: Path, ended: Ended) -> list[str
         except FileNotFoundError:
             continue
         except (ValueError, KeyError, TypeError, OSError) as error:
-            return [*found, f"failures.json: {error}"]
+            return [*faults, f"failures.json: {error}"]
     if not reasons:
-        return [*found, f"{case.name}: not in failures.json"]
+        return [*faults, f"{case.name}: not in failures.json"]
     if lines and not any(reason in line for reason in reasons for line in lines):
-        found.append(f"{case.name}: stderr does not give the reason {reasons[0][:80]!r}")
+        faults.append(f"{case.name}: stderr does not give the reason {reasons[0][:80]!r}")
     bad = [reason for reason in reasons if not reason or "\n" in reason or len(reason) > LONGEST_LINE]
-    return found + [f"{case.name}: no reason in one line: {len(reason)} letters" for reason in bad[:1]]
+    return faults + [f"{case.name}: no reason in one line: {len(reason)} letters" for reason in bad[:1]]
 
 
 def strict_json(path: Path) -> Any:
@@ -180,47 +180,47 @@ def strict_json(path: Path) -> Any:
 def stray(folder: Path, expected: Sequence[str]) -> list[str]:
     """Files that a command left beside what it was asked for."""
     known = {*expected, "tiny.py", "clips.py", "film.avi", "tmp", "__pycache__", "twin.py", "looming-twin.py"}
-    found = [f"left {path.name}" for path in folder.iterdir() if path.name not in known]
-    found += [f"left {path} among temporary files" for path in (folder / "tmp").iterdir()]
-    found += [f"left {path}" for path in folder.rglob("*.part")]
+    faults = [f"left {path.name}" for path in folder.iterdir() if path.name not in known]
+    faults += [f"left {path} among temporary files" for path in (folder / "tmp").iterdir()]
+    faults += [f"left {path}" for path in folder.rglob("*.part")]
     for path in folder.rglob("*.json"):
         try:
             strict_json(path)
         except ValueError as error:
-            found.append(f"{path.name} is no JSON: {str(error)[:100]}")
-    return found
+            faults.append(f"{path.name} is no JSON: {str(error)[:100]}")
+    return faults
 
 
 def _played(folder: Path, cases: Sequence[Case], ended: Ended, honest: Reference, lost: list[Case]) -> list[str]:
     """``play`` prints a line per model, and keeps a recording."""
     lines = ended.out.splitlines()
-    said = {
+    printed = {
         case.name: [line for line in lines if re.match(re.escape(case.label) + r"\s*(HS|LOOMING) ", line)]
         for case in cases
     }
-    found = [] if (folder / "played.rrd").is_file() else ["no recording"]
+    faults = [] if (folder / "played.rrd").is_file() else ["no recording"]
     if potentials(ended.out) != honest.printed:
-        found.append(f"of the dsnn it says {potentials(ended.out)} instead of {honest.printed}")
+        faults.append(f"of the dsnn it says {potentials(ended.out)} instead of {honest.printed}")
     for case in cases:
-        if WORKS not in case.may or not said[case.name]:
+        if WORKS not in case.may or not printed[case.name]:
             lost.append(case)
-        if WORKS not in case.may and said[case.name]:
-            found.append(f"{case.name}: passes as if it answered: {said[case.name][0]}")
-        if LOST not in case.may and not said[case.name]:
-            found.append(f"{case.name}: lost its part")
-        numbers = [line[len(case.label) :] for line in said[case.name]]
-        found += [f"{case.name}: {line}" for line in numbers if "nan" in line or "inf" in line]
-    return found
+        if WORKS not in case.may and printed[case.name]:
+            faults.append(f"{case.name}: passes as if it answered: {printed[case.name][0]}")
+        if LOST not in case.may and not printed[case.name]:
+            faults.append(f"{case.name}: lost its part")
+        numbers = [line[len(case.label) :] for line in printed[case.name]]
+        faults += [f"{case.name}: {line}" for line in numbers if "nan" in line or "inf" in line]
+    return faults
 
 
 def refusal(ended: Ended) -> list[str]:
     """What is wrong with a refusal: it is one line on stderr, and status 2."""
     lines = ended.err.splitlines()
-    found = [f"says {word!r}: {_last_line(ended, word)}" for word in ended.crashes()]
+    faults = [f"says {word!r}: {_last_line(ended, word)}" for word in ended.crashes()]
     if ended.status != 2:
-        found.append(f"exit status {ended.status}")
+        faults.append(f"exit status {ended.status}")
     if len(lines) != 1 or not lines[0].startswith("colias: "):
-        found.append(f"{len(lines)} lines on stderr: {_end(ended)}")
+        faults.append(f"{len(lines)} lines on stderr: {_end(ended)}")
     if any(len(line) > LONGEST_LINE for line in lines):
-        found.append(f"a line of {max(map(len, lines))} letters")
-    return found + [f"left a process: {left}" for left in ended.left]
+        faults.append(f"a line of {max(map(len, lines))} letters")
+    return faults + [f"left a process: {left}" for left in ended.left]

@@ -94,12 +94,12 @@ MODEL = ModelEntry(@NAME@, "a model of the attack", @MAKE@, Parameters()@ENTRY@)
 """
 
 
-def made(name: str, *, top: str = "", build: str = "", reset: str = "", step: str = "", entry: str = "",
-         make: str = "Model", label: object = None) -> str:  # fmt: skip
+def model_text(name: str, *, top: str = "", build: str = "", reset: str = "", step: str = "", entry: str = "",
+               make: str = "Model", label: object = None) -> str:  # fmt: skip
     """The text of a model file: `TWIN` with changes."""
-    own = {"TOP": top, "BUILD": _inner(build), "RESET": _inner(reset), "STEP": _inner(step), "MAKE": make}
+    parts = {"TOP": top, "BUILD": _inner(build), "RESET": _inner(reset), "STEP": _inner(step), "MAKE": make}
     text = BASE
-    for slot, given in {**own, "NAME": repr(name if label is None else label), "ENTRY": entry}.items():
+    for slot, given in {**parts, "NAME": repr(name if label is None else label), "ENTRY": entry}.items():
         text = text.replace(f"@{slot}@", given)
     return text
 
@@ -112,5 +112,5 @@ def case(name: str, *may: str, twin: str | None = "twin", close: float = 0.0, ig
          leaves: str = "", text: str | None = None,
          label: str | None = None, **changes: str) -> Case:  # fmt: skip
     """A case; ``changes`` are those of `made`, unless ``text`` is the whole file."""
-    whole = made(name, label=label, **changes) if text is None else text  # type: ignore[arg-type]
+    whole = model_text(name, label=label, **changes) if text is None else text  # type: ignore[arg-type]
     return Case(name, whole, frozenset(may), name if label is None else label, twin, close, ignore, leaves)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.attack.model_files import KILLS, LOST, REFUSED, WORKS, Case, case, made
+from tests.attack.model_files import KILLS, LOST, REFUSED, WORKS, Case, case, model_text
 
 LOOMING = "answer = Response(looming=0.5 + abs(hs) / 2, looming_spikes=abs(count(hs)))"
 ONLY_LOOMING = ', channels=("looming",)'
@@ -309,14 +309,14 @@ def _entry(name: str, entry: str) -> Case:
 
 
 def _with_parameters(name: str, parameters: str, best: str) -> Case:
-    text = made(name).replace(", Parameters())", f", {parameters})")
+    text = model_text(name).replace(", Parameters())", f", {parameters})")
     return case(name, REFUSED, *({best, LOST} - {REFUSED} if best != REFUSED else ()), text=text)
 
 
 DECLARED_WRONG = (
     *(case(f"file-{name}", REFUSED, text="\udcff\udcfe" if text is None else text) for name, text in FILES.items()),
     *(
-        Case(f"called-{name}", made(name).replace(f"ModelEntry({name!r}", f"ModelEntry({label!r}"),
+        Case(f"called-{name}", model_text(name).replace(f"ModelEntry({name!r}", f"ModelEntry({label!r}"),
              frozenset({REFUSED}), str(label), None, 0.0, "-", "")
         for name, label in BAD_NAMES.items()
     ),

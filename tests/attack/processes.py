@@ -134,9 +134,11 @@ def _prepare() -> None:
 
 
 def _environment(mark: str, more: Mapping[str, str] | None) -> dict[str, str]:
-    own = {name: value for name, value in os.environ.items() if "DISPLAY" not in name and not name.startswith("PYTEST")}
+    inherited = {
+        name: value for name, value in os.environ.items() if "DISPLAY" not in name and not name.startswith("PYTEST")
+    }
     return {
-        **own,
+        **inherited,
         "PYTHONPATH": str(ROOT),
         "COLUMNS": "100",
         "BROWSER": "/bin/true",
@@ -179,17 +181,19 @@ def _left_behind(mark: str, session: int) -> list[str]:
 def _there(mark: str, session: int) -> dict[int, str]:
     """The living processes with this mark in their environment, or of this session: process id -> command line."""
     wanted = f"{MARK}={mark}".encode()
-    found = {}
+    command_lines = {}
     for place in Path("/proc").iterdir():
         if place.name.isdigit():
             try:
                 state, _, _, number = (place / "stat").read_text().rsplit(")", 1)[1].split()[:4]
                 ours = int(number) == session or wanted in (place / "environ").read_bytes().split(b"\0")
                 if ours and state != "Z":
-                    found[int(place.name)] = (place / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
+                    command_lines[int(place.name)] = (
+                        (place / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
+                    )
             except OSError:  # it has ended, or is another user's
                 continue
-    return found
+    return command_lines
 
 
 def _text(stream: IO[bytes]) -> str:

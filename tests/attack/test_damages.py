@@ -25,7 +25,7 @@ SHOWN = [
     for kind in KINDS
     for damage in some([damage for damage in DAMAGES if damage.kind == kind], SHARES.get(kind, 0))
 ]
-Made = Callable[[str], tuple[Path, dict[str, Any]]]
+RunOf = Callable[[str], tuple[Path, dict[str, Any]]]
 
 
 def test_there_are_enough_of_them():
@@ -35,24 +35,24 @@ def test_there_are_enough_of_them():
 
 
 @pytest.mark.parametrize("damage", SHOWN, ids=lambda damage: f"{damage.kind}-{damage.name}")
-def test_a_damaged_folder_is_refused_or_mended(damage: Damage, made: Made, tmp_path):
-    folder, whole = made(damage.kind)
+def test_a_damaged_folder_is_refused_or_mended(damage: Damage, run_of: RunOf, tmp_path):
+    folder, whole = run_of(damage.kind)
     expect_none(problems(damage, folder, tmp_path / "work", whole))
 
 
 @pytest.mark.parametrize("kind", KINDS if FULL else SHARES)
-def test_a_whole_folder_is_gone_on_with(kind, made: Made, tmp_path):
+def test_a_whole_folder_is_gone_on_with(kind, run_of: RunOf, tmp_path):
     """The measure of all others: without damage the same command ends with 0, and leaves what was there."""
-    folder, whole = made(kind)
-    found = problems(Damage("none", kind, lambda scene: None), folder, tmp_path / "work", whole)
-    expect_none(found)
+    folder, whole = run_of(kind)
+    faults = problems(Damage("none", kind, lambda scene: None), folder, tmp_path / "work", whole)
+    expect_none(faults)
     ended = go_on(tmp_path / "work", kind)
     assert (ended.status, ended.err) == (0, "")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only to root")
-def test_a_folder_that_is_read_only_is_one_line(made: Made, tmp_path):
-    folder, _ = made("robot")
+def test_a_folder_that_is_read_only_is_one_line(run_of: RunOf, tmp_path):
+    folder, _ = run_of("robot")
     copied(folder, tmp_path / "work")
     out = tmp_path / "work" / "out"
     (out / "trials.parquet").unlink()
@@ -68,7 +68,7 @@ def test_a_folder_that_is_read_only_is_one_line(made: Made, tmp_path):
             path.chmod(0o755)
 
 
-def test_two_tables_of_one_run_are_equal(made: Made):
+def test_two_tables_of_one_run_are_equal(run_of: RunOf):
     """That tables are compared at all: another seed has others."""
-    folder, whole = made("robot")
+    folder, whole = run_of("robot")
     assert tables(folder / "out") == whole != tables(folder / "other")

@@ -31,7 +31,7 @@ from tests.attack.processes import python
 from tests.attack.scale import some
 
 pytestmark = pytest.mark.attack
-Made = Callable[[str], tuple[Path, dict[str, Any]]]
+RunOf = Callable[[str], tuple[Path, dict[str, Any]]]
 VERSIONS = 60
 """Versions of a description; in the full attack all there are."""
 POLICY = Path(experiments.__file__).parent / "policies" / "optomotor-policy.npz"
@@ -88,11 +88,11 @@ def read_by_commands(folder: Path, kind: str) -> None:
 
 
 @pytest.fixture
-def copied(made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
+def copied(run_of: RunOf, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
     """A copy of a run of a kind, in whose folder one works."""
 
     def of(kind: str) -> Path:
-        folder, _ = made(kind)
+        folder, _ = run_of(kind)
         place = copied_folder(folder, tmp_path / "work")
         monkeypatch.chdir(place)
         return place / "out"
@@ -235,9 +235,9 @@ COMMANDS = (
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=lambda words: "-".join(words[:2]).replace("/", "-"))
-def test_no_module_of_the_current_folder_is_run(words: tuple[str, ...], made: Made, folder: Path):
+def test_no_module_of_the_current_folder_is_run(words: tuple[str, ...], run_of: RunOf, folder: Path):
     """As the installed ``colias`` starts: ``python -m`` alone puts the current folder first, as its user asks."""
-    shutil.copytree(made("robot")[0], folder / "made")
+    shutil.copytree(run_of("robot")[0], folder / "made")
     (folder / "named").mkdir()
     (folder / "named" / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(25,)"))
     (folder / "named" / "clips.py").write_text(CLIPS)

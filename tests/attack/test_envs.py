@@ -21,33 +21,33 @@ ENVS = Path(__file__).with_name("through_envs.py")
 
 @pytest.mark.parametrize("how", some(["path", "factory"], 1))
 def test_envs_pass_on_numbers_or_raise(how, folder):
-    shown = [case for case in (*models.RAISING, *models.WRONG, *models.ODD, *models.MUTATING, *models.MEDDLING)
+    cases = [case for case in (*models.RAISING, *models.WRONG, *models.ODD, *models.MUTATING, *models.MEDDLING)
              if case.name not in ("starts-a-program", "keeps-300-mb")]  # fmt: skip
-    answers = _through_envs(folder, how, [models.TWIN, *shown])
-    honest, found = answers["twin"], []
+    answers = _through_envs(folder, how, [models.TWIN, *cases])
+    honest, faults = answers["twin"], []
     assert honest["raised"] == "", honest
-    for case in shown:
-        said = answers[case.name]
-        if said["raised"]:
-            found += [f"{case.name}: raised {said['raised']}"] if models.LOST not in case.may else []
+    for case in cases:
+        answer = answers[case.name]
+        if answer["raised"]:
+            faults += [f"{case.name}: raised {answer['raised']}"] if models.LOST not in case.may else []
         elif models.WORKS not in case.may and case.name != "raises-in-reset":
-            found.append(f"{case.name}: passes as if it answered: {said['neural'][-1]}")
+            faults.append(f"{case.name}: passes as if it answered: {answer['neural'][-1]}")
         elif (
             case.twin == "twin"
             and not case.close
             and case.name != "direction-that-looms"
-            and said["neural"] != honest["neural"]
+            and answer["neural"] != honest["neural"]
         ):
-            found.append(f"{case.name}: observes {said['neural'][-1]} where its twin has {honest['neural'][-1]}")
-        if said["outside"]:
-            found.append(f"{case.name}: observes {said['outside']}, which is not in the space")
-        if said["pixels"] != honest["pixels"][: len(said["pixels"])]:
-            found.append(f"{case.name}: changes what the camera sees")
-    expect_none(found)
+            faults.append(f"{case.name}: observes {answer['neural'][-1]} where its twin has {honest['neural'][-1]}")
+        if answer["outside"]:
+            faults.append(f"{case.name}: observes {answer['outside']}, which is not in the space")
+        if answer["pixels"] != honest["pixels"][: len(answer["pixels"])]:
+            faults.append(f"{case.name}: changes what the camera sees")
+    expect_none(faults)
 
 
-def _other(said: dict, honest: dict) -> bool:
-    return said["neural"] != honest["neural"]
+def _other(answer: dict, honest: dict) -> bool:
+    return answer["neural"] != honest["neural"]
 
 
 def _through_envs(folder: Path, how: str, cases: Sequence[Case]) -> dict[str, dict]:

@@ -37,14 +37,14 @@ TRIES = 18
 
 def wrong(ended: Ended, folder: Path, legal: tuple[int, ...] = (0, 1, 2)) -> list[str]:
     """Everything about a command's end and its files that is never right."""
-    found = [f"says {word!r}: {ended.err[-300:]}" for word in ended.crashes()]
+    faults = [f"says {word!r}: {ended.err[-300:]}" for word in ended.crashes()]
     if ended.status is None:
-        return [*found, "does not end"]
+        return [*faults, "does not end"]
     if ended.status not in legal:
-        found.append(f"exit status {ended.status}: {ended.err[-300:]}")
+        faults.append(f"exit status {ended.status}: {ended.err[-300:]}")
     if ended.status and "MB are free in " not in ended.err:
-        found.append(f"does not name the disk: {ended.err[-300:]}")
-    return [*found, *(f"left a process: {left}" for left in ended.left), *unreadable(folder), *cut(folder)]
+        faults.append(f"does not name the disk: {ended.err[-300:]}")
+    return [*faults, *(f"left a process: {left}" for left in ended.left), *unreadable(folder), *cut(folder)]
 
 
 def cut(folder: Path) -> Iterator[str]:
@@ -89,21 +89,21 @@ def test_a_watched_film_is_recorded_whole_or_the_command_fails(footage, tmp_path
     folder, size = footage
     pages = -(-size // PAGE)
     counts = {1, 2, pages // 3, pages // 2, *range(pages - 4, pages + 4)} if not FULL else range(1, pages + 8)
-    found = []
+    faults = []
     for count in sorted(counts):
         with small_disk(tmp_path / "disk", count * PAGE) as disk:
             out = disk / "out.rrd"
             ended = colias(folder, ["watch", "film.avi", "--no-view", "--record", str(out)], timeout_s=60)
-            own = wrong(ended, disk, (0, 1))
+            disk_faults = wrong(ended, disk, (0, 1))
             if ended.status == 0 and not out.exists():
-                own.append("exit status 0 without a recording")
+                disk_faults.append("exit status 0 without a recording")
             if out.exists():
-                own += [] if ended.status == 0 else ["a name in spite of a failure"]
-                own += [] if frames(out) == FRAMES else ["frames are missing"]
+                disk_faults += [] if ended.status == 0 else ["a name in spite of a failure"]
+                disk_faults += [] if frames(out) == FRAMES else ["frames are missing"]
             if ended.status == 0 and count <= pages // 2:
-                own.append("exit status 0 where there is no room")
-            found += [f"{count} of {pages} pages: {said}" for said in own]
-    expect_none(found)
+                disk_faults.append("exit status 0 where there is no room")
+            faults += [f"{count} of {pages} pages: {fault}" for fault in disk_faults]
+    expect_none(faults)
 
 
 RUN = ("run", "tiny.py", "--repeats", "2", "-q")
@@ -120,13 +120,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, int]:
 
 
 def rows(run: Path) -> list[dict[str, Any]]:
-    found = pq.read_table(run / "trials.parquet").to_pylist() if (run / "trials.parquet").exists() else []
-    return [{name: value for name, value in row.items() if name not in ("wall_s", "code")} for row in found]
+    trials = pq.read_table(run / "trials.parquet").to_pylist() if (run / "trials.parquet").exists() else []
+    return [{name: value for name, value in row.items() if name not in ("wall_s", "code")} for row in trials]
 
 
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_a_full_folder_for_temporary_files_costs_no_trial_and_no_time(workers, whole, tmp_path):
-    found = []
+    faults = []
     for number in range(TRIES if workers == "0" or FULL else 2):
         folder = tmp_path / f"{number}"
         folder.mkdir()
@@ -136,45 +136,45 @@ def test_a_full_folder_for_temporary_files_costs_no_trial_and_no_time(workers, w
             environment = {"TMPDIR": str(temporary)}
             words = [*RUN, "--workers", workers, "--out", "out"]
             ended = colias(folder, words, environment=environment, timeout_s=90)
-            own = wrong(ended, folder, (0,))
+            try_faults = wrong(ended, folder, (0,))
             if rows(folder / "out") != rows(whole[0] / "out"):
-                own.append("other rows")
+                try_faults.append("other rows")
             if len(list((folder / "out" / "recordings").glob("*.rrd"))) != len(rows(folder / "out")):
-                own.append("recordings are missing")
+                try_faults.append("recordings are missing")
         shutil.rmtree(folder)
-        found += [f"try {number}: {said}" for said in own]
-    expect_none(found)
+        faults += [f"try {number}: {fault}" for fault in try_faults]
+    expect_none(faults)
 
 
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_a_run_on_a_small_disk_loses_no_row_for_a_recording(workers, whole, tmp_path):
     """And with more room it is gone on with, to the same rows."""
     folder, size = whole
-    found = []
+    faults = []
     spaces = [4 * PAGE, 30 * PAGE, size + 10 * PAGE, 2**21 + 2 * size]
     spaces += [10 * PAGE, size // 2, 3 * size] if FULL else []
     for space in spaces:
         with small_disk(tmp_path / "disk", space) as disk:
             run = [*RUN, "--workers", workers]
             ended = colias(folder, [*run, "--out", str(disk / "out")], timeout_s=90)
-            own = wrong(ended, disk)
+            disk_faults = wrong(ended, disk)
             done = rows(disk / "out")
             if ended.status == 1 and done != rows(folder / "out"):
-                own.append("rows were lost")
+                disk_faults.append("rows were lost")
             if ended.status == 0:
-                own.append("there is room for everything: a larger run is needed")
+                disk_faults.append("there is room for everything: a larger run is needed")
             stopped = re.search(r"stopped after (\d+) of", ended.err)
             if stopped and int(stopped[1]) != len(done):
-                own.append(f"says {stopped[0]!r}, and {len(done)} trials are there")
+                disk_faults.append(f"says {stopped[0]!r}, and {len(done)} trials are there")
             subprocess.run(["mount", "-o", f"remount,size={2**26}", str(disk)], check=True)
             again = colias(folder, [*run, "--out", str(disk / "out")], timeout_s=90)
-            own += [f"gone on with: {said}" for said in wrong(again, disk, (0,))]
+            disk_faults += [f"gone on with: {fault}" for fault in wrong(again, disk, (0,))]
             if rows(disk / "out") != rows(folder / "out"):
-                own.append("gone on with: other rows")
+                disk_faults.append("gone on with: other rows")
             if len(list((disk / "out" / "recordings").glob("*.rrd"))) != len(rows(folder / "out")):
-                own.append("gone on with: recordings are missing")
-            found += [f"{space} bytes: {said}" for said in own]
-    expect_none(found)
+                disk_faults.append("gone on with: recordings are missing")
+            faults += [f"{space} bytes: {fault}" for fault in disk_faults]
+    expect_none(faults)
 
 
 OTHERS = ("run-clips", "map", "tune", "behave", "play", "stimulus", *(("leaderboard", "reproduce") if FULL else ()))
@@ -184,17 +184,17 @@ OTHERS = ("run-clips", "map", "tune", "behave", "play", "stimulus", *(("leaderbo
 def test_every_command_ends_on_a_full_disk(job: Job, tmp_path):
     """It says where there is no room, and what it leaves is whole."""
     furnish(tmp_path)
-    found = []
+    faults = []
     for pages in (1, 8, 24, 64) if FULL else (1, 24):
         with small_disk(tmp_path / "disk", pages * PAGE) as disk:
             words = [f"disk/{word}" if word.startswith("out") else word for word in job.words]
             ended = colias(tmp_path, words, timeout_s=300)
-            own = wrong(ended, disk)
+            disk_faults = wrong(ended, disk)
             lines = [line for line in ended.err.splitlines() if not line.startswith("cluttered: frames: ")]
             if job.name in ("play", "stimulus") and ended.status and len(lines) != 1:
-                own.append(f"says more than a line: {ended.err[-300:]}")
+                disk_faults.append(f"says more than a line: {ended.err[-300:]}")
             if ended.status == 0:
-                own += [f"exit status 0 without {name}" for name in job.makes if not (disk / name).exists()]
+                disk_faults += [f"exit status 0 without {name}" for name in job.makes if not (disk / name).exists()]
             for video in disk.glob("*.avi"):
                 count = 0
                 capture = cv2.VideoCapture(str(video))
@@ -202,6 +202,6 @@ def test_every_command_ends_on_a_full_disk(job: Job, tmp_path):
                     count += 1
                 truth = video.with_suffix(".csv")
                 told = truth.read_text().splitlines() if truth.exists() else []
-                own += [] if count == len(told) - 1 else [f"{video.name} has {count} frames"]
-            found += [f"{pages} pages: {said}" for said in own]
-    expect_none(found)
+                disk_faults += [] if count == len(told) - 1 else [f"{video.name} has {count} frames"]
+            faults += [f"{pages} pages: {fault}" for fault in disk_faults]
+    expect_none(faults)

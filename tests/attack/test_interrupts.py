@@ -40,14 +40,14 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 def test_an_interrupt_at_any_moment(job, first, shared, tmp_path):
     moments = job.moments() if first < 0 else job.moments()[first : first + AT_ONCE]
-    found = []
+    faults = []
     for number, when in enumerate(moments):
         folder = tmp_path / f"{number}"
         folder.mkdir()
         for path in shared.iterdir():
             if path.is_file():
                 os.link(path, folder / path.name) if path.suffix != ".py" else shutil.copy(path, folder)
-        found += problems(job, when, folder)
+        faults += problems(job, when, folder)
         if job.again and number == len(moments) // 2 and (FULL or job.name.startswith("run")):
-            found += go_on(job, folder)
-    expect_none(found)
+            faults += go_on(job, folder)
+    expect_none(faults)

@@ -19,7 +19,7 @@ from tests.attack.judging import expect_none, refusal
 from tests.attack.processes import Ended, colias
 
 pytestmark = pytest.mark.attack
-Made = Callable[[str], tuple[Path, dict[str, Any]]]
+RunOf = Callable[[str], tuple[Path, dict[str, Any]]]
 
 
 @pytest.fixture
@@ -34,9 +34,9 @@ def outside(tmp_path: Path) -> Path:
 
 def untouched(outside: Path) -> list[str]:
     """What is not there as it was."""
-    found = {str(path.relative_to(outside)): path.read_bytes() for path in outside.rglob("*") if path.is_file()}
+    contents = {str(path.relative_to(outside)): path.read_bytes() for path in outside.rglob("*") if path.is_file()}
     whole = {"victim": b"mine", "inner/trial-0000.rrd": b"mine"}
-    return [f"outside, {name} is changed" for name in {*found, *whole} if found.get(name) != whole.get(name)]
+    return [f"outside, {name} is changed" for name in {*contents, *whole} if contents.get(name) != whole.get(name)]
 
 
 def unfinish(out: Path) -> None:
@@ -51,9 +51,9 @@ def unfinish(out: Path) -> None:
 
 @pytest.mark.parametrize("to", ["victim", "new", "inner"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_run_that_is_gone_on_with_writes_through_no_link(kind: str, to: str, made: Made, outside: Path, tmp_path):
+def test_a_run_that_is_gone_on_with_writes_through_no_link(kind: str, to: str, run_of: RunOf, outside: Path, tmp_path):
     """At the name that each file has before it is whole: to a file, to where none is, to a folder."""
-    folder, whole = made(kind)
+    folder, whole = run_of(kind)
     copied(folder, tmp_path / "work")
     out = tmp_path / "work" / "out"
     files = [path for path in (folder / "out").rglob("*") if path.is_file() and path.name != ".lock"]
@@ -63,19 +63,19 @@ def test_a_run_that_is_gone_on_with_writes_through_no_link(kind: str, to: str, m
         for name in (f"{place.name}.part", f".{place.name}.part", f"{place.name}.{1}.part"):
             place.with_name(name).symlink_to(outside / to)
     ended = go_on(tmp_path / "work", kind)
-    found = [f"exit status {ended.status}: {ended.err}"] if ended.status != 0 else []
+    faults = [f"exit status {ended.status}: {ended.err}"] if ended.status != 0 else []
     rows = pq.read_table(out / "trials.parquet").num_rows
     if rows != len(whole["trials.parquet"]):
-        found.append(f"{rows} rows of {len(whole['trials.parquet'])}")
-    found += [f"{path} is a link" for path in files if (out / path.relative_to(folder / "out")).is_symlink()]
-    expect_none([*found, *untouched(outside)])
+        faults.append(f"{rows} rows of {len(whole['trials.parquet'])}")
+    faults += [f"{path} is a link" for path in files if (out / path.relative_to(folder / "out")).is_symlink()]
+    expect_none([*faults, *untouched(outside)])
 
 
 @pytest.mark.parametrize("name", ["recordings", ".lock"])
 @pytest.mark.parametrize("begun", [True, False], ids=["begun", "empty"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_written_into_is_no_link(kind: str, begun: bool, name: str, made: Made, outside: Path, tmp_path):
-    folder, _ = made(kind)
+def test_what_is_written_into_is_no_link(kind: str, begun: bool, name: str, run_of: RunOf, outside: Path, tmp_path):
+    folder, _ = run_of(kind)
     copied(folder, tmp_path / "work")
     out = tmp_path / "work" / "out"
     if begun:
@@ -91,12 +91,12 @@ def test_what_is_written_into_is_no_link(kind: str, begun: bool, name: str, made
     place.symlink_to(outside / ("empty" if name == "recordings" else "victim"))
     before = state(out)
     ended = go_on(tmp_path / "work", kind) if begun else _anew(tmp_path / "work", kind)
-    found = refusal(ended) + untouched(outside)
+    faults = refusal(ended) + untouched(outside)
     if state(out) != before:
-        found.append("the folder was changed")
+        faults.append("the folder was changed")
     if "is a link" not in ended.err:
-        found.append(f"does not say why: {ended.err}")
-    expect_none([*found, *(f"wrote {path}" for path in (outside / "empty").iterdir())])
+        faults.append(f"does not say why: {ended.err}")
+    expect_none([*faults, *(f"wrote {path}" for path in (outside / "empty").iterdir())])
 
 
 def _anew(folder: Path, kind: str) -> Ended:
@@ -108,7 +108,7 @@ INNER = {
     "atlas": (("leaderboard", "--atlas", "--only", "--model", "emd"), "atlas", LEADERBOARD),
     "reproduce": (("reproduce", "--quick", "--robot-only"), "general", REPRODUCTION),
     "models": (("study", "model-claims", "--model", "lplc2"), "even", WHOLE),
-}  # fmt: skip
+}
 """Words, its first part, and what a folder says that it was begun in."""
 REFUSED_FOR_ITS_FILES = ("leaderboard", "atlas")
 """Those that a folder in which nothing was begun is refused for what it holds, link or not."""
@@ -125,11 +125,11 @@ def test_a_folder_inside_of_a_larger_one_is_no_link(name: str, begun: bool, fold
     (outside / "empty").mkdir()
     (folder / "out" / inner).symlink_to(outside / "empty")
     ended = colias(folder, [*words, "--workers", "0", "-q", "--out", "out"])
-    found = refusal(ended) + untouched(outside)
+    faults = refusal(ended) + untouched(outside)
     for_files = not begun and name in REFUSED_FOR_ITS_FILES
     if ("--out out: holds other files" if for_files else f"out/{inner}: is a link") not in ended.err:
-        found.append(f"does not say why: {ended.err}")
-    expect_none([*found, *(f"wrote {path}" for path in (outside / "empty").iterdir())])
+        faults.append(f"does not say why: {ended.err}")
+    expect_none([*faults, *(f"wrote {path}" for path in (outside / "empty").iterdir())])
 
 
 FILES = {
@@ -141,7 +141,7 @@ FILES = {
     "csv": ("export", "made/out", "--to", "csv", "--out", "seen", "-q"),
     "log": ("export", "made/out", "--to", "log", "--out", "seen", "-q"),
     "import": ("import", "log.csv", "--experiment", "tiny.py", "--out", "seen", "-q"),
-}  # fmt: skip
+}
 PARTS = (
     "seen.part", "seen.parquet.part", "seen.rrd.part", "seen.csv.part", "seen.part.avi", ".seen.part.png",
     ".seen.part.gif", "seen.gif.part", "seen.png.part",
@@ -150,8 +150,8 @@ PARTS = (
 
 @pytest.mark.parametrize("to", ["victim", "new", "inner"])
 @pytest.mark.parametrize("name", FILES)
-def test_no_file_is_written_through_a_link_beside_it(name: str, to: str, made: Made, folder: Path, outside: Path):
-    shutil.copytree(made("robot")[0], folder / "made")
+def test_no_file_is_written_through_a_link_beside_it(name: str, to: str, run_of: RunOf, folder: Path, outside: Path):
+    shutil.copytree(run_of("robot")[0], folder / "made")
     (folder / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(25,)"))
     (folder / "clips.py").write_text(CLIPS)
     rows = "".join(f"0,25,{(number + 1) / 30},0.1,0\n" for number in range(5))
@@ -160,11 +160,11 @@ def test_no_file_is_written_through_a_link_beside_it(name: str, to: str, made: M
     for part in PARTS:
         (folder / part).symlink_to(outside / to)
     ended = colias(folder, FILES[name])
-    found = untouched(outside) + [f"says {word!r}: {ended.err}" for word in ended.crashes()]
+    faults = untouched(outside) + [f"says {word!r}: {ended.err}" for word in ended.crashes()]
     if ended.status not in (0, 2):
-        found.append(f"exit status {ended.status}: {ended.err}")
-    found += [f"{path} is a link" for path in folder.glob("seen*") if path.is_symlink() and path.name not in PARTS]
-    expect_none(found)
+        faults.append(f"exit status {ended.status}: {ended.err}")
+    faults += [f"{path} is a link" for path in folder.glob("seen*") if path.is_symlink() and path.name not in PARTS]
+    expect_none(faults)
 
 
 def test_what_is_outside_is_looked_at(outside: Path):

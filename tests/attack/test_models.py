@@ -54,15 +54,15 @@ WORST = tuple(
 
 def attributed(command: Command, cases: Sequence[Case], folder: Path, honest: Reference) -> list[str]:
     """The problems of all cases in one command; where there are, and COLIAS_ATTACK_ALONE is set, of each case alone."""
-    found = problems(command, cases, folder, honest)
-    if not found or len(cases) == 1 or "COLIAS_ATTACK_ALONE" not in os.environ:
-        return found
+    faults = problems(command, cases, folder, honest)
+    if not faults or len(cases) == 1 or "COLIAS_ATTACK_ALONE" not in os.environ:
+        return faults
     alone = []
     for case in cases:
         place = folder.parent / case.name
         place.mkdir()
-        alone += [f"alone: {case.name}: {said}" for said in problems(command, [case], place, honest)]
-    return [*found, *(alone or ["alone none of them does that"])]
+        alone += [f"alone: {case.name}: {fault}" for fault in problems(command, [case], place, honest)]
+    return [*faults, *(alone or ["alone none of them does that"])]
 
 
 def _id(cases: object) -> str:
@@ -180,8 +180,8 @@ def test_a_wrong_declaration_is_refused(command, case, folder, honest):
     ended = show(command, folder, [case.write(folder)], honest(command).last)
     if models.REFUSED in case.may and (ended.status == 2 or case.may == {models.REFUSED}):
         expect_none(refusal(ended))
-        made = {path.name for path in folder.iterdir()} - before
-        assert made <= {f"{case.name}.py", "__pycache__", "tmp"}, "it began"
+        new_files = {path.name for path in folder.iterdir()} - before
+        assert new_files <= {f"{case.name}.py", "__pycache__", "tmp"}, "it began"
     else:
         again = folder.parent / "again"
         again.mkdir()
@@ -245,15 +245,15 @@ def pictures(path: Path) -> list[bytes]:
     """The encoded pictures in a recording, sorted: what was shown, not in which order it was written."""
     import rerun as rr
 
-    found = []
+    blobs = []
     for chunk in rr.chunk.RrdReader(path).stream().to_chunks():
         if "maps" in chunk.entity_path or "layers" in chunk.entity_path:
             continue
         batch = chunk.to_record_batch()
         for name in batch.schema.names:
             if "blob" in name or "buffer" in name:
-                found += [bytes(blob) for row in batch[name].to_pylist() if row for blob in row]
-    return sorted(found)
+                blobs += [bytes(blob) for row in batch[name].to_pylist() if row for blob in row]
+    return sorted(blobs)
 
 
 # The long commands, with the worst.
@@ -278,8 +278,8 @@ def test_many_through_the_long_commands(command, cases, folder, honest):
     ids=lambda given: given.name if isinstance(given, Command) else _id(given),
 )
 def test_many_through_reproduce(command, usual, cases, folder, honest):
-    found = problems(command, cases, folder, honest(usual))
+    faults = problems(command, cases, folder, honest(usual))
     page = folder / "out" / "report.html"
     if page.exists() and "<b>fat" in page.read_text():
-        found.append("the report does not escape what models say")
-    expect_none(found)
+        faults.append("the report does not escape what models say")
+    expect_none(faults)

@@ -53,8 +53,8 @@ def _damage(kind: str, name: str) -> Damage:
 
 
 @pytest.mark.parametrize(("kind", "name"), DAMAGED)
-def test_a_damaged_folder_is_refused_or_mended(kind, name, made, tmp_path):
-    folder, whole = made(kind)
+def test_a_damaged_folder_is_refused_or_mended(kind, name, run_of, tmp_path):
+    folder, whole = run_of(kind)
     expect_none(damaged(_damage(kind, name), folder, tmp_path / "work", whole))
 
 

@@ -66,16 +66,18 @@ class Tree:
         return self.numbers.get(name, 0) + sum(map(self.total, self.imports[name]))
 
     def reached(self, name: str = "mod") -> set[Path]:
-        own = self.folder / "mod.py" if name == "mod" else self.file(name)
-        return {own}.union(*(self.reached(other) for other in self.imports[name]))
+        path = self.folder / "mod.py" if name == "mod" else self.file(name)
+        return {path}.union(*(self.reached(other) for other in self.imports[name]))
 
 
 def check(trees: list[Tree], file: Path, out: Path, workers: int = 0, beside: tuple[Path, ...] = ()) -> None:
-    made = run(file, out, models=[tree.folder / "mod.py" for tree in trees], workers=workers)
+    finished_run = run(file, out, models=[tree.folder / "mod.py" for tree in trees], workers=workers)
     expected = {tree.folder.name: tree.total() / 2**26 for tree in trees}
-    assert {name: value for name, value in peaks(made).items() if name in expected} == pytest.approx(expected, rel=1e-6)
+    assert {name: value for name, value in peaks(finished_run).items() if name in expected} == pytest.approx(
+        expected, rel=1e-6
+    )
     files = {path for tree in trees for path in tree.reached()} | {file, *beside}
-    assert hashes(made) == {str(path): sha(path) for path in files}
+    assert hashes(finished_run) == {str(path): sha(path) for path in files}
 
 
 @pytest.mark.parametrize("seed", range(12))

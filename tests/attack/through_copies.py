@@ -60,11 +60,11 @@ def bits(value: Any) -> Any:
     if isinstance(value, functools.partial):
         return bits((value.func, value.args, value.keywords))
     if isinstance(value, Mapping):
-        return [(key, bits(each)) for key, each in value.items()]
+        return [(key, bits(content)) for key, content in value.items()]
     if isinstance(value, frozenset | set):
         return sorted(map(repr, value))
     if isinstance(value, tuple | list):
-        return [bits(each) for each in value]
+        return [bits(element) for element in value]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return type(value).__name__, [bits(getattr(value, field.name)) for field in dataclasses.fields(value)]
     if callable(value):
@@ -92,7 +92,7 @@ def trial(simulation: colias_sim.Simulation) -> Any:
     robot = simulation.robots["stimulus"]
     robot.drive(robot.wheels_for(0.1, 0.0))
     frames = [simulation.step(rng) for _ in range(3)]
-    return bits([frames, [each.pose for each in simulation.everyone.values()]])
+    return bits([frames, [body.pose for body in simulation.everyone.values()]])
 
 
 def run_folder() -> Any:
@@ -175,11 +175,11 @@ def trouble(subject: Subject, thing: Any, expected: Any) -> Iterator[str]:
         try:
             other = copied(thing)
         except Exception as error:
-            said = str(error)
-            if "\n" in said or not said or (subject.refused and "make another" not in said):
-                yield f"{subject.name}: {way}: {type(error).__name__}: {said}"
+            message = str(error)
+            if "\n" in message or not message or (subject.refused and "make another" not in message):
+                yield f"{subject.name}: {way}: {type(error).__name__}: {message}"
             elif not subject.refused:
-                yield f"{subject.name}: {way}: has no copy: {said}"
+                yield f"{subject.name}: {way}: has no copy: {message}"
             continue
         if subject.refused:
             yield f"{subject.name}: {way}: there is a copy"
@@ -202,10 +202,10 @@ def in_process(subject: Subject, thing: Any, expected: Any) -> Iterator[str]:
             yield f"{subject.name}: spawned with it: {type(error).__name__}: {error}"
 
     def child() -> None:
-        found = list(trouble(subject, thing, expected))
+        faults = list(trouble(subject, thing, expected))
         if subject.refused and hasattr(thing, "close"):
             thing.close()
-        sys.exit(1 if found else 0)
+        sys.exit(1 if faults else 0)
 
     forked = multiprocessing.get_context("fork").Process(target=child)
     forked.start()
@@ -216,34 +216,34 @@ def in_process(subject: Subject, thing: Any, expected: Any) -> Iterator[str]:
 
 def attack(subject: Subject) -> list[str]:
     """Copy a subject in threads while it is used, then in processes; what it answers stays the same."""
-    found: list[str] = []
+    faults: list[str] = []
     thing = subject.make()
     try:
         expected = subject.answer(subject.make() if not subject.refused else thing)
 
         def beside() -> None:
             for _ in range(ROUNDS):
-                found.extend(trouble(subject, thing, expected))
+                faults.extend(trouble(subject, thing, expected))
 
         threads = [threading.Thread(target=beside) for _ in range(THREADS)]
         before = files()
-        for each in threads:
-            each.start()
+        for thread in threads:
+            thread.start()
         answers = [subject.answer(thing) for _ in range(ANSWERS)]
-        for each in threads:
-            each.join()
+        for thread in threads:
+            thread.join()
         if subject.processes:
-            found.extend(in_process(subject, thing, expected))
+            faults.extend(in_process(subject, thing, expected))
         answers.append(subject.answer(thing))
-        if any(each != expected for each in answers):
-            found.append(f"{subject.name}: the original answers otherwise")
+        if any(answer != expected for answer in answers):
+            faults.append(f"{subject.name}: the original answers otherwise")
         gc.collect()
         if subject.refused and files() > before:
-            found.append(f"{subject.name}: {files() - before} files more are open")
+            faults.append(f"{subject.name}: {files() - before} files more are open")
     finally:
         if subject.refused and hasattr(thing, "close"):
             thing.close()
-    return found
+    return faults
 
 
 def files() -> int:
@@ -251,7 +251,7 @@ def files() -> int:
 
 
 if __name__ == "__main__":
-    group = {each.__name__: each for each in (models, worlds, values)}[sys.argv[1]]
+    group = {function.__name__: function for function in (models, worlds, values)}[sys.argv[1]]
     resource_tracker.ensure_running()  # spawning a process opens its file, for good
     troubles: list[str] = []
     for subject in group():

@@ -41,10 +41,10 @@ def played(model: Any) -> dict[str, Any]:
         _keep(observation, env, seen)
     except BaseException as error:  # a model may raise any of them
         try:
-            said = str(error)[:300]
+            message = str(error)[:300]
         except Exception:
-            said = ""
-        seen["raised"] = f"{type(error).__name__}: {said}"
+            message = ""
+        seen["raised"] = f"{type(error).__name__}: {message}"
     finally:
         if env is not None:
             env.close()

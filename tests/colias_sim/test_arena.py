@@ -134,7 +134,7 @@ def test_what_is_wrong_in_an_arena_is_told_in_one_line(tmp_path, body, before, w
         ("<mujoco/>", "has no geom called floor"),
         ("\ud800", "no text in UTF-8"),
     ],
-)  # fmt: skip
+)
 def test_files_that_are_no_arena_are_told_in_one_line(tmp_path, text, words):
     path = tmp_path / "own.xml"
     path.write_bytes(text.encode("utf-8", "surrogatepass"))

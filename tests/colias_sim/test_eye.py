@@ -96,14 +96,14 @@ def test_each_band_is_exposed_in_its_own_window():
     camera = dataclasses.replace(CameraConfig.preset("ov7670"), auto_exposure=False, exposure_ms=16.0)
     clock = FrameClock(camera.fps)
     plan = plan_frame(camera, clock.steps, 16.0, 0)
-    for top, bottom in {(each.top, each.bottom) for each in plan.renders}:
-        own = [each for each in plan.renders if each.top == top]
-        assert sum(each.parts for each in own) == plan.samples == 8
-        middle = sum(each.step * each.parts for each in own) / plan.samples
+    for top, bottom in {(render.top, render.bottom) for render in plan.renders}:
+        renders = [render for render in plan.renders if render.top == top]
+        assert sum(render.parts for render in renders) == plan.samples == 8
+        middle = sum(render.step * render.parts for render in renders) / plan.samples
         rows_after = 71 - (top + bottom - 1) / 2
         expected = clock.steps - (rows_after * 418e-6 + 0.008) / clock.timestep
         assert middle == pytest.approx(expected, abs=0.5)
-        span = (own[-1].step - own[0].step) * clock.timestep
+        span = (renders[-1].step - renders[0].step) * clock.timestep
         assert span == pytest.approx(0.016 * 7 / 8, abs=clock.timestep)
     assert plan.renders[0].step < 1, "its first rows are exposed before the frame before it ends"
 
@@ -255,10 +255,10 @@ def check_photon_transfer(camera: CameraConfig) -> None:
         for light in (0.06, 0.12, 0.25, 0.4, 0.55):
             sim.reset({"stimulus": AWAY}, np.random.default_rng(0), light=light)
             levels.append(noise_levels(np.stack([sim.step(rng).luma[FLOOR] for _ in range(60)]), bins=1))
-    assert all(own.pixels[0] > 0.95 * 14 * 99 for own in levels), "above the clip at 0"
-    found = photon_transfer(levels)
-    assert found.slope == pytest.approx(1.5 * 4.0**2 / 255.0, rel=0.05)
-    assert found.dark_sd == pytest.approx(1.5 * 2.0, rel=0.05)
+    assert all(level.pixels[0] > 0.95 * 14 * 99 for level in levels), "above the clip at 0"
+    fit = photon_transfer(levels)
+    assert fit.slope == pytest.approx(1.5 * 4.0**2 / 255.0, rel=0.05)
+    assert fit.dark_sd == pytest.approx(1.5 * 2.0, rel=0.05)
 
 
 NOISY = CameraConfig(gain=1.5, shot_noise=4.0, read_noise=2.0)

@@ -222,7 +222,7 @@ def set_camera(*assignments: str) -> CameraConfig:
 def test_set_takes_a_preset_first_and_then_the_others():
     expected = dataclasses.replace(CameraConfig.preset("ov7670"), ae_target=60.0)
     assert set_camera("camera.ae_target=60", "camera.preset=ov7670") == expected
-    listed = {each.key: each for each in parameters(registry.load("speed"), ["dsnn"])}
+    listed = {parameter.key: parameter for parameter in parameters(registry.load("speed"), ["dsnn"])}
     assert (listed["camera.preset"].value, listed["camera.preset"].legal) == ("default", "default, ideal, ov7670")
 
 

@@ -70,8 +70,8 @@ def test_names_that_are_looked_up_are_those_that_type_checkers_see() -> None:
     """Each of the imports under ``TYPE_CHECKING`` is what the package has at run time, and there is no other name."""
     tree = ast.parse(Path(str(colias_sim.__file__)).read_text())
     (seen,) = (node for node in tree.body if isinstance(node, ast.If))
-    named = [(str(each.module), alias.name) for each in seen.body if isinstance(each, ast.ImportFrom)
-             for alias in each.names]  # fmt: skip
+    named = [(str(statement.module), alias.name) for statement in seen.body if isinstance(statement, ast.ImportFrom)
+             for alias in statement.names]  # fmt: skip
     assert named
     for module, name in named:
         assert getattr(colias_sim, name) is getattr(importlib.import_module(module), name)
@@ -120,15 +120,15 @@ def module_of(path: Path) -> str:
 
 def imports(path: Path, modules: set[str]) -> set[str]:
     """The modules that a file imports, those inside of functions too."""
-    found: set[str] = set()
+    imported: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            imported |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0
             inside = [f"{node.module}.{alias.name}" for alias in node.names]
-            found |= {name if name in modules else str(node.module) for name in inside}
-    return found & modules
+            imported |= {name if name in modules else str(node.module) for name in inside}
+    return imported & modules
 
 
 @pytest.mark.parametrize("package", ["colias_sim", "dsnn"])

@@ -32,9 +32,9 @@ def names_used(tree: ast.AST) -> set[str]:
 def names_defined(tree: ast.AST) -> set[str]:
     """What a file defines itself: functions, classes, attributes and variables."""
     nodes = list(ast.walk(tree))
-    found = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-    found |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
-    return found | {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    names = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    names |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+    return names | {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
 
 
 def test_every_private_name_is_our_own():

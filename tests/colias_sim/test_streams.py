@@ -134,9 +134,9 @@ def test_recordings_are_those_of_the_behaviour_itself(colias):
     assert done.returncode == 0, done.stderr
     assert "; those of still are recorded" in done.stderr and "(the episodes of still)" in done.stdout
     rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
-    own = {f"trial-{row['trial']:04d}.rrd" for row in rows if row["model"] == "still"}
+    recordings = {f"trial-{row['trial']:04d}.rrd" for row in rows if row["model"] == "still"}
     assert len(rows) > 2
-    assert {path.name for path in (colias.folder / "out" / "recordings").iterdir()} == own
+    assert {path.name for path in (colias.folder / "out" / "recordings").iterdir()} == recordings
 
 
 @pytest.mark.parametrize("display", [None, ":7654321"])
@@ -144,9 +144,9 @@ def test_a_viewer_without_a_screen_is_one_line(tmp_path, display):
     (tmp_path / "some.rrd").write_bytes(b"")
     given = {"DISPLAY": display} if display else {}
     process = start(tmp_path, *CLI, "view", "some.rrd", PYTHONPATH=str(ROOT), **given)
-    _, said = process.communicate(timeout=100)
-    assert (process.returncode, said.count("\n")) == (2, 1), said
-    assert "Rerun's viewer" in said and "use --web" in said and ".rs:" not in said
+    _, errors = process.communicate(timeout=100)
+    assert (process.returncode, errors.count("\n")) == (2, 1), errors
+    assert "Rerun's viewer" in errors and "use --web" in errors and ".rs:" not in errors
 
 
 def test_library_code_leaves_the_exit_to_the_command_line():

@@ -128,10 +128,10 @@ def test_a_model_in_an_experiment_with_a_claim(folder):
     assert {claim for claim, _ in verdicts} == {"C14", "both-ways"}
     rows = pq.read_table(folder / "out" / "trials.parquet").to_pylist()
     assert {(row["model"], row["mean.gain"]) for row in rows} == {("dsnn", None), ("mean", 2.0)}
-    said = json.loads((folder / "out" / "experiment.json").read_text())
-    own = {"id": "both-ways", "says": "it spikes both ways", "source": "me"}
-    assert said["experiment"]["claims"] == ["C14", own]
-    assert sorted(said["files"]) == sorted(str(folder / name) for name in ("mine.py", "my_model.py"))
+    document = json.loads((folder / "out" / "experiment.json").read_text())
+    user_claim = {"id": "both-ways", "says": "it spikes both ways", "source": "me"}
+    assert document["experiment"]["claims"] == ["C14", user_claim]
+    assert sorted(document["files"]) == sorted(str(folder / name) for name in ("mine.py", "my_model.py"))
 
 
 def test_the_command_line_judges_a_claim_and_goes_on(colias):
@@ -149,9 +149,9 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
 def test_clips_with_a_claim(folder):
     run = experiments.run("clips.py", models=["my_model.py"], workers=0, recordings=False, quiet=True)
     assert run.folder.parent.name == "runs" and run.kind.name == "clips"
-    found = {row["id"]: row for row in run.claims.to_pylist()}
-    assert set(found) == {"C2", "sees"} and found["sees"]["outcome"] in ("holds", "fails")
-    assert found["sees"]["holds"] + found["sees"]["fails"] == 1 and found["sees"]["n"] == 1
+    claims = {row["id"]: row for row in run.claims.to_pylist()}
+    assert set(claims) == {"C2", "sees"} and claims["sees"]["outcome"] in ("holds", "fails")
+    assert claims["sees"]["holds"] + claims["sees"]["fails"] == 1 and claims["sees"]["n"] == 1
 
 
 def test_a_behaviour(folder):

@@ -64,10 +64,10 @@ def test_every_journey_has_a_chapter_that_the_readme_names():
 
 
 def test_every_command_is_shown():
-    shown = {words[1] for page in PAGES for block in blocks(page) if block.language == "sh"
-             for words in block.commands() if words[0] == "colias"}  # fmt: skip
+    documented = {words[1] for page in PAGES for block in blocks(page) if block.language == "sh"
+                  for words in block.commands() if words[0] == "colias"}  # fmt: skip
     commands = typer.main.get_command(main.app).commands
-    assert shown >= {name for name, command in commands.items() if not command.hidden}
+    assert documented >= {name for name, command in commands.items() if not command.hidden}
 
 
 def test_the_readme_is_short():
@@ -78,8 +78,8 @@ def test_the_readme_is_short():
 
 
 def test_few_blocks_are_skipped_and_each_has_a_reason():
-    found = {called(page): tuple(block.skipped for block in blocks(page) if block.skipped) for page in PAGES}
-    assert {name: reasons for name, reasons in found.items() if reasons} == SKIPPED
+    reasons_by_page = {called(page): tuple(block.skipped for block in blocks(page) if block.skipped) for page in PAGES}
+    assert {name: reasons for name, reasons in reasons_by_page.items() if reasons} == SKIPPED
 
 
 @pytest.mark.parametrize("page", PAGES, ids=called)
@@ -115,9 +115,9 @@ def test_links_lead_somewhere(page):
 def test_files_and_names_of_the_code_that_are_named_exist(page):
     """``path.py`` is a file of the repository; a name after it, as in "`path.py`, `name`", is defined in it."""
     plain = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
-    own = {file for each in PAGES for file in written(each)}
+    written_files = {file for other_page in PAGES for file in written(other_page)}
     for path, name in re.findall(r"`([\w/]+\.(?:py|toml|lock|j2))`(?:, `(\w+)`)?", plain):
-        assert path in own or (ROOT / path).exists() or ("/" not in path and list(ROOT.rglob(path))), path
+        assert path in written_files or (ROOT / path).exists() or ("/" not in path and list(ROOT.rglob(path))), path
         if name:
             text = (ROOT / path).read_text()
             assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", text, re.MULTILINE), (path, name)

@@ -68,8 +68,8 @@ def test_a_page_names_the_threads_in_which_it_was_asked(page):
     threads = THREAD.findall(asked)
     assert threads and len(re.findall(r"https?://", text)) == len(threads)
     for repository, number, address in threads:
-        found = re.fullmatch(r"https://github\.com/([\w.-]+/[\w.-]+)/(?:issues|pull)/(\d+)", address)
-        assert found and found[1].endswith(repository) and found[2] == number, address
+        match = re.fullmatch(r"https://github\.com/([\w.-]+/[\w.-]+)/(?:issues|pull)/(\d+)", address)
+        assert match and match[1].endswith(repository) and match[2] == number, address
 
 
 def test_the_network_in_pytorch_answers_in_its_wrapper(tmp_path, monkeypatch):
@@ -77,8 +77,8 @@ def test_the_network_in_pytorch_answers_in_its_wrapper(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     torch.manual_seed(0)
-    made = torch.nn.ModuleList([torch.nn.GRUCell(24 * 33, 16), torch.nn.Linear(16, 2)])
-    torch.save(made.state_dict(), "weights.pt")
+    network = torch.nn.ModuleList([torch.nn.GRUCell(24 * 33, 16), torch.nn.Linear(16, 2)])
+    torch.save(network.state_dict(), "weights.pt")
     for name in ("learned", "in_torch"):
         Path(f"{name}.py").write_text(titled(f"{name}.py"), encoding="utf-8")
         monkeypatch.delitem(sys.modules, name, raising=False)

@@ -35,16 +35,16 @@ def is_property(name: str) -> bool:
 def raised(function: Any) -> set[str]:
     """The exceptions that a function's own body raises by name; those of functions inside of it are not its own."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
-    waiting, found = list(ast.iter_child_nodes(tree)), set()
+    waiting, names = list(ast.iter_child_nodes(tree)), set()
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.FunctionDef | ast.Lambda | ast.ClassDef):
             continue
         if isinstance(node, ast.Raise) and node.exc is not None:
             cause = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
-            found.add(ast.unparse(cause).rpartition(".")[2])
+            names.add(ast.unparse(cause).rpartition(".")[2])
         waiting += ast.iter_child_nodes(node)
-    return {name for name in found if name[0].isupper()}
+    return {name for name in names if name[0].isupper()}
 
 
 def errors(documented: NumpyDocString) -> set[str]:
@@ -100,8 +100,8 @@ def test_a_class_documents_how_it_is_made(name):
     elif isinstance(cls.__init__, types.FunctionType):
         assert docstrings.names_in(documented["Parameters"]) == expected(cls.__init__)
     if not hasattr(cls, "__pydantic_fields__"):  # pydantic's error is the only one then
-        made = "__post_init__" if dataclasses.is_dataclass(cls) else "__init__"
-        makers = (vars(base)[made] for base in cls.__mro__ if made in vars(base) and is_ours(base))
+        maker_name = "__post_init__" if dataclasses.is_dataclass(cls) else "__init__"
+        makers = (vars(base)[maker_name] for base in cls.__mro__ if maker_name in vars(base) and is_ours(base))
         for maker in makers:
             assert raised(maker) <= covered(documented, maker)
 
@@ -131,7 +131,10 @@ def test_what_chapters_import_is_public():
                 if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] in surface.OURS:
                     module = importlib.import_module(str(node.module))
                     for alias in node.names:
-                        assert any(getattr(module, alias.name) is each for each in exported), (block.where, alias.name)
+                        assert any(getattr(module, alias.name) is entry for entry in exported), (
+                            block.where,
+                            alias.name,
+                        )
 
 
 # --- examples --------------------------------------------------------------------------------------------------------
@@ -158,7 +161,7 @@ def test_examples_that_are_not_run_are_there():
 def test_an_example_runs_as_shown(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     test = doctest.DocTestParser().get_doctest(inspect.getdoc(PUBLIC[name]) or "", {}, name, None, None)
-    said: list[str] = []
+    output: list[str] = []
     assert test.examples
-    doctest.DocTestRunner(verbose=False).run(test, out=said.append)
-    assert not said, "".join(said)
+    doctest.DocTestRunner(verbose=False).run(test, out=output.append)
+    assert not output, "".join(output)

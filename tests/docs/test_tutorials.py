@@ -27,7 +27,7 @@ WIDEST = 76
 """Columns of code that a page shows at 1280 px without scrolling sideways."""
 MOST_BYTES = 100_000
 
-each = pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+every_page = pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 
 
 def cells(page: Path) -> list[str]:
@@ -63,15 +63,15 @@ def test_there_are_tutorials_and_the_index_has_each_once():
         assert re.search(rf"^- \[{re.escape(title)}\]\({page.name}\): .+\.$", text, re.MULTILINE), page.name
 
 
-@each
+@every_page
 def test_the_front_matter_is_that_of_a_notebook(page):
     _, front, _ = page.read_text().split("---\n", 2)
-    found = yaml.safe_load(front)
-    assert found["kernelspec"]["name"] == "python3"
-    assert found["jupytext"]["text_representation"] == {"extension": ".md", "format_name": "myst"}
+    metadata = yaml.safe_load(front)
+    assert metadata["kernelspec"]["name"] == "python3"
+    assert metadata["jupytext"]["text_representation"] == {"extension": ".md", "format_name": "myst"}
 
 
-@each
+@every_page
 def test_cells_are_python_from_public_packages(page):
     assert FEWEST_CELLS <= len(cells(page)) <= MOST_CELLS
     assert page.read_text().count("```{code-cell}") == len(cells(page))
@@ -84,19 +84,19 @@ def test_cells_are_python_from_public_packages(page):
             assert not any("bench" in name for name in names)
 
 
-@each
+@every_page
 def test_commands_have_options_that_there_are(page):
-    found = 0
+    count = 0
     for text in [*(split(cell)[1] for cell in cells(page)), *shells(page)]:
         for line in text.replace("\\\n", " ").splitlines():
             program, *arguments = shlex.split(line.partition("|")[0], comments=True)
             assert program == "colias", line
             check_options(arguments)
-            found += 1
-    assert found
+            count += 1
+    assert count
 
 
-@each
+@every_page
 def test_it_ends_with_links_and_all_its_links_lead_somewhere(page):
     text = page.read_text()
     *_, last = re.split(r"^## ", text, flags=re.MULTILINE)
@@ -110,19 +110,19 @@ def test_it_ends_with_links_and_all_its_links_lead_somewhere(page):
 
 def about() -> dict[str, object]:
     with np.load(POLICY, allow_pickle=False) as file:
-        found = json.loads(str(file["about"]))
-    assert isinstance(found, dict)
-    return found
+        facts = json.loads(str(file["about"]))
+    assert isinstance(facts, dict)
+    return facts
 
 
 @pytest.mark.parametrize("page", [FOLDER / "training.md", POLICY.parent / "README.md"], ids=lambda page: page.stem)
 def test_pages_say_how_the_policy_that_ships_was_made(page):
-    said, text = about(), page.read_text()
-    env = str(said["env"]).partition("/")[2].partition("-")[0]
-    command = f"colias train --env {env} --seed {said['seed']} --steps {said['steps']} --envs {said['envs']}"
+    facts, text = about(), page.read_text()
+    env = str(facts["env"]).partition("/")[2].partition("-")[0]
+    command = f"colias train --env {env} --seed {facts['seed']} --steps {facts['steps']} --envs {facts['envs']}"
     assert f"```sh\n{command}\n```" in text
-    assert said["options"] == {}
-    versions = said["versions"]
+    assert facts["options"] == {}
+    versions = facts["versions"]
     assert isinstance(versions, dict)
     torch = str(versions["torch"]).partition("+")[0]
     assert f"PyTorch {torch}" in text and f"stable-baselines3 {versions['stable-baselines3']}" in text
@@ -132,8 +132,8 @@ def test_the_policy_that_ships_is_small_and_beats_standing_still_and_chance():
     assert POLICY.stat().st_size <= MOST_BYTES
     gain, total = {}, {}
     for name in (str(POLICY), "still", "random"):
-        found = experiments.score(name, env="Optomotor", episodes=1, seed=100, quiet=True)
-        gain[name], total[name] = found["optomotor gain"].value, found["return"].value
+        scores = experiments.score(name, env="Optomotor", episodes=1, seed=100, quiet=True)
+        gain[name], total[name] = scores["optomotor gain"].value, scores["return"].value
     assert gain["still"] == 0.0
     assert gain[str(POLICY)] > 0.5  # over half of the drum's turning is followed
     assert total[str(POLICY)] > max(total["still"], total["random"])

@@ -52,8 +52,8 @@ def options(folder: Path, *models: str) -> list[str]:
 
 def rows_of(folder: Path, model: str, table: str = "trials") -> list[dict]:
     """The rows of one model, without what a clock or another model decides."""
-    found = pq.read_table(folder / f"{table}.parquet").to_pylist()
-    return [{k: v for k, v in row.items() if k not in ("wall_s", "code")} for row in found if row["model"] == model]
+    rows = pq.read_table(folder / f"{table}.parquet").to_pylist()
+    return [{k: v for k, v in row.items() if k not in ("wall_s", "code")} for row in rows if row["model"] == model]
 
 
 def film(folder: Path) -> str:
@@ -78,8 +78,8 @@ def test_bad_models_lose_their_own_part_alone(declared, folder, colias, tmp_path
     assert done.returncode == 1 and "Traceback" not in done.stderr, done.stderr
     reasons = {f["model"]: f["reason"] for f in json.loads((tmp_path / "both" / "failures.json").read_text())}
     assert reasons.keys() == BAD.keys() | {"blinding"}
-    for name, (_, said) in BAD.items():
-        assert said in reasons[name]
+    for name, (_, reason) in BAD.items():
+        assert reason in reasons[name]
     assert "read-only" in reasons["blinding"]
     for table in ("trials", "frames"):
         whole = rows_of(tmp_path / "both", "dsnn", table)
@@ -113,7 +113,7 @@ def test_a_recording_shows_every_declared_channel(colias, tmp_path):
     done = colias(*SMALL, *options(tmp_path, "dsnn", "hybrid", silent))
     assert done.returncode == 0, done.stderr
     (recording,) = (tmp_path / "out" / "recordings").glob("*.rrd")
-    shown = subprocess.run(
+    listing = subprocess.run(
         [sys.executable, "-m", "rerun", "rrd", "print", "-v", str(recording)],
         capture_output=True,
         text=True,
@@ -121,9 +121,9 @@ def test_a_recording_shows_every_declared_channel(colias, tmp_path):
     ).stdout
     for channel in ("potential/hybrid/hs", "potential/hybrid/vs", "potential/hybrid/looming", "spikes/hybrid/looming",
                     "azimuth/hybrid", "potential/silent/looming", "potential/dsnn/hs"):  # fmt: skip
-        assert channel in shown, channel
+        assert channel in listing, channel
     for other in ("potential/silent/hs", "potential/dsnn/looming", "azimuth/dsnn"):
-        assert other not in shown, other
+        assert other not in listing, other
 
 
 @pytest.mark.parametrize("judge", [(), ("--judge",)])
@@ -135,9 +135,9 @@ def test_watch_goes_on_without_the_models_that_go_wrong(judge, colias, tmp_path)
     done = colias(*arguments, *options(tmp_path, "dsnn", *mine), "--table", "all.parquet")
     assert done.returncode == 1
     assert done.stderr.count("failed:") == len(BAD) and "Traceback" not in done.stderr, done.stderr
-    for name, (_, said) in BAD.items():
+    for name, (_, reason) in BAD.items():
         (line,) = [line for line in done.stderr.splitlines() if line.startswith(f"{name} failed")]
-        assert said in line
+        assert reason in line
     assert pq.read_table(tmp_path / "alone.parquet").to_pylist() == [
         row for row in pq.read_table(tmp_path / "all.parquet").to_pylist() if row["model"] == "dsnn"
     ]
@@ -251,14 +251,14 @@ def _parameters():
 
 @pytest.mark.parametrize("value", [0.25, np.float32(0.25), np.float64(0.25), np.array(0.25), 1, np.int8(1)])
 def test_numbers_of_every_kind_are_taken(value):
-    found = checked_answer(Response(hs=value))
-    assert type(found.hs) is float and found.hs == float(value)
+    answer = checked_answer(Response(hs=value))
+    assert type(answer.hs) is float and answer.hs == float(value)
 
 
 @pytest.mark.parametrize(("value", "count"), [(2, 2), (np.int8(-2), -2), (2.0, 2), (True, 1), (np.bool_(True), 1)])
 def test_whole_numbers_of_every_kind_are_counts(value, count):
-    found = checked_answer(Response(hs_spikes=value))
-    assert type(found.hs_spikes) is int and found.hs_spikes == count
+    answer = checked_answer(Response(hs_spikes=value))
+    assert type(answer.hs_spikes) is int and answer.hs_spikes == count
 
 
 @pytest.mark.parametrize("value", [None, "1", 1j, [1], np.zeros(1), np.ma.masked, 1e308, float("nan"), True, object()])

@@ -29,9 +29,9 @@ SIDES, CORNERS = ((0, 1), (1, 0), (0, -1), (-1, 0)), ((1, 1), (1, -1), (-1, 1), 
 def clip(seed, frames=14, shape=(12, 15)):
     """Noise, then a part of it that changes much: cells that move and cells that hardly do."""
     rng = np.random.default_rng(seed)
-    made = rng.integers(100, 104, (frames, *shape))
-    made[3:, 2:9, 3:12] += rng.integers(0, 80, (frames - 3, 7, 9))
-    return made.astype(np.uint8)
+    pixels = rng.integers(100, 104, (frames, *shape))
+    pixels[3:, 2:9, 3:12] += rng.integers(0, 80, (frames - 3, 7, 9))
+    return pixels.astype(np.uint8)
 
 
 def at(image, row, column):
@@ -45,14 +45,14 @@ def plain_si_lgmd1(frames, q):
     rows, columns = frames.shape[1:]
     whole = math.floor if q.integer else float
     alpha_e, alpha_p = (1000 / q.fps / (1000 / q.fps + tau) for tau in (q.tau_e, q.tau_p))
-    e, own = ([[0.0] * columns for _ in range(rows)] for _ in range(2))
-    before, mean_before, found = frames[0].astype(float), 0.0, []
+    e, inhibition = ([[0.0] * columns for _ in range(rows)] for _ in range(2))
+    before, mean_before, potentials = frames[0].astype(float), 0.0, []
     cells = [(r, c) for r in range(rows) for c in range(columns)]
     for frame in frames.astype(float):
         p = [[whole(min(abs(frame[r][c] - before[r][c]) / 2, 127)) for c in range(columns)] for r in range(rows)]
         for r, c in cells:
             e[r][c] = whole(alpha_e * p[r][c] + (1 - alpha_e) * e[r][c] + 1e-9)
-            own[r][c] = whole(alpha_p * p[r][c] + (1 - alpha_p) * own[r][c] + 1e-9)
+            inhibition[r][c] = whole(alpha_p * p[r][c] + (1 - alpha_p) * inhibition[r][c] + 1e-9)
         total = 0.0
         for r, c in cells:
             if not (0 < r < rows - 1 and 0 < c < columns - 1):
@@ -61,10 +61,10 @@ def plain_si_lgmd1(frames, q):
             lateral += sum(whole(at(e, r + i, c + j) / 8) for i, j in CORNERS)
             s = whole(max(p[r][c] - q.beta_1 * lateral, 0) + 1e-9)
             block = [(3 * (r // 3) + i, 3 * (c // 3) + j) for i in range(3) for j in range(3)]
-            itself = own[r][c]
+            itself = inhibition[r][c]
             for places, share in ((SIDES, 4), (CORNERS, 8)):
                 near = [(r + i, c + j) for i, j in places if (r + i, c + j) in block]
-                itself += sum(whole(own[i][j] / share) for i, j in near)
+                itself += sum(whole(inhibition[i][j] / share) for i, j in near)
             if q.integer:
                 itself = min(itself, 255)
             if sum(p[i][j] for i, j in block) > q.t_az:
@@ -72,18 +72,18 @@ def plain_si_lgmd1(frames, q):
             s -= q.beta_3 * itself
             total += s if s >= q.t_s else 0.0
         silenced, mean_before = mean_before > q.t_ffi, sum(map(sum, p)) / (rows * columns)
-        found.append(1 / (1 + math.exp(0.0 if silenced else -total / (q.k_spi * rows * columns))))
+        potentials.append(1 / (1 + math.exp(0.0 if silenced else -total / (q.k_spi * rows * columns))))
         before = frame
-    return np.array(found)
+    return np.array(potentials)
 
 
 @pytest.mark.parametrize("changes", [{}, {"integer": True}, {"beta_3": 0.0, "t_ffi": 255.0, "fps": 60.0}])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_si_lgmd1_is_its_equations(changes, seed):
     q, frames = SILGMD1Params(**changes), clip(seed)
-    found = SILGMD1(frames.shape[1:], q).run(frames).looming
-    np.testing.assert_allclose(found, plain_si_lgmd1(frames, q), rtol=0, atol=1e-6)
-    assert found.max() > 0.55
+    potentials = SILGMD1(frames.shape[1:], q).run(frames).looming
+    np.testing.assert_allclose(potentials, plain_si_lgmd1(frames, q), rtol=0, atol=1e-6)
+    assert potentials.max() > 0.55
 
 
 def plain_si_lgmd2(frames, q):
@@ -118,7 +118,7 @@ def plain_si_lgmd2(frames, q):
             inhibition[r, c] = total * (floor(factor) if sum(at(x, i, j) for i, j in block) > least else 1)
         return np.maximum(x - weigh * lateral, 0), inhibition
 
-    last, mean_before, k_before, adapted, found = np.zeros((2, *shape)), 0.0, 0.5, 0.5, []
+    last, mean_before, k_before, adapted, potentials = np.zeros((2, *shape)), 0.0, 0.5, 0.5, []
     before = frames[0].astype(float)
     for frame in frames.astype(float):
         p, before = np.clip((frame - before) / 2, -127, 127), frame
@@ -134,8 +134,8 @@ def plain_si_lgmd2(frames, q):
         k = 1 / (1 + math.exp(-grouped.sum() / (q.k_spi * p.size)))
         rise, k_before = k - k_before, k
         adapted = max(0.5, q.tau_sfa / (q.tau_sfa + dt) * (adapted + rise if rise <= q.t_sfa else k))
-        found.append(adapted)
-    return np.array(found)
+        potentials.append(adapted)
+    return np.array(potentials)
 
 
 SENSITIVE = {"t_g": 1.0, "t_pm": 4.0, "least_on": 0.3, "beta_3": 0.2, "beta_4": 0.2, "k_spi": 0.1}
@@ -146,11 +146,11 @@ SENSITIVE = {"t_g": 1.0, "t_pm": 4.0, "least_on": 0.3, "beta_3": 0.2, "beta_4": 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_si_lgmd2_is_its_equations(changes, seed):
     q, frames = SILGMD2Params(**changes), clip(seed, frames=8)
-    found = SILGMD2(frames.shape[1:], q).run(frames)
+    answers = SILGMD2(frames.shape[1:], q).run(frames)
     expected = plain_si_lgmd2(frames, q)
-    np.testing.assert_allclose(found.looming, expected, rtol=0, atol=1e-6)
-    np.testing.assert_array_equal(found.looming_spikes, np.floor(np.exp(q.k_sp * (expected - q.t_sp))))
-    assert found.looming.max() > 0.55
+    np.testing.assert_allclose(answers.looming, expected, rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(answers.looming_spikes, np.floor(np.exp(q.k_sp * (expected - q.t_sp))))
+    assert answers.looming.max() > 0.55
 
 
 def plain_lplc2(frames, q):
@@ -180,7 +180,7 @@ def plain_lplc2(frames, q):
     ]).reshape(rows, columns)  # fmt: skip
     x, d, k_before = np.zeros((3, 2, rows, columns))
     t = np.zeros((2, 4, rows, columns))
-    before, products, found = frames[0].astype(float), [], []
+    before, products, potentials = frames[0].astype(float), [], []
     for frame in frames.astype(float):
         p, before = frame - before, frame
         p_e, p_i = field(p, 3, q.sigma_e), field(p, 5, q.sigma_i)
@@ -212,8 +212,8 @@ def plain_lplc2(frames, q):
             product *= max(quadrant, 0.0)
         products.append(product)
         output = (sum(products[-q.length :]) / q.length) ** 0.25
-        found.append(1 / (1 + math.exp(-output / (q.k_sig * rows * columns / 4))))
-    return np.array(found)
+        potentials.append(1 / (1 + math.exp(-output / (q.k_sig * rows * columns / 4))))
+    return np.array(potentials)
 
 
 @pytest.mark.parametrize("shape", [(16, 19), (15, 16)])
@@ -224,9 +224,9 @@ def test_lplc2_is_its_equations(shape):
     for i, frame in enumerate(frames):
         half = 1 + i // 2, 1 + (i + 1) // 2
         frame[shape[0] // 2 - half[0] : shape[0] // 2 + half[0], shape[1] // 2 - half[1] : shape[1] // 2 + half[1]] = 10
-    found = LPLC2(shape, q).run(frames).looming
-    np.testing.assert_allclose(found, plain_lplc2(frames, q), rtol=0, atol=1e-6)
-    assert found[: q.length - 1].max() > 0.55 and found[q.length :].max() > 0.55
+    potentials = LPLC2(shape, q).run(frames).looming
+    np.testing.assert_allclose(potentials, plain_lplc2(frames, q), rtol=0, atol=1e-6)
+    assert potentials[: q.length - 1].max() > 0.55 and potentials[q.length :].max() > 0.55
 
 
 def mirrored(place, size):
@@ -250,7 +250,7 @@ def plain_pon_lgmd(frames, q):
     bell = np.exp(-0.5 * (np.arange(-radius, radius + 1) / q.gauss_div) ** 2)
     bell /= bell.sum()
     inhibiting = {0: 0.0, 1: q.w_side, 2: q.w_corner}
-    motion_before, before, found = np.zeros((2, *shape)), frames[0].astype(float), []
+    motion_before, before, potentials = np.zeros((2, *shape)), frames[0].astype(float), []
     cells = list(np.ndindex(*shape))
     for frame in frames.astype(float):
         p, s = frame - before, np.zeros((2, *shape))
@@ -268,18 +268,18 @@ def plain_pon_lgmd(frames, q):
         ce = np.array([around(joined, r, c, 1, lambda i, j: 1 / 9) for r, c in cells]).reshape(shape)
         grouped = joined * ce / (q.delta_c + ce.max() / q.c_w)
         grouped[q.c_de * grouped < q.t_de] = 0.0
-        found.append(1 / (1 + math.exp(-grouped.sum() / (q.k_sig * grouped.size))))
+        potentials.append(1 / (1 + math.exp(-grouped.sum() / (q.k_sig * grouped.size))))
         before = frame
-    return np.array(found)
+    return np.array(potentials)
 
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_pon_lgmd_is_its_equations(seed):
     frames = clip(seed, frames=7)
     q = PONLGMDParams(t_de=0.2)  # so that many groups are kept in so small a field
-    found = PONLGMD(frames.shape[1:], q).run(frames).looming
-    np.testing.assert_allclose(found, plain_pon_lgmd(frames, q), rtol=0, atol=1e-6)
-    assert found.max() > 0.55
+    potentials = PONLGMD(frames.shape[1:], q).run(frames).looming
+    np.testing.assert_allclose(potentials, plain_pon_lgmd(frames, q), rtol=0, atol=1e-6)
+    assert potentials.max() > 0.55
 
 
 def plain_t4t5(frames, q):
@@ -297,7 +297,7 @@ def plain_t4t5(frames, q):
         )
 
     signals, delayed, cells = np.zeros((2, *shape)), np.zeros((5, 2, *shape)), np.zeros((4, 2, *shape))
-    before, found = frames[0].astype(float), []
+    before, potentials = frames[0].astype(float), []
     for frame in frames.astype(float):
         p, before = frame - before, frame
         centre, surround = blurred(p, 3, 10.0), blurred(p, 5, 20.0)
@@ -319,8 +319,8 @@ def plain_t4t5(frames, q):
         motion = cells[:, 0] ** 0.9 + cells[:, 1] ** 0.5
         right, left, downward, up = motion.sum(axis=(1, 2))
         scale = 0.01 * shape[0] * shape[1]
-        found.append([1 / (1 + math.exp(-x / scale)) - 0.5 for x in (right - left, downward - up)])
-    return np.array(found)
+        potentials.append([1 / (1 + math.exp(-x / scale)) - 0.5 for x in (right - left, downward - up)])
+    return np.array(potentials)
 
 
 @pytest.mark.parametrize("bias", [1.0, 1.5])
@@ -329,9 +329,9 @@ def test_t4t5_is_its_equations(bias):
     texture = np.random.default_rng(5).integers(80, 200, (14, 17))
     texture[4:10, 5:12] = 20
     frames = np.stack([np.roll(texture, (i // 2, i), axis=(0, 1)) for i in range(8)]).astype(np.uint8)
-    found = T4T5(frames.shape[1:], q).run(frames)
-    np.testing.assert_allclose(np.column_stack([found.hs, found.vs]), plain_t4t5(frames, q), rtol=0, atol=1e-6)
-    assert np.abs(found.hs).max() > 0.05
+    answers = T4T5(frames.shape[1:], q).run(frames)
+    np.testing.assert_allclose(np.column_stack([answers.hs, answers.vs]), plain_t4t5(frames, q), rtol=0, atol=1e-6)
+    assert np.abs(answers.hs).max() > 0.05
 
 
 def published_square(l_over_v_s, frames=100):

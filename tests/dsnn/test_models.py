@@ -354,7 +354,7 @@ def plain_lgmd1(frames):
 
 
 def plain_lgmd2(frames):
-    dt, pm, k_before, adapted, found = 1000 / 30, 0.0, 0.5, 0.5, []
+    dt, pm, k_before, adapted, potentials = 1000 / 30, 0.0, 0.5, 0.5, []
     pathways = [(1, (2.0, 0.5, 0.25), (15, 30, 45), 1.0), (-1, (1.0, 0.25, 0.125), (60, 120, 180), 0.5)]
     signals, delayed = np.zeros((2, *frames[0].shape)), np.zeros((2, 3, *frames[0].shape))
     for p in np.diff(frames.astype(float), axis=0, prepend=frames[:1]):
@@ -370,8 +370,8 @@ def plain_lgmd2(frames):
         k = grouped(s[0] + s[1] + s[0] * s[1])
         rise, k_before = k - k_before, k
         adapted = max(0.5, 800 / (800 + dt) * (adapted + rise if rise <= 0.003 else k))
-        found.append(adapted)
-    return found
+        potentials.append(adapted)
+    return potentials
 
 
 @pytest.mark.parametrize(("cls", "plain"), [(LGMD1, plain_lgmd1), (LGMD2, plain_lgmd2)])
@@ -402,7 +402,7 @@ def test_collision_after_enough_spikes(cls, needed):
 def plain_emd(frames, q):
     """The array as its equations read, in float64: mean opponent output along x and y, (T, 2)."""
     hp, lp = (1000 / q.fps / (1000 / q.fps + tau) for tau in (q.tau_hp, q.tau_lp))
-    mean, delayed, found = frames[0].astype(float), None, []
+    mean, delayed, outputs = frames[0].astype(float), None, []
     for frame in frames.astype(float):
         mean = mean + hp * (frame - mean)
         h = frame - mean if q.tau_hp else frame
@@ -410,8 +410,8 @@ def plain_emd(frames, q):
         s = q.spacing
         x = (delayed[:, :-s] * h[:, s:] - h[:, :-s] * delayed[:, s:]).sum()
         y = (delayed[:-s] * h[s:] - h[:-s] * delayed[s:]).sum()
-        found.append((x / frame.size, y / frame.size))
-    return np.array(found)
+        outputs.append((x / frame.size, y / frame.size))
+    return np.array(outputs)
 
 
 @pytest.mark.parametrize("changes", [{}, {"tau_hp": 0.0}, {"spacing": 3, "tau_lp": 20.0, "fps": 60.0}])

@@ -137,7 +137,7 @@ def test_the_lgmd1_and_the_hybrid_agree():
 @built
 def test_the_golden_answers_have_their_bits():
     """Whatever the compiler and the processor: the next last bit would show."""
-    said = hashlib.sha256()
+    digest = hashlib.sha256()
     for path in GOLDEN:
         with np.load(path, allow_pickle=False) as file:
             frames = file["frames"]
@@ -145,10 +145,10 @@ def test_the_golden_answers_have_their_bits():
             model = DSNN(frames.shape[1:], params, form="native")
             for frame in frames:
                 answer = model.step(frame, maps=True)
-                said.update(np.array([answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes], "<f8").tobytes())
+                digest.update(np.array([answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes], "<f8").tobytes())
             for layer in (answer.maps.p, answer.maps.la, answer.maps.f_on, answer.maps.f_off):
-                said.update(layer.astype("<f4").tobytes())
-    assert said.hexdigest() == CHECKSUM
+                digest.update(layer.astype("<f4").tobytes())
+    assert digest.hexdigest() == CHECKSUM
 
 
 @built
@@ -192,8 +192,8 @@ def test_models_in_threads_are_apart():
     one_by_one = [DSNN(clip.shape[1:], form="native").run(clip).hs for clip in clips]
     with ThreadPoolExecutor(4) as threads:
         together = list(threads.map(lambda clip: DSNN(clip.shape[1:], form="native").run(clip).hs, clips * 5))
-    for found, expected in zip(together, one_by_one * 5, strict=True):
-        np.testing.assert_array_equal(found, expected)
+    for potentials, expected in zip(together, one_by_one * 5, strict=True):
+        np.testing.assert_array_equal(potentials, expected)
 
 
 @built

@@ -31,12 +31,12 @@ def test_a_total_is_that_of_its_values_alone():
 
 def test_nothing_is_summed_by_opencv():
     """OpenCV's sums of floats differ in their last bits with the place in memory; sums of whole numbers do not."""
-    found = {}
+    sums = {}
     for package in (dsnn, colias_sim):
         for file in Path(package.__file__).parent.rglob("*.py"):
             lines = re.findall(r"cv2\.(?:sumElems|mean|meanStdDev|norm)\(.*", file.read_text(encoding="utf-8"))
-            found |= {file.name: lines} if lines else {}
-    assert found == {"sensor.py": ["cv2.mean(self._grey)[0])"]}, "which is uint8"
+            sums |= {file.name: lines} if lines else {}
+    assert sums == {"sensor.py": ["cv2.mean(self._grey)[0])"]}, "which is uint8"
 
 
 def test_no_long_sum_is_left_to_blas():
@@ -44,12 +44,12 @@ def test_no_long_sum_is_left_to_blas():
 
     The products that are there have some 100 terms or fewer in each sum.
     """
-    found = {}
+    products = {}
     for file in Path(dsnn.__file__).parent.rglob("*.py"):
         lines = [
             line.strip()
             for line in file.read_text(encoding="utf-8").splitlines()
             if re.search(r"\w\)?\]? @ [\w(]|np\.(?:dot|vdot|inner|matmul|tensordot)\(", line)
         ]
-        found |= {file.name: len(lines)} if lines else {}
-    assert found == {"foliage.py": 1, "self_inhibition.py": 1, "correlator.py": 1, "numpy_form.py": 1}
+        products |= {file.name: len(lines)} if lines else {}
+    assert products == {"foliage.py": 1, "self_inhibition.py": 1, "correlator.py": 1, "numpy_form.py": 1}

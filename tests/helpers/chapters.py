@@ -148,15 +148,15 @@ class Block:
 
 def blocks(page: Path) -> list[Block]:
     text = page.read_text(encoding="utf-8")
-    found = []
+    parsed = []
     for match in _FENCE.finditer(text):
         rest = match["rest"] or ""
         added = tuple(shlex.split(rest)) if match["verb"] == "add" else ()
         line = text.count("\n", 0, match.start("text")) + 1
         skipped = rest if match["verb"] == "skip" else ""
         status = int(rest) if match["verb"] == "fails" else 0
-        found.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped, status))
-    return found
+        parsed.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped, status))
+    return parsed
 
 
 def written(page: Path) -> set[str]:
@@ -169,8 +169,8 @@ def written(page: Path) -> set[str]:
 
 def titled(name: str) -> str:
     """The file that a page shows with ``title=NAME``."""
-    (found,) = [block.text for page in PAGES for block in blocks(page) if block.title == name]
-    return found
+    (text,) = [block.text for page in PAGES for block in blocks(page) if block.title == name]
+    return text
 
 
 @pytest.fixture
@@ -198,7 +198,7 @@ class _Reader:
 
     def __call__(self, name: str) -> None:
         """Run the page that is `called` ``name``."""
-        (page,) = [each for each in PAGES if called(each) == name]
+        (page,) = [path for path in PAGES if called(path) == name]
         printed = ""
         for block in blocks(page):
             try:

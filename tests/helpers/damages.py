@@ -35,8 +35,8 @@ class Damage:
     def __str__(self) -> str:
         return self.name
 
-    def is_told(self, said: str) -> bool:
-        return any(words in said for words in self.says.split("|"))
+    def is_told(self, message: str) -> bool:
+        return any(words in message for words in self.says.split("|"))
 
 
 def refused(name: str, do: Do, says: str) -> Damage:
@@ -288,7 +288,7 @@ RECORDINGS = (
     refused("a recording is a folder", folder_instead(RECORDING), "recordings/trial-0000.rrd cannot be read"),
     refused("a recording of no trial", write("recordings/trial-0999.rrd", "x"), "trial-0999.rrd is of no trial"),
     refused("a file for the recordings", file_for_the_recordings, "recordings"),
-)  # fmt: skip
+)
 
 LEFTOVERS = (
     mended("leftovers of a kill", lambda folder, other: [

@@ -41,9 +41,9 @@ def drawn_texts(figure: Figure) -> list[tuple[Text, Bbox]]:
         patch.setattr(Text, "draw", lambda self, *args, **more: (texts.append(self), draw(self, *args, **more)))
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
-        shown = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
-        found = [(text, text.get_window_extent(canvas.get_renderer())) for text in shown]
-    return [(text, box) for text, box in found if box.width > 1 and box.height > 1]
+        visible = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
+        placed = [(text, text.get_window_extent(canvas.get_renderer())) for text in visible]
+    return [(text, box) for text, box in placed if box.width > 1 and box.height > 1]
 
 
 def small(texts: Sequence[Text], printed: float) -> list[str]:
@@ -54,7 +54,7 @@ def small(texts: Sequence[Text], printed: float) -> list[str]:
 
 def faint(texts: Sequence[Text], least: float = 3.0) -> list[str]:
     """Texts of less contrast to the figure's white than that, by WCAG 2.1; those in cells of maps are on colours."""
-    found = []
+    faults = []
     for text in texts:
         if text.axes is not None and text.axes.images:
             continue
@@ -62,13 +62,13 @@ def faint(texts: Sequence[Text], least: float = 3.0) -> list[str]:
         parts = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
         ratio = 1.05 / (float(parts @ (0.2126, 0.7152, 0.0722)) + 0.05)
         if ratio < least:
-            found.append(f"{text.get_text()!r}: {ratio:.1f}")
-    return found
+            faults.append(f"{text.get_text()!r}: {ratio:.1f}")
+    return faults
 
 
 def overlaps(places: Sequence[Place]) -> list[str]:
     """Texts that lie on each other, but for a tenth of their height and a fiftieth of their width."""
-    small = [(said, box.shrunk(0.98, 0.88)) for said, box in places]
+    small = [(text, box.shrunk(0.98, 0.88)) for text, box in places]
     return [f"{one!r} on {other!r}" for (one, a), (other, b) in itertools.combinations(small, 2) if a.overlaps(b)]
 
 
@@ -76,7 +76,7 @@ def outside(figure: Figure, places: Sequence[Place]) -> list[str]:
     """Texts that run out of the figure by more than a pixel."""
     whole = figure.bbox
     return [
-        said for said, box in places
+        text for text, box in places
         if box.x0 < whole.x0 - 1 or box.y0 < whole.y0 - 1 or box.x1 > whole.x1 + 1 or box.y1 > whole.y1 + 1
     ]  # fmt: skip
 
@@ -99,15 +99,15 @@ def _parents(axes: Axes) -> Iterable[Any]:
 
 def _neighbours(axes: Axes, name: str) -> list[Axes]:
     """The panels of the same figure in its column, or in its row, itself among them: one label is for all."""
-    own = axes.get_subplotspec()
-    if own is None:  # panels of a video are placed by hand: one label is for a column
+    cell = axes.get_subplotspec()
+    if cell is None:  # panels of a video are placed by hand: one label is for a column
         left = axes.get_position().x0
         return [other for other in axes.get_figure(root=False).axes if abs(other.get_position().x0 - left) < 1e-3]
     span = "colspan" if name == "x" else "rowspan"
     return [
         other for other in axes.get_figure(root=False).axes
-        if (spec := other.get_subplotspec()) and spec.get_gridspec() is own.get_gridspec() and other.get_visible()
-        and getattr(spec, span).start == getattr(own, span).start
+        if (spec := other.get_subplotspec()) and spec.get_gridspec() is cell.get_gridspec() and other.get_visible()
+        and getattr(spec, span).start == getattr(cell, span).start
     ]  # fmt: skip
 
 
@@ -119,16 +119,16 @@ def _named(axes: Axes, name: str) -> bool:
 
 def number(text: str) -> float | None:
     """The number that a tick label says, if it says one."""
-    said = text.replace("\N{MINUS SIGN}", "-").replace("$\\mathdefault{", "").replace("}$", "")
+    digits = text.replace("\N{MINUS SIGN}", "-").replace("$\\mathdefault{", "").replace("}$", "")
     try:
-        return float(said)
+        return float(digits)
     except ValueError:
         return None
 
 
 def unlabelled(figure: Figure) -> list[str]:
     """Axes of numbers without a label that says what they are, with a unit or as a number without one."""
-    found = []
+    faults = []
     for axes in panels(figure):
         if axes.name == "polar":
             continue  # its angles are words, its radius is said in the key
@@ -137,15 +137,15 @@ def unlabelled(figure: Figure) -> list[str]:
                 continue
             labels = [getattr(other, f"get_{name}label")() for other in _neighbours(axes, name)]
             labels += [getattr(part, f"get_sup{name}label")() for part in _parents(axes)]
-            said = [label for label in (*labels, *_titles(axes)) if label]
-            if not any(UNIT.search(label) or any(word in label.lower() for word in DIMENSIONLESS) for label in said):
-                found.append(f"{name} axis of {_titles(axes)}: {said}")
-    return found
+            texts = [label for label in (*labels, *_titles(axes)) if label]
+            if not any(UNIT.search(label) or any(word in label.lower() for word in DIMENSIONLESS) for label in texts):
+                faults.append(f"{name} axis of {_titles(axes)}: {texts}")
+    return faults
 
 
 def keys(figure: Figure) -> list[list[Line2D]]:
     """The handles of each key."""
-    legends = [*figure.legends, *(each for part in figure.subfigs for each in part.legends)]
+    legends = [*figure.legends, *(inner_legend for part in figure.subfigs for inner_legend in part.legends)]
     legends += [axes.get_legend() for axes in figure.axes if axes.get_legend() is not None]
     return [[handle for handle in legend.legend_handles if isinstance(handle, Line2D)] for legend in legends]
 
@@ -153,28 +153,28 @@ def keys(figure: Figure) -> list[list[Line2D]]:
 def missing(figure: Figure, places: Sequence[Place], names: Sequence[str]) -> list[str]:
     """Names that no key, no panel's title and no tick has."""
     titles = {part.get_suptitle() for part in (figure, *figure.subfigs)}
-    said = [text for text, _ in places if text not in titles or len(names) == 1]
-    whole = "\n".join([*said, *(text.replace("\n", " ") for text in said), *(t.replace("\n", "") for t in said)])
+    texts = [text for text, _ in places if text not in titles or len(names) == 1]
+    whole = "\n".join([*texts, *(text.replace("\n", " ") for text in texts), *(t.replace("\n", "") for t in texts)])
     return [name for name in names if name not in whole]
 
 
 def alike(figure: Figure) -> list[str]:
     """Handles of one key that look the same."""
-    found = []
-    for own in keys(figure):
+    faults = []
+    for handles in keys(figure):
         looks: dict[Any, str] = {}
-        for key in own:
+        for key in handles:
             look = (key.get_color(), key.get_linestyle(), key.get_marker(), key.get_markerfacecolor(),
                     key.get_linewidth(), str(key._dash_pattern), key.get_markersize(), key.get_fillstyle())  # fmt: skip
             if look in looks:
-                found.append(f"{key.get_label()!r} and {looks[look]!r}")
+                faults.append(f"{key.get_label()!r} and {looks[look]!r}")
             looks[look] = str(key.get_label())
-    return found
+    return faults
 
 
 def alike_levels(figure: Figure) -> list[str]:
     """Lines across a panel at different levels, their signs apart, that look the same and have no words beside them."""
-    found = []
+    faults = []
     for axes in panels(figure):
         named = {abs(text.xy[1]) for text in axes.texts if isinstance(text, Annotation)}
         levels: dict[Any, float] = {}
@@ -183,13 +183,13 @@ def alike_levels(figure: Figure) -> list[str]:
                 continue
             look, level = (line.get_color(), line.get_linewidth(), str(line._dash_pattern)), abs(line.get_ydata()[0])
             if level and level not in named and levels.setdefault(look, level) != level:
-                found.append(f"{levels[look]:g} and {level:g} in {_titles(axes)}")
-    return found
+                faults.append(f"{levels[look]:g} and {level:g} in {_titles(axes)}")
+    return faults
 
 
 def hidden(figure: Figure) -> list[str]:
     """Lines that a later one of another colour covers: neither wider, nor is the later one broken."""
-    found = []
+    faults = []
     for axes in panels(figure):
         lines = [line for line in axes.get_lines() if len(line.get_xdata()) > 1 and line.get_linestyle() != "None"]
         low, high = axes.get_ylim()
@@ -203,13 +203,13 @@ def hidden(figure: Figure) -> list[str]:
             wider = earlier.get_linewidth() >= later.get_linewidth() + 1.0
             dots = earlier.get_marker() != "None" and earlier.get_markersize() >= later.get_markersize() + 1.0
             if np.allclose(a, b, rtol=0.0, atol=0.002 * abs(high - low)) and not (wider or dots):
-                found.append(f"{earlier.get_label()} under {later.get_label()} in {_titles(axes)}")
-    return found
+                faults.append(f"{earlier.get_label()} under {later.get_label()} in {_titles(axes)}")
+    return faults
 
 
 def ordinal(figure: Figure) -> list[str]:
     """Axes whose ticks say numbers and do not stand at them. Grids of cells have one tick a level, wherever it is."""
-    found = []
+    faults = []
     for axes in panels(figure):
         if axes.images or axes.name == "polar":
             continue
@@ -218,5 +218,5 @@ def ordinal(figure: Figure) -> list[str]:
             for label, at in zip(axis.get_ticklabels(), axis.get_ticklocs(), strict=False):
                 value = number(label.get_text())
                 if value is not None and abs(value - at) > 0.06 * abs(at) + 1e-9:
-                    found.append(f"{name} axis of {_titles(axes)}: {label.get_text()} at {at:g}")
-    return found
+                    faults.append(f"{name} axis of {_titles(axes)}: {label.get_text()} at {at:g}")
+    return faults

@@ -70,16 +70,16 @@ def tuning(curve: str) -> Callable[[Sequence[str]], Figure]:
                 probe.x,
                 probe.y,
                 probe.direction_deg,
-                each,
-                0.8 * each,
-                0.2 * each,
+                response,
+                0.8 * response,
+                0.2 * response,
                 0.3,
-                spikes=round(10 * each),
-                contact_s=probe.x / each if model != "emd" else None,
+                spikes=round(10 * response),
+                contact_s=probe.x / response if model != "emd" else None,
             )
             for model in models
             for i, probe in enumerate(family.probes)
-            for each in [strength(model) * (0.3 + math.sin(i + len(model)) ** 2)]
+            for response in [strength(model) * (0.3 + math.sin(i + len(model)) ** 2)]
         ]
         channels = ("looming",) if family.kind == "approach" else ("hs", "vs")
         return tuning_figure.draw(family, points, dict.fromkeys(models, channels), SET)
@@ -90,9 +90,9 @@ def tuning(curve: str) -> Callable[[Sequence[str]], Figure]:
 def leaderboard(kind: Kind) -> Callable[[Sequence[str]], Figure]:
     def draw(models: Sequence[str]) -> Figure:
         standings = [
-            Standing(model, {name: None if model == "emd" else Score(each, 0.8 * each, 1.1 * each, 20)
+            Standing(model, {name: None if model == "emd" else Score(score, 0.8 * score, 1.1 * score, 20)
                              for name in kind.measures
-                             for each in [strength(model) * (300 if name.startswith("us") else 1)]})
+                             for score in [strength(model) * (300 if name.startswith("us") else 1)]})
             for model in models
         ]  # fmt: skip
         return leaderboard_figure.draw(Ranking(kind, standings), 20)

@@ -83,7 +83,7 @@ def budget(models: Sequence[str]) -> Figure:
                  ".text": 30_000}  # fmt: skip
         built = Built(Path("program.elf"), sizes, Placement(MAIN), {MAIN: 12_345} if place % 3 == 1 else {})
         whole = Stage("whole", 2_000_000, 9_000_000 if place % 4 == 3 else 2_100_000)
-        point = {f"onboard.{key}": value for key, value in (each.split("=") for each in name.split())}
+        point = {f"onboard.{key}": value for key, value in (setting.split("=") for setting in name.split())}
         budgets.append(Budget(point, default(), built, 1000, (), whole, "square", "gcc", "qemu"))
     return firmware_figure.draw(budgets)
 

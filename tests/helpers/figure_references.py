@@ -38,11 +38,11 @@ def cells(figure: Figure) -> Cells:
     return np.asarray(small, np.float64)
 
 
-def differences(found: Cells, stored: Cells) -> str:
+def differences(drawn: Cells, stored: Cells) -> str:
     """Say in words how a picture differs from the stored one; empty where it does not."""
-    if found.shape != stored.shape:
-        return f"{found.shape} cells, {stored.shape} stored"
-    apart = np.abs(found - stored)
+    if drawn.shape != stored.shape:
+        return f"{drawn.shape} cells, {stored.shape} stored"
+    apart = np.abs(drawn - stored)
     if apart.mean() <= MOST_MEAN and apart.max() <= MOST_CELL:
         return ""
     row, column = np.unravel_index(int(apart.argmax()), apart.shape)

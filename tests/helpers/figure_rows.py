@@ -61,7 +61,7 @@ def robot_rows(models: Sequence[str], conditions: Sequence[Mapping[str, Any]], r
     return [
         {**usual, **condition, "trial": trial, "model": model, "spikes": round(40 * strength(model)) + trial % 5,
          "hs_spikes": 1, "looming_spikes": None}
-        for trial, condition in enumerate(each for each in conditions for _ in range(repeats))
+        for trial, condition in enumerate(trial_condition for trial_condition in conditions for _ in range(repeats))
         for model in models
     ]  # fmt: skip
 
@@ -111,12 +111,12 @@ def excitation(models: Sequence[str]) -> Figure:
     time_s, rise = np.arange(FRAMES) / 30.0, np.hanning(FRAMES)
     spikes = (rise > 0.8).astype(np.int64)
     trials = tuple(Trial(i, time_s, rise, 0.9 * rise, 0.5 * rise, spikes, 0.1 * rise, 0 * spikes) for i in range(3))
-    found = [
+    courses = [
         Course({"motion": "approach", "direction": "straight" if angle == 0 else "rightward", "angle_deg": angle,
                 "distance_cm": 8.0, "speed_cm_s": 6.0}, trials, 0.7)
         for angle in (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
     ]  # fmt: skip
-    return excitation_figure.figure(found, title(["dsnn"]), 0.16)
+    return excitation_figure.figure(courses, title(["dsnn"]), 0.16)
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------
@@ -144,8 +144,8 @@ def clip_frames(rows: Sequence[Any]) -> pa.Table:
 
 def drawn_clips(drawing: Drawing, models: Sequence[str], clips: Sequence[Mapping[str, Any]]) -> Figure:
     rows = clip_rows(models, clips)
-    said = clips_figure.title("clean", 0, SET)
-    return clips_figure.draw(drawing, rows, clip_frames(rows), thresholds(models), said)
+    heading = clips_figure.title("clean", 0, SET)
+    return clips_figure.draw(drawing, rows, clip_frames(rows), thresholds(models), heading)
 
 
 def traces(models: Sequence[str]) -> Figure:
@@ -170,8 +170,8 @@ BACKGROUNDS = (2.0, 8.0, 30.0, 300.0)
 def background(models: Sequence[str]) -> Figure:
     clips = [{"object": "absent", "background_speed": speed} for speed in BACKGROUNDS]
     clips += [{"motion": "looming", "background_speed": speed} for speed in BACKGROUNDS]
-    clips += [{"speed": own, "grey": grey, "background_speed": speed} for own in (40.0, 120.0) for grey in (0.0, 100.0)
-              for speed in BACKGROUNDS]  # fmt: skip
+    clips += [{"speed": object_speed, "grey": grey, "background_speed": speed}
+              for object_speed in (40.0, 120.0) for grey in (0.0, 100.0) for speed in BACKGROUNDS]  # fmt: skip
     return drawn_clips(Drawing("background"), models, clips)
 
 

@@ -11,11 +11,11 @@ import numpy as np
 
 def decoded(path: Path) -> list[np.ndarray]:
     """Every frame, (H, W, 3) uint8, RGB."""
-    source, found = cv2.VideoCapture(str(path)), []
+    source, frames = cv2.VideoCapture(str(path)), []
     while (frame := source.read()[1]) is not None:
-        found.append(frame[..., ::-1])
+        frames.append(frame[..., ::-1])
     source.release()
-    return found
+    return frames
 
 
 def report(path: Path) -> str:

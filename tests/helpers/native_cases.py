@@ -63,29 +63,29 @@ class Case:
     def answers(self) -> bytes:
         """What the extension module answers, in the program's bytes."""
         shape = self.frames.shape[1:]
-        said = []
+        fields = []
         if isinstance(self.params, LGMD1Params):
             detector = LGMD1(shape, self.params, form="native")
             for frame in self.frames:
                 a = detector.step(frame)
-                said += [np.float64(a.looming), np.int32(a.looming_spikes)]
+                fields += [np.float64(a.looming), np.int32(a.looming_spikes)]
         elif isinstance(self.params, OnboardParams):
             network = OnboardDSNN(shape, self.params, form="native")
             for frame in self.frames:
                 a = network.step(frame, maps=True)
-                said.append(np.array([a.hs * 32768, a.vs * 32768, a.hs_spikes, a.vs_spikes], np.int32))
+                fields.append(np.array([a.hs * 32768, a.vs * 32768, a.hs_spikes, a.vs_spikes], np.int32))
             c = network.fixed
             fractions = (c.p_frac, c.la_frac, c.f_frac, c.f_frac)
             layers = zip((a.maps.p, a.maps.la, a.maps.f_on, a.maps.f_off), fractions, strict=True)
-            said += [np.rint(layer * 2.0**bits).astype(np.int32) for layer, bits in layers]
+            fields += [np.rint(layer * 2.0**bits).astype(np.int32) for layer, bits in layers]
         else:
             network = DSNN(shape, self.params, form="native")
             for frame in self.frames:
                 a = network.step(frame, maps=True)
                 counts = np.array([a.hs_spikes, a.vs_spikes], np.int32)
-                said += [np.array([a.hs, a.vs]), counts, np.float64(network.azimuth())]
-            said += [a.maps.p, a.maps.la, a.maps.f_on, a.maps.f_off]
-        return b"".join(value.tobytes() for value in said)
+                fields += [np.array([a.hs, a.vs]), counts, np.float64(network.azimuth())]
+            fields += [a.maps.p, a.maps.la, a.maps.f_on, a.maps.f_off]
+        return b"".join(value.tobytes() for value in fields)
 
 
 def cases(count: int, seed: int = 0) -> Iterator[Case]:

@@ -39,15 +39,15 @@ def wait_until(holds, seconds: float = 60.0) -> bool:
 
 def members(session: int) -> list[int]:
     """The living processes of a session."""
-    found = []
+    pids = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             state, _, _, number = stat.read_text().rsplit(")", 1)[1].split()[:4]
         except OSError:
             continue
         if int(number) == session and state != "Z":
-            found.append(int(stat.parent.name))
-    return found
+            pids.append(int(stat.parent.name))
+    return pids
 
 
 def alive(pid: int) -> bool:

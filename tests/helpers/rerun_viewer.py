@@ -61,9 +61,9 @@ class Screen:
     def picture(self, path: Path, view: Any = None) -> Picture:
         """Return a picture of the window, or of one view, (H, W, 3) RGB."""
         self._client.save_screenshot(str(path), view_id=None if view is None else view.view_id)
-        shown = cv2.imread(str(path))
-        assert shown is not None, path
-        return cv2.cvtColor(shown, cv2.COLOR_BGR2RGB).astype(np.uint8)
+        image = cv2.imread(str(path))
+        assert image is not None, path
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)
 
 
 def wait_for(address: str) -> None:

@@ -76,12 +76,12 @@ def run(file: Path, out: Path | None, **more: Any) -> Run:
     return experiments.run(file, out=out, quiet=True, recordings=False, **{"workers": 0, **more})
 
 
-def peaks(made: Run) -> dict[str, float]:
-    return {row["model"]: row["peak_hs"] for row in made.trials.to_pylist()}
+def peaks(finished_run: Run) -> dict[str, float]:
+    return {row["model"]: row["peak_hs"] for row in finished_run.trials.to_pylist()}
 
 
-def hashes(made: Run) -> dict[str, str]:
-    return json.loads((made.folder / "experiment.json").read_text())["files"]
+def hashes(finished_run: Run) -> dict[str, str]:
+    return json.loads((finished_run.folder / "experiment.json").read_text())["files"]
 
 
 def sha(file: Path) -> str:

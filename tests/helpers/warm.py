@@ -98,14 +98,14 @@ class Warm:
             return None
 
     def _line(self, until: float) -> str:
-        found = b""
-        while not found.endswith(b"\n"):
+        line = b""
+        while not line.endswith(b"\n"):
             self._socket.settimeout(max(until - time.monotonic(), 0.001))
             byte = self._socket.recv(1)
             if not byte:
                 raise RuntimeError("the server of warm processes has ended")
-            found += byte
-        return found.decode().strip()
+            line += byte
+        return line.decode().strip()
 
     def close(self) -> None:
         """End the server."""

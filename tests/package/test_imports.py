@@ -77,7 +77,7 @@ def statements(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
 @cache
 def imported(module: str) -> frozenset[str]:
     """The modules of ours that a module imports."""
-    found: set[str] = set()
+    imports: set[str] = set()
     for node in statements(ast.parse(modules()[module].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -87,8 +87,8 @@ def imported(module: str) -> frozenset[str]:
         for name in names:
             known = name if name in modules() else name.rpartition(".")[0]
             if known in modules():
-                found.add(known)
-    return frozenset(found - {module})
+                imports.add(known)
+    return frozenset(imports - {module})
 
 
 def test_no_module_comes_back_to_itself():
@@ -98,8 +98,8 @@ def test_no_module_comes_back_to_itself():
     def visit(module: str, way: tuple[str, ...]) -> None:
         assert module not in way, " -> ".join((*way[way.index(module) :], module))
         if module not in done:
-            for each in sorted(imported(module)):
-                visit(each, (*way, module))
+            for target in sorted(imported(module)):
+                visit(target, (*way, module))
             done.add(module)
 
     for module in modules():
@@ -121,12 +121,12 @@ def wing(module: str) -> str | None:
 def test_wings_import_one_way():
     """The foundation <- robot, clips, footage <- tuning, leaderboard <- studies <- training, reproduction <- cli."""
     for module in modules():
-        own = wing(module)
+        ours = wing(module)
         for other in imported(module):
             theirs = wing(other)
-            if own is None or theirs is None or own == theirs or LEVELS[own] == LEVELS[theirs] == 0:
+            if ours is None or theirs is None or ours == theirs or LEVELS[ours] == LEVELS[theirs] == 0:
                 continue
-            assert LEVELS[theirs] < LEVELS[own], f"{module} imports {other}"
+            assert LEVELS[theirs] < LEVELS[ours], f"{module} imports {other}"
     outside = [m for m in modules() if wing(m) is None]
     for module in outside:
         cli = [other for other in imported(module) if wing(other) == "experiments.bench.cli"]

@@ -53,9 +53,9 @@ def test_a_clip_paints_nothing_until_its_first_frame(name, painter, monkeypatch)
     painted, paint = [], getattr(module, painter)
     monkeypatch.setattr(module, painter, lambda *given: painted.append(given) or paint(*given))
     Clip("one", name)
-    made = stimulus(name)
-    assert len(made) > 1 and not painted
-    made.frame(0)
+    clip = stimulus(name)
+    assert len(clip) > 1 and not painted
+    clip.frame(0)
     assert painted
 
 

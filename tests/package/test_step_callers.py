@@ -43,25 +43,25 @@ OF_OTHERS: Mapping[str, frozenset[str]] = {
 
 def receivers(tree: ast.AST) -> frozenset[str]:
     """What an attribute ``step`` is read of, called or handed on; a class's own method of that name is none."""
-    found = set()
+    expressions = set()
     for node in ast.walk(tree):
         match node:
             case ast.Attribute(attr=attr, value=value) if attr == NAME:
-                found.add(ast.unparse(value))
+                expressions.add(ast.unparse(value))
             case ast.Call(func=ast.Name(id="getattr"), args=[value, ast.Constant(value=name), *_]) if name == NAME:
-                found.add(ast.unparse(value))
+                expressions.add(ast.unparse(value))
             case ast.Call(func=ast.Name(id="methodcaller") | ast.Attribute(attr="methodcaller"), args=[named, *_]):
-                found.add(ast.unparse(named))
-    return frozenset(found)
+                expressions.add(ast.unparse(named))
+    return frozenset(expressions)
 
 
 def callers(root: Path) -> Mapping[str, frozenset[str]]:
     """File below ``root`` -> the receivers of its calls, of those that have any."""
-    found = {
+    names_by_file = {
         path.relative_to(root).as_posix(): receivers(ast.parse(path.read_text(encoding="utf-8")))
         for path in sorted(root.rglob("*.py"))
     }
-    return {file: names for file, names in found.items() if names}
+    return {file: names for file, names in names_by_file.items() if names}
 
 
 def test_no_other_code_steps_a_model():

@@ -47,21 +47,21 @@ class Described(HTMLParser):
 def pages() -> dict[str, Described]:
     """The pages by their paths in docs/generated/, without ending."""
     folder = SITE / "generated"
-    found = [*folder.glob("api/*.html"), *folder.glob("envs/*.html")]
-    assert len(found) > 100, f"{SITE}: make docs builds it"
-    return {path.relative_to(folder).with_suffix("").as_posix(): Described(path) for path in found}
+    paths = [*folder.glob("api/*.html"), *folder.glob("envs/*.html")]
+    assert len(paths) > 100, f"{SITE}: make docs builds it"
+    return {path.relative_to(folder).with_suffix("").as_posix(): Described(path) for path in paths}
 
 
 def test_every_public_name_has_an_anchor(pages):
-    anchors = {name for each in pages.values() for name in each.sections}
+    anchors = {name for document in pages.values() for name in document.sections}
     envs = {entry.entry_point.replace(":", ".") for entry in ENVS.values()}
     assert {*surface.public(), *FUNCTIONS, *envs} <= anchors
 
 
 def test_pages_show_what_is_taken_given_and_raised(pages):
-    shown = {name: titles for each in pages.values() for name, titles in each.sections.items()}
+    sections = {name: titles for document in pages.values() for name, titles in document.sections.items()}
     for name, thing in DOCUMENTED.items():
-        assert {title for title in SHOWN if page(thing)[title]} == shown[name] & set(SHOWN), name
+        assert {title for title in SHOWN if page(thing)[title]} == sections[name] & set(SHOWN), name
 
 
 def test_types_and_names_in_a_text_are_links(pages):

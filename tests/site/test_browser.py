@@ -63,14 +63,14 @@ def test_search_says_when_nothing_is_found(tmp_path):
 def test_pages_fit_narrow_and_wide_windows(tmp_path):
     """A page that scrolls sideways as a whole has something in it that should scroll, or be smaller, by itself."""
     pages = sorted(str(path.relative_to(SITE)) for path in SITE.rglob("*.html") if "_static" not in path.parts)
-    shown = [((SITE / page).as_uri(), NARROW) for page in pages]
+    views = [((SITE / page).as_uri(), NARROW) for page in pages]
     # Pages of the API are all alike: those that fit a narrow window fit a wide one.
-    shown += [((SITE / page).as_uri(), WIDE) for page in pages if not page.startswith("generated/api/")]
+    views += [((SITE / page).as_uri(), WIDE) for page in pages if not page.startswith("generated/api/")]
     harness = tmp_path / "widths.html"
-    harness.write_text(MEASURE.replace("PAGES", json.dumps(shown)), encoding="utf-8")
+    harness.write_text(MEASURE.replace("PAGES", json.dumps(views)), encoding="utf-8")
     flags = ("--allow-file-access-from-files", "--disable-web-security")
-    found = re.search(
+    match = re.search(
         r'<pre id="found">(.*?)</pre>', opened(harness.as_uri(), tmp_path / "profile", *flags, budget_ms=600_000)
     )
-    assert found is not None
-    assert json.loads(html.unescape(found[1])) == []
+    assert match is not None
+    assert json.loads(html.unescape(match[1])) == []

@@ -35,9 +35,9 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def pages() -> dict[Path, Page]:
-    found = {path: Page(path) for path in sorted(SITE.rglob("*.html")) if "_static" not in path.parts}
-    assert len(found) > 20, f"{SITE}: make docs builds it"
-    return found
+    parsed = {path: Page(path) for path in sorted(SITE.rglob("*.html")) if "_static" not in path.parts}
+    assert len(parsed) > 20, f"{SITE}: make docs builds it"
+    return parsed
 
 
 def local(page: Path, target: str) -> tuple[Path, str]:

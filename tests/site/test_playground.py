@@ -52,9 +52,9 @@ ANSWERS = """async ({ compile, Network }, wasm, tables, cases) => {
 
 
 def embedded(name: str) -> str:
-    found = re.search(rf'id="{name}">(.*?)</script>', PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert found, f"{PAGE} has no {name}"
-    return found[1]
+    match = re.search(rf'id="{name}">(.*?)</script>', PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert match, f"{PAGE} has no {name}"
+    return match[1]
 
 
 @pytest.fixture(scope="module")
@@ -172,14 +172,14 @@ def test_golden_vectors_have_their_bits_in_chromium(tab, cases, data):
 @needs_chromium
 @pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
 def test_counts_are_those_of_the_runs(tab, data, phone):
-    tables = {shown.name: pq.read_table(RUNS / shown.name / "trials.parquet").to_pylist() for shown in playground.RUNS}
+    tables = {run.name: pq.read_table(RUNS / run.name / "trials.parquet").to_pylist() for run in playground.RUNS}
     window = {"width": 390, "height": 844, "phone": True, "dark": True} if phone else {}
-    for shown in playground.RUNS:
-        spikes = {row["trial"]: row["spikes"] for row in tables[shown.name]}
-        for index, (name, *_) in shown.trials.items():
+    for run in playground.RUNS:
+        spikes = {row["trial"]: row["spikes"] for row in tables[run.name]}
+        for index, (name, *_) in run.trials.items():
             show(tab, f"trial={name}", **window)
             assert count(tab) == spikes[index], name
-            assert text(tab, "command") == shown.command
+            assert text(tab, "command") == run.command
     show(tab, **window)
     assert counts(tab) == {row["speed_cm_s"]: row["spikes"] for row in tables["speed"]}
     assert tab.messages == []
@@ -272,17 +272,17 @@ def test_the_three_answers_are_what_the_page_shows(tab):
     """What is told beside the questions, followed link by link."""
     show(tab)
     links = tab.ask("[...document.querySelectorAll('button.try')].map((each) => each.dataset.link)")
-    shown = {}
+    spikes = {}
     for link in links:
         show(tab, link)
         assert text(tab, "message") == ""
-        shown[link] = count(tab)
+        spikes[link] = count(tab)
     # It prefers rightward motion. Fewer connections, a wider spacing or a blocked pathway silence it.
-    assert shown["trial=speed-6"] > shown["trial=leftward-6"] > 0
-    assert shown["trial=speed-4&n_con=4"] == shown["trial=speed-4&d=2"] == shown["trial=speed-6&d=3"] == 0
-    assert shown["trial=speed-10&on=false&off=false"] == 0 < shown["trial=speed-10&d=4"]
-    assert shown["trial=speed-4&on=false"] == 1
-    assert min(shown["trial=speed-6&n_con=4"], shown["trial=speed-6&on=false"]) > shown["trial=speed-6"] / 2
+    assert spikes["trial=speed-6"] > spikes["trial=leftward-6"] > 0
+    assert spikes["trial=speed-4&n_con=4"] == spikes["trial=speed-4&d=2"] == spikes["trial=speed-6&d=3"] == 0
+    assert spikes["trial=speed-10&on=false&off=false"] == 0 < spikes["trial=speed-10&d=4"]
+    assert spikes["trial=speed-4&on=false"] == 1
+    assert min(spikes["trial=speed-6&n_con=4"], spikes["trial=speed-6&on=false"]) > spikes["trial=speed-6"] / 2
     show(tab, "trial=leftward-6&w_i=0")
     now, unchanged = text(tab, "count").split("Unchanged:")
     assert "rightward" in now and "leftward" in unchanged

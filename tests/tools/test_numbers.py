@@ -65,8 +65,8 @@ def test_every_measured_part_has_a_page():
 def test_figures_of_another_design_say_so_and_are_no_release():
     """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
     measured = results()
-    said = [STALE in blocks(measured)[name] for name in ("groups", "verdicts")]
-    assert said == [stale(measured)] * 2
+    marked = [STALE in blocks(measured)[name] for name in ("groups", "verdicts")]
+    assert marked == [stale(measured)] * 2
     fresh = copy.deepcopy(measured)
     fresh["design"] = {name: described(USUAL)[name] for name in ("seed", "scale", "digest")}
     fresh |= {"rows": {"speed": "hash"}, "measured_with": {**measured["measured_with"], "commit": "abc"}}
@@ -105,7 +105,7 @@ def test_every_claim_has_a_figure_and_every_scale_a_design():
     assert len({described(scale)["digest"] for scale in (QUICK, USUAL, FULL)}) == 3
 
 
-def made(claim, *outcomes):
+def verdict_of(claim, *outcomes):
     return Verdict.of((claim, "it turns", "ours"), outcomes)
 
 
@@ -121,13 +121,13 @@ def run(tmp_path):
         "design": {"seed": 3, "scale": {"repeats": 7, "episodes": 2, "steps": 90}, "digest": "d",
                    "versions": {"numpy": "2"}},
         "claims": document([
-            made("C1", Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)", checks=(CHECK,)),
+            verdict_of("C1", Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)", checks=(CHECK,)),
                  Outcome("fails", "m", checks=(dataclasses.replace(CHECK, reading=0.3),)),
                  Outcome("holds", "m", checks=(dataclasses.replace(CHECK, reading=math.nan),)), Outcome.unjudged("m")),
-            made("C2", Outcome.unjudged("needs more; measured: 4")),
+            verdict_of("C2", Outcome.unjudged("needs more; measured: 4")),
         ]),
         "pooled": {"C13": outcome_entry(Outcome("fails", "m", n=60, broken=1))},
-        "behaviours": document([made("B3", Outcome("fails", "0.2 [0.1, 0.3]", decided="0.1 (needs above 0.5)"))]),
+        "behaviours": document([verdict_of("B3", Outcome("fails", "0.2 [0.1, 0.3]", decided="0.1 (needs above 0.5)"))]),
     }  # fmt: skip
     for name, value in files.items():
         (folder / f"{name}.json").write_text(to_json(value))
@@ -274,7 +274,7 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
     means, every = ({claim.least for claim in CLAIMS.values() if claim.of_every_trial == of} for of in (False, True))
     (least,), (most,) = means, every
     assert USUAL.steps == 30 * 30
-    for said in (
+    for phrase in (
         f"the same {robot} robot trials",
         f"the same {len(plain.clips) * plain.repeats + len(clutter.clips) * clutter.repeats} clips",
         f"; {alone * clutter.repeats} of background alone",
@@ -288,7 +288,7 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"of {statistics.PERMUTATIONS} permutations",
         f"of a mean of {statistics.LEAST_FOR_INTERVAL} or {statistics.LEAST_FOR_BOOTSTRAP - 1} trials is Student's",
     ):
-        assert said in text, said
+        assert phrase in text, phrase
 
 
 def test_the_readme_has_claims_about_the_robot_under_each_eye_and_drive(run):
@@ -300,9 +300,9 @@ def test_the_readme_has_claims_about_the_robot_under_each_eye_and_drive(run):
     ]
     study = {"form": FORM, "study": "fidelity", "counts": counts}
     (run / "fidelity" / "fidelity.json").write_text(json.dumps(study))
-    shown = json.loads((run / "claims.json").read_text())
-    shown["claims"] += document([made("C14", *[Outcome("holds", "m")] * 40)])["claims"]
-    (run / "claims.json").write_text(json.dumps(shown))
+    stored = json.loads((run / "claims.json").read_text())
+    stored["claims"] += document([verdict_of("C14", *[Outcome("holds", "m")] * 40)])["claims"]
+    (run / "claims.json").write_text(json.dumps(stored))
     assert take(run).returncode == 0
     group = next(about for about, claims in GROUPS.items() if "C14" in claims)
     assert f"| {group} | hold: C14 | hold: C14 | fail: C14 | fail: C14 |" in pages(run)["README.md"]

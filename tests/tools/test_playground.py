@@ -52,7 +52,7 @@ def test_packed_frames_come_back():
     np.testing.assert_array_equal(np.cumsum(differences, axis=0, dtype=np.uint8), film)
 
 
-@pytest.mark.parametrize("shown", playground.RUNS, ids=lambda shown: shown.name)
+@pytest.mark.parametrize("shown", playground.RUNS, ids=lambda run: run.name)
 def test_a_command_is_one_that_can_be_given(shown):
     check_options(shown.command.split()[1:])
     arguments = playground.arguments(shown.command)
@@ -64,9 +64,9 @@ def test_a_command_is_one_that_can_be_given(shown):
 
 def test_names_of_crossings_tell_their_speed_and_direction():
     for name, title_of in (("speed", "rightward"), ("general", "leftward")):
-        (shown,) = (shown for shown in playground.RUNS if shown.name == name)
+        (run,) = (run for run in playground.RUNS if run.name == name)
         conditions = registry.find(name).conditions()
-        for index, (identity, *_) in shown.trials.items():
+        for index, (identity, *_) in run.trials.items():
             if conditions[index].motion == "translation":
                 assert conditions[index].direction == title_of
                 assert identity.endswith(f"-{conditions[index].speed_cm_s:g}")

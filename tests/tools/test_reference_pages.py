@@ -87,21 +87,21 @@ def test_every_command_stands_below_a_heading_of_help():
 @pytest.mark.parametrize("title", [title for title, command in COMMANDS.items() if not command.commands])
 def test_examples_are_blocks_that_the_tests_read(title):
     """Each line is in a block of a chapter, and is run unless none of this command's is."""
-    found = command_examples.examples(COMMANDS[title])
-    own = [block for page in CHAPTERS for block in blocks(page) if block.language == "sh"]
-    for example in found:
-        where = [block for block in own if block.page.name == example.chapter]
+    examples = command_examples.examples(COMMANDS[title])
+    shell_blocks = [block for page in CHAPTERS for block in blocks(page) if block.language == "sh"]
+    for example in examples:
+        where = [block for block in shell_blocks if block.page.name == example.chapter]
         for line in example.lines:
             (block,) = [block for block in where if line in command_examples.commands(block.text)]
             assert bool(block.skipped) is not example.tested
-    assert found or not COMMANDS[title].arguments, "a command that needs more than its name has an example"
-    assert len({example.tested for example in found}) <= 1
+    assert examples or not COMMANDS[title].arguments, "a command that needs more than its name has an example"
+    assert len({example.tested for example in examples}) <= 1
 
 
 def test_usage_has_the_arguments_that_the_parser_takes():
     for command in COMMANDS.values():
-        assert [each.names[0] for each in command.arguments] == re.findall(r"[{\[](?!OPTIONS|ARGS)(\w+)[}\]]",
-                                                                          command.usage)  # fmt: skip
+        assert [argument.names[0] for argument in command.arguments] == re.findall(r"[{\[](?!OPTIONS|ARGS)(\w+)[}\]]",
+                                                                                   command.usage)  # fmt: skip
         for option in command.options:
             assert all(name.startswith("-") for name in option.names), command.title
     check_options(["run", "speed", *COMMANDS["colias run"].options[0].names, "3"])

@@ -79,7 +79,7 @@ def test_what_was_just_taken_is_fit_and_repeats(docs, capsys):
         (lambda docs: (docs / "page.md").write_text(TABLE.replace("1 |", "2 |")), "#fast was changed"),
     ],
     ids=["gone", "another picture", "a picture of no run", "an edited table"],
-)  # fmt: skip
+)
 def test_what_is_shown_and_is_not_of_its_run_is_refused(docs, change, told):
     change(docs / "docs")
     assert told in unfit(sources(docs), docs)

@@ -168,7 +168,7 @@ class Host:
 
     def _begin(
         self, k: int, env: ColiasEnv[Any], seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> dict[str, Any]:  # fmt: skip
+    ) -> dict[str, Any]:
         observation, info = env.reset(seed=seed, options=dict(options or {}))
         self._buffers.write_observation(self._task.first + k, observation)
         self._elapsed[k] = 0

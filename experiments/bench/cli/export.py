@@ -45,7 +45,7 @@ def export(
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there already.")] = False,
     quiet: Quiet = False,
-) -> int:  # fmt: skip
+) -> int:
     """Write the tables of a run, of any kind, for other programs; or the whole run as a robot would have logged it.
 
     --to mp4 makes a video of each recording, as colias video does without options, which has more of them.

@@ -30,7 +30,7 @@ def view(
         int | None, typer.Option(help="Show this trial or episode alone; of two runs otherwise the first recorded one.")
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
-) -> int:  # fmt: skip
+) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
 
     Of two runs a trial of the first stands beside the trial of the second that has the same seed and condition, on one

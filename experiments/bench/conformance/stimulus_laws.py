@@ -23,7 +23,7 @@ SEED = 3
 MOST_FRAMES = 150
 """Frames that are looked at, from the first; a clip may be longer."""
 EDGE_PX = 1.0
-"""How far beyond an object's outline its antialiased edge may reach."""
+"""Greatest reach of an object's antialiased edge beyond its outline, px."""
 SLOPPY = 1.0
 """Largest difference between an object's displacement in a frame and what its velocity says, px."""
 STILL_GREY = 1
@@ -140,7 +140,7 @@ def _covered(box: Box, shape: tuple[int, ...]) -> tuple[slice, slice]:
 
 
 def _speed(entry: StimulusEntry) -> str:
-    """Between two frames of one velocity the middle of the outline moves by it."""
+    """Check that the middle of the outline moves by the velocity between two frames that have the same one."""
     fps = _clip(entry).fps
     for index, (before, after) in enumerate(pairwise(frame.truth for frame in _frames(entry))):
         if before.box is None or after.box is None or not before.velocity or before.velocity != after.velocity:

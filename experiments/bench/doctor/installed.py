@@ -29,7 +29,7 @@ TOOLS = {
     "arm-none-eabi-gcc": ("gcc-arm-none-eabi", "colias firmware"),
     "qemu-system-arm": ("qemu-system-arm", "colias firmware"),
     "chromium": ("chromium", "the tests of the report's page"),
-}  # fmt: skip
+}
 """Program -> Debian's package that has it, and what needs it."""
 
 

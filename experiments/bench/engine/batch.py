@@ -74,7 +74,7 @@ class Resources:
 
 
 class Enough(Exception):
-    """As many jobs of a batch are done as `first` allows."""
+    """The end of a batch in which as many jobs are done as `first` allows."""
 
 
 _first: ContextVar[int | None] = ContextVar("first", default=None)

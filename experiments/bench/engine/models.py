@@ -117,7 +117,8 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
     for model, rate in models:
         assumed = model.fps
         if assumed is not None and abs(rate - assumed) > RATE_TOLERANCE * assumed:
-            other.setdefault((model.label, assumed), set()).add(rate)
+            name = f"{model.source} of setting {model.label}" if model.label.isdigit() else model.label  # in a fit
+            other.setdefault((name, assumed), set()).add(rate)
     lines: dict[tuple[float, tuple[float, ...]], list[str]] = {}
     for (label, assumed), rates in other.items():
         lines.setdefault((assumed, tuple(sorted(rates))), []).append(label)

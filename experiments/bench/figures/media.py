@@ -1,4 +1,4 @@
-"""What figures are for, which decides how large they and their type are: a paper, a talk, or a page of the web."""
+"""Media of figures, each with its own size of figure and type: a paper, a talk, or a page of the web."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class Medium(StrEnum):
-    """What a command draws its figures for."""
+    """A medium that a command draws its figures for."""
 
     PAPER = "paper"
     TALK = "talk"
@@ -32,8 +32,8 @@ class Sheet:
 
 
 SHEETS = {Medium.PAPER: Sheet(7.16, 300.0), Medium.TALK: Sheet(13.33, 144.0), Medium.WEB: Sheet(8.95, 160.0)}
-"""On paper both columns of IEEE's page, with type of 8 points; a wide slide, with 15; 860 pixels of a page, with 13
-pixels."""
+"""Medium -> its sheet: both columns of IEEE's page, with type of 8 points; a wide slide, with 15 points; 860 pixels of
+a web page, with 13 pixels."""
 _CHOSEN: ContextVar[Medium] = ContextVar("medium", default=Medium.WEB)
 
 
@@ -44,5 +44,5 @@ def choose(medium: Medium) -> Medium:
 
 
 def sheet() -> Sheet:
-    """Return the size of what figures are written for."""
+    """Return the sheet of the medium that figures are written for."""
     return SHEETS[_CHOSEN.get()]

@@ -143,7 +143,7 @@ class Budget:
 
     @property
     def lacking(self) -> dict[str, int]:
-        """What of the chip is too small, and by how many bytes.
+        """The memories of the chip that are too small -> the bytes that each lacks.
 
         RAM, by its true regions; flash, which has the robot's code too; the stack, which has room for interrupts.
         """
@@ -153,7 +153,7 @@ class Budget:
 
     @property
     def fits_memory(self) -> bool:
-        """Tell whether nothing of the chip is too small."""
+        """Tell whether no memory of the chip is too small."""
         return not self.lacking
 
     @property

@@ -221,7 +221,7 @@ def _best(
 
 def _compile(
     source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, *, counting: bool, split: bool
-) -> Path:  # fmt: skip
+) -> Path:
     """Return one object file, in which instructions are counted, or the states are two blocks."""
     output = folder / f"{source.stem}.o"
     stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()

@@ -41,7 +41,7 @@ def crc(content: bytes) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """What a program says of itself; ``None`` where a board cannot tell.
+    """A program's record of its board, its trials and its frames; ``None`` where a board cannot tell.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Answered:
 
 @dataclass(slots=True)
 class Decoded:
-    """What a capture of the line says.
+    """The records of one run of the program, decoded from a capture of the line.
 
     Parameters
     ----------

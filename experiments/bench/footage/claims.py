@@ -19,7 +19,7 @@ CLAIM = "C12"
 LEAST_SECONDS = 5
 """Separate seconds of footage in which HS passes the threshold, below which C12 cannot be judged."""
 FlowColumns = Callable[[Floats, Floats, Floats, float, float], Outcome]
-"""From columns of T frames (mean horizontal flow, HS, VS), a threshold and frames per second to an `Outcome`."""
+"""Judge of columns of T frames (mean horizontal flow, HS, VS), a threshold and frames per second."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ class FlowJudge:
         self._before, self._until_s = picture.luma, picture.time_s
 
     def outcomes(self) -> list[FootageOutcomes]:
-        """Return what C12 comes to for each model, in their order."""
+        """Return the outcomes of C12 for each model, in their order."""
         rate = len(self._flow) / self._until_s if self._until_s else 1.0
         flow = np.asarray(self._flow)
         return [
@@ -78,7 +78,7 @@ class FlowJudge:
 
 @dataclass(frozen=True, slots=True)
 class FootageOutcomes:
-    """What C12 comes to as it is worded in its file, and in the paper's stronger words; and two numbers beside it."""
+    """Outcomes of C12, as its file words it and in the paper's stronger words, and two grades beside them."""
 
     claim: Outcome
     stronger: Outcome

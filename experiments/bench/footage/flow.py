@@ -1,6 +1,7 @@
-"""How well HS follows the horizontal flow of footage: statistics of columns, a frame a row, in which seconds count.
+"""Statistics of how well HS follows the horizontal flow of footage.
 
-Neighbouring frames are alike. What is counted is therefore seconds, and intervals come from blocks of a second.
+Columns have a row for each frame. Neighbouring frames are alike. Seconds are therefore counted, and intervals come from
+blocks of a second.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from experiments.bench.streams import stream
 BLOCK_S = 1.0
 RESAMPLES = 2000
 SMOOTHING_S = 0.5
-"""Over which a moving mean is taken of flow and HS, before they are correlated for `Grades`."""
+"""Width of the moving mean that is taken of flow and HS, before they are correlated for `Grades`."""
 LEVEL = 0.02
 """|HS| from which on `Grades` reads a direction; an eighth of the off-line threshold."""
 Floats = npt.NDArray[np.float64]

@@ -134,7 +134,7 @@ def exceeds(
 
 def does_not_exceed(
     says: str, value: float, other: float, than: str, quantity: Quantity, *, scale: float = 1.0
-) -> Check:  # fmt: skip
+) -> Check:
     """Return the check that a number is not more than another, as `exceeds` has it, with the same parameters."""
     difference = _difference(value, other)
     return Check(_beside(says, difference, other, than, quantity), difference, MARGIN[quantity], "below",

@@ -44,7 +44,7 @@ class Reading:
 
     @property
     def name(self) -> str:
-        """Its name in words."""
+        """The id in words, with spaces for underscores."""
         return self.id.replace("_", " ")
 
     @property

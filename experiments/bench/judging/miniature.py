@@ -19,26 +19,26 @@ WIDTH, HEIGHT = 160.0, 60.0
 TOP, FLOOR = 16.0, 46.0
 """Upper and lower edge of the field that the marks stand in, px."""
 INSET = 16.0
-"""From the edges of the picture to the outermost reading or bound, px."""
+"""Distance from the edges of the picture to the outermost reading or bound, px."""
 RADIUS, PITCH = 2.6, 5.6
 LETTER = 7.2
 """Mean width of a letter of the labels, px."""
 SIGNS: Mapping[Needs, str] = {"above": "> ", "at least": "≥ ", "below": "< ", "at most": "≤ ", "within": ""}
-"""What a reading needs -> the sign before its bound."""
+"""Kind of a bound -> the sign before it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """What the marks of a picture are placed by.
+    """The axis that the marks of a picture are placed on.
 
     Parameters
     ----------
     values
-        Of the marks, one for each check.
+        Values of the marks, one for each check.
     bounds
         The values at which a line is drawn: one, or two of a reading that has to lie within them.
     kept
-        Between which values the bound is kept; infinite where nothing ends it.
+        The two values between which the bound is kept; infinite where nothing ends it.
     says
         The bound, in a few words.
     form

@@ -26,7 +26,7 @@ LEAST_FOR_BOOTSTRAP = 5
 """Values that a bootstrap takes: no resample's mean lies beyond them, and of four all lie on one side of the middle of
 their distribution once in 8 times."""
 EXACT_PAIRS, EXACT_VALUES, EXACT_STATES = 200, 60, 128
-"""What is counted through rather than drawn: some 0.1 s at most. 30 values against 30, or three groups of 10."""
+"""Largest cases in which p is exact and not drawn: some 0.1 s at most. 30 values against 30, or three groups of 10."""
 
 Floats = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
@@ -194,7 +194,7 @@ def area_under_roc(
     negatives: Sequence[float],
     clusters: tuple[Sequence[object], Sequence[object]] | None = None,
 ) -> tuple[float, float, float]:
-    """How well a score tells ``positives`` from ``negatives``: area under the ROC curve and its 95 % interval.
+    """Return the area under the ROC curve of a score for ``positives`` and ``negatives``, and its 95 % interval.
 
     The area is the chance that a positive scores above a negative, a tie counting half: 1 perfect, 0.5 none, 0
     reversed. The interval has the areas from which the one seen is no more than 1.96 of their own standard errors
@@ -221,7 +221,7 @@ def area_under_roc(
     size = max((m + n) / 2 - 1, 0.0)
 
     def beyond(true: float) -> float:
-        """How much farther than allowed the area seen lies from a ``true`` one, in squares."""
+        """Return the squared distance of the area seen from a ``true`` one, less the largest allowed."""
         variance = true * (1 - true) * (1 + size * ((1 - true) / (2 - true) + true / (1 + true))) / (m * n)
         return (area - true) ** 2 - z * z * variance
 
@@ -233,7 +233,7 @@ def area_under_roc(
 
 
 def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
-    """Does the value rise (or fall) over the ordered groups, given as (level, values)?
+    """Test whether the value rises (or falls) over the ordered groups, given as (level, values).
 
     Kendall's tau-b between level and value: the Jonckheere-Terpstra test for independent samples with ties,
     and its effect size, -1 (always falls) to +1. Without variation the effect is 0 and p is 1.
@@ -252,7 +252,7 @@ def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
 
 
 def contrast(first: Sequence[float], second: Sequence[float]) -> Test:
-    """Is ``first`` larger than ``second``? Mann-Whitney with Cliff's delta, -1 to +1; neither is empty."""
+    """Test whether ``first`` is larger than ``second``: Mann-Whitney, Cliff's delta from -1 to +1; neither is empty."""
     if np.isnan([*first, *second]).any():
         return Test("Mann-Whitney", "delta", math.nan, math.nan)
     how, p, least = _of_arrangements([1.0] * len(first) + [0.0] * len(second), [*first, *second])
@@ -261,10 +261,10 @@ def contrast(first: Sequence[float], second: Sequence[float]) -> Test:
 
 
 def paired(first: Sequence[float], second: Sequence[float]) -> Test:
-    """Is ``first`` larger than ``second``, pair by pair? Wilcoxon's signed ranks with the rank-biserial correlation.
+    """Test whether ``first`` is larger than ``second``, pair by pair, by Wilcoxon's signed ranks.
 
-    The effect runs from -1 (``second`` larger in every pair) to +1; equal pairs count for neither, differences of
-    equal size share their ranks. Without a difference anywhere the effect is 0 and p is 1.
+    The effect is the rank-biserial correlation, from -1 (``second`` larger in every pair) to +1; equal pairs count for
+    neither, differences of equal size share their ranks. Without a difference anywhere the effect is 0 and p is 1.
     """
     name, difference = "Wilcoxon signed-rank", np.subtract(first, second)
     if np.isnan(difference).any():
@@ -293,10 +293,10 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[str, float, float]:
-    """How p was had, p, and the least that it could be, which is 0 where it is drawn.
+    """Return how p was computed, p, and the least that it could be, which is 0 where arrangements are drawn.
 
-    P is of all arrangements of the values over the levels, as many at each as there are. What is compared is the number
-    of pairs at different levels in rising order less those in falling order.
+    P is taken over all arrangements of the values over the levels, with as many at each as there are. The statistic is
+    the number of pairs at different levels in rising order less those in falling order.
     """
     from scipy import stats
 
@@ -391,5 +391,5 @@ def _share_beyond(chances: Floats, seen: int) -> float:
 
 
 def _drawn(rises: Whole, seen: int) -> tuple[str, float]:
-    """How p was had, and p: of what was drawn, with what was seen as one more."""
+    """Return how p was computed, and p: the share of values at least ``seen`` from 0, the one seen among them."""
     return f"{PERMUTATIONS} permutations", (int((np.abs(rises) >= seen).sum()) + 1) / (PERMUTATIONS + 1)

@@ -1,4 +1,4 @@
-"""What one does with the arena: the tabs for driving and for the world, their keys, and the arena itself."""
+"""The arena on the page of a session: the tabs for driving and for the world, their keys, and the arena itself."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Driving:
             for move, key in KEYS.items():
                 command = server.gui.add_command(
                     f"{robot}: {move}", hotkey=key, modifier=None if robot == "stimulus" else "shift"
-                )  # fmt: skip
+                )
                 command.on_trigger(lambda _, robot=robot, move=move: inputs.ask(partial(self.move, robot, move)))
 
     @property
@@ -86,7 +86,7 @@ class Driving:
         trials = (BY_HAND, *session.experiments)
         trial = gui.add_dropdown(
             "trial", trials, initial_value=self._trial(), hint="by hand, or a condition of an experiment in a loop"
-        )  # fmt: skip
+        )
         self.condition = gui.add_dropdown("its condition", self._labels(), initial_value=self._label())
         follow(speed, lambda value: session.set_speed(number_of(value)), lambda: session.speed_cm_s)
         follow(driver, lambda value: session.behave("" if value == BY_HAND else str(value)),

@@ -83,7 +83,7 @@ class Page:
 
     @property
     def address(self) -> str:
-        """Where a browser finds it."""
+        """The URL of the page."""
         return f"http://{self.server.get_host()}:{self.server.get_port()}"
 
     def close(self) -> None:

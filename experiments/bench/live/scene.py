@@ -152,6 +152,6 @@ def _mesh(model: mujoco.MjModel, index: int, colour: tuple[int, ...]) -> Any:
     visual: Any = trimesh.visual
     material = visual.material.PBRMaterial(
         baseColorTexture=Image.fromarray(pixels), metallicFactor=0.0, roughnessFactor=1.0, doubleSided=False
-    )  # fmt: skip
+    )
     mesh.visual = visual.TextureVisuals(uv * (1, -1) + (0, 1), material=material)
     return mesh

@@ -1,1 +1,1 @@
-"""What `experiments` offers to Python: run, load, list and compare runs, watch footage."""
+"""The Python interface of `experiments`: run, load, list and compare runs, watch footage."""

@@ -34,7 +34,7 @@ MOTION_SCHEMA = pa.schema(
 
 @dataclass(frozen=True)
 class Watched:
-    """What models made of footage.
+    """Answers of models to footage: intervals of motion, and a row for each frame.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ ONE_EYE, BOTH_EYES = "one", "both"
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
-    """How an experiment is to be run.
+    """A request to run an experiment, with its options.
 
     Parameters
     ----------

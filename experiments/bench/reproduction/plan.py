@@ -1,4 +1,4 @@
-"""What a reproduction is to do: how much of it, which trials, clips and episodes; and how its numbers tell of that."""
+"""The plan of a reproduction: its scale, its trials, clips and episodes, and the content of ``design.json``."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from experiments.studies.sensitivity_clips import STUDY as SENSITIVE_ON_CLIPS
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How much to run.
+    """The scale of a reproduction: how much of each part is run.
 
     Parameters
     ----------

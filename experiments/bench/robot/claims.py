@@ -159,7 +159,7 @@ class RobotClaim(Claim):
 
     @property
     def spiking(self) -> str:
-        """Of a claim that compares models, the one whose spiking threshold the judge gets."""
+        """The model whose spiking threshold the judge of a claim that compares models gets."""
         return DSNN if DSNN in self.models else min(self.models)
 
 

@@ -38,7 +38,10 @@ class Drive:
             _command(robot, driver, dt)
 
     def look(self) -> None:
-        """Once a frame: has the stimulus passed the end, or stopped there and rested? Is its time over?"""
+        """Note once a frame whether the trial is over: the stimulus passed the end or rested there, or its time is up.
+
+        Raises `AstrayError` where another robot is far off its path.
+        """
         if isinstance(self._stimulus, PathFollower):
             self._stimulus.look()
             self.over = self._stimulus.over

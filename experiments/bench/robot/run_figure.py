@@ -21,12 +21,12 @@ from experiments.bench.robot.rows import caption, drawable
 
 @dataclass(frozen=True, slots=True)
 class RunFigure:
-    """What a figure says of a run beside its rows.
+    """The figure of a run, with what it needs beside the run's rows.
 
     Parameters
     ----------
     drawing
-        What the experiment declares as its figure.
+        The kind of figure that the experiment declares.
     name, arena, repeats
         Of the run, as it was planned.
     varies

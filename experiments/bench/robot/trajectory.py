@@ -28,7 +28,7 @@ ALWAYS_S = 600.0
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """What a robot is asked to do: a route, and the acceleration with which it starts and stops, in m/s^2.
+    """The script of a robot: a route, and the acceleration with which it starts and stops, in m/s^2.
 
     With ``inf`` it is driven by time alone, from the first moment on.
     """
@@ -38,7 +38,7 @@ class Script:
 
     @property
     def seconds(self) -> float:
-        """About how long it takes, in simulated time."""
+        """The approximate duration in simulated time, s."""
         stretches = self.route.stretches
         lasting = sum(
             2 * stretch.length / (stretch.speed + stretch.end_speed) if stretch.moves else stretch.seconds
@@ -47,13 +47,13 @@ class Script:
         return lasting + max((stretch.speed for stretch in stretches), default=0.0) / self.acceleration
 
     def schedule(self) -> Schedule:
-        """Return where the robot is to be at every time."""
+        """Return the planned motion: the robot's pose at every time."""
         return Schedule(self.route, self.acceleration)
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What the robots of a trial are asked to do (m, s).
+    """The scripts of all robots of a trial (m, s).
 
     The stimulus is set down at ``start``. Its speed is measured in the ``parts`` of its route, each from one distance
     along it to another. A trial is over when it has come to the end of its route. The observer and the ``movers`` are
@@ -68,7 +68,7 @@ class Course:
 
     @property
     def seconds(self) -> float:
-        """About how long the trial takes, in simulated time."""
+        """The approximate duration of the trial in simulated time, s."""
         return self.stimulus.seconds
 
     @property
@@ -228,7 +228,7 @@ def _view_edge(condition: Condition, settings: Settings, seen_from: Pose, side: 
 
 
 def _angular(condition: Condition, settings: Settings) -> Course:
-    """Between a point on the axis, ``distance_cm`` before the lens, and one ``far_cm`` from the lens."""
+    """Return the course between a point on the axis, ``distance_cm`` before the lens, and one ``far_cm`` from it."""
     if condition.angle_deg is None or condition.far_cm is None:
         raise ValueError(f"{condition.motion} needs angle_deg and far_cm")
     near, far, speed = condition.distance_cm / 100, condition.far_cm / 100, condition.speed_cm_s / 100

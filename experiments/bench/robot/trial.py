@@ -244,7 +244,7 @@ class RunningTrial:
 
 def _see(
     spec: TrialSpec, eye: str, models: Sequence[ConfiguredModel], keep_media: bool, watch: Watch | None
-) -> RunningTrial:  # fmt: skip
+) -> RunningTrial:
     """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
     trial = RunningTrial(spec, camera(spec.settings, eye), models)
     trial.watching[0].maps = keep_media and models[0] is spec.settings.models[0]

@@ -1,4 +1,4 @@
-"""What the tables of a run may hold, and whether they do: every row is held against the plan, and refused by name."""
+"""Checks of the tables of a run: every row is held against the plan, and refused by name where it does not belong."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from experiments.bench.store.rows import RECORDING
 Row = dict[str, Any]
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
 STEPS_MAY_LACK = frozenset({"hs", "vs", "looming", "azimuth", *SPIKES})
-"""Of a robot's frames in an env, where it sees nothing."""
+"""Columns of frames that may be null for a robot in an env, where it sees nothing."""
 RRD_BEGINS, RRD_ENDS = b"RRF2", b"RRF2FOOT"
 RRD_TAIL = 12
 """Bytes at a recording's end that begin with `RRD_ENDS`."""
@@ -33,29 +33,29 @@ class Misfit(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What the rows of one trial say of it: equal ``columns``, a row for each of ``models``, in this order."""
+    """The planned rows of one trial: equal ``columns``, a row for each of ``models``, in this order."""
 
     columns: Mapping[str, Any]
     models: tuple[str, ...]
     recorded: bool = False
-    """Whether there is to be a recording of it."""
+    """True if it is to be recorded."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a run's folder may hold.
+    """The permitted contents of a run's folder.
 
     Parameters
     ----------
     trials
-        What is planned, by number.
+        The planned trials, by number.
     may_be_null
         Measures that some trials do not have (`experiments.bench.store.rows.optional`). What a trial sets may be
         null wherever the plan says so.
     frames
         Whether their frames are kept.
     parameters
-        Those that have columns, by key and model.
+        The parameters that have columns, by key and model.
     """
 
     trials: Mapping[int, Planned]

@@ -1,4 +1,4 @@
-"""What computed a run: the project's own code, the user's files, the libraries. Every kind of run notes it alike."""
+"""Provenance of a run's numbers, noted alike by every kind of run: the project's code, the user's files, libraries."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ LIBRARIES = (
 """Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
 of a package tells it (`description.RENDERERS`)."""
 KEYS = ("files", "versions", "source", "code")
-"""What `of` tells, but for the form; every other entry of an ``experiment.json`` is a parameter of the run, and has to
-be the same wherever it is gone on with."""
+"""Entries that `of` returns, without the form. Every other entry of an ``experiment.json`` is a parameter of the run,
+and has to be the same wherever the run is continued."""
 SHOWS = (".pyc", ".j2")
 """Endings of the packages' files that no number depends on."""
 BUILT = "commit.json"
 """The file of a wheel's metadata with the commit that it was built from."""
 GIT_S = 20.0
-"""How long git may take to answer."""
+"""Longest time that git may take to answer."""
 
 
 class OtherCode(UsageError):
@@ -43,7 +43,7 @@ class OtherCode(UsageError):
 
 
 def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]:
-    """Return what ``experiment.json`` holds about what computes a run.
+    """Return the provenance of a run as ``experiment.json`` holds it.
 
     Parameters
     ----------

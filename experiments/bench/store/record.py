@@ -191,7 +191,7 @@ class Record:
 
     @property
     def begun(self) -> datetime.datetime | None:
-        """When it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
+        """The time at which it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
         try:
             begun = datetime.datetime.fromisoformat(self.description[BEGUN])
         except (KeyError, TypeError, ValueError):
@@ -218,7 +218,7 @@ class Record:
 
     @property
     def provenance(self) -> str:
-        """Where its trials come from: ``simulated``, or of an imported log ``measured``, say."""
+        """The origin of its trials: ``simulated``, or of an imported log ``measured``, say."""
         measured = self.description.get("measured")
         return str(measured["provenance"]) if isinstance(measured, Mapping) else "simulated"
 

@@ -1,4 +1,4 @@
-"""What a job leaves in a run's folder: rows of a declared type, frames, failures; and how rows are grouped."""
+"""Results of a job in a run's folder: rows of a declared type, frames, failures; and functions that group rows."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ MOST_LISTED = 10
 """Numbers of trials in a message."""
 
 RECORDING = "(recording)"
-"""What stands for the model in the failure of a trial's recording. No model's label has parentheses."""
+"""Label in place of the model in the failure of a trial's recording. No model's label has parentheses."""
 
 OBSERVER = "observer"
 """The robot that sees and, in an env, behaves: today's only value of the column ``robot``."""
 
 
 class JobRow(TypedDict):
-    """What every row of a ``trials.parquet`` begins with."""
+    """The columns that every row of a ``trials.parquet`` begins with."""
 
     experiment: str
     trial: int
     """The job's number in the run."""
     repeat: int
     seed: int
-    """Of all its random draws."""
+    """Seed of all its random draws."""
     model: str
-    """What answered: a vision model's label, or a behaviour's name."""
+    """Label of the vision model, or name of the behaviour, that answered."""
 
 
 class ModelRow(TypedDict):
-    """What one vision model made of a trial or a clip. A count is null where the channel does not spike."""
+    """Spike counts of one vision model in a trial or a clip. A count is null where the channel does not spike."""
 
     spikes: int | None
     """Accumulated count of HS, or of looming where no direction is declared."""
@@ -46,12 +46,12 @@ class ModelRow(TypedDict):
 
 
 class FrameRow(TypedDict):
-    """What every row of a ``frames.parquet`` begins with."""
+    """The columns that every row of a ``frames.parquet`` begins with."""
 
     trial: int
     model: str
     frame: int
-    """From 0 up."""
+    """Number of the frame, from 0 up."""
 
 
 class ResponseRow(TypedDict):
@@ -93,7 +93,7 @@ def optional(*rows: type) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class TrialRecord:
-    """What a worker returns of a job: rows ready for the tables, and the bytes of its recording."""
+    """The result of a job: rows ready for the tables, and the bytes of its recording."""
 
     index: int
     rows: tuple[dict[str, Any], ...]
@@ -101,9 +101,9 @@ class TrialRecord:
     recording: bytes | str | None
     """Bytes of an .rrd file, or why there is none; ``None`` where none is kept."""
     failures: tuple[Failure, ...] = ()
-    """Those of single models, which the others' answers outlive."""
+    """Failures of single models; the answers of the others are kept."""
     renderer: str = ""
-    """What drew its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
+    """Renderer of its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
     pixels: str = ""
     """Hash of the reference frame where they were drawn (`colias_sim.reference`); empty where none were."""
 

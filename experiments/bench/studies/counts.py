@@ -25,13 +25,13 @@ FORM = 1
 """Version of the form of ``NAME.json``."""
 
 TOGETHER = "all"
-"""What stands for all claims of a map together, where there are several."""
+"""Id of all claims of a map together, where there are several."""
 SILENT, HALF = "v", "h"
 SIGNS = {
     SILENT: "kept in some replicate by a model that answers no translation either",
     HALF: "the DSNN's half; the rest hangs on another model's constants, which are not known",
 }
-"""What follows the count in a cell, and what it says."""
+"""Sign after the count in a cell -> its meaning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class ClaimCell:
     experiment
         The experiment whose trials answer for it; empty of all claims together.
     outcomes
-        What the claim comes to in each replicate. All claims together hold in a replicate if each of them does.
+        The outcome of the claim in each replicate. All claims together hold in a replicate if each of them does.
     """
 
     point: Point
@@ -58,7 +58,7 @@ class ClaimCell:
 
     @property
     def count(self) -> Count:
-        """In how many replicates it holds, fails, or could not be judged."""
+        """The count of replicates in which it holds, fails, or could not be judged."""
         return count(outcome.verdict for outcome in self.outcomes)
 
     @property
@@ -82,7 +82,7 @@ class ClaimCell:
 
     @property
     def signs(self) -> list[str]:
-        """Those of `SIGNS` that it has."""
+        """The signs of the cell, of `SIGNS`."""
         silent, half = self.count.unjudged.get("silent model"), self.count.half
         return [sign for sign, there in ((SILENT, silent), (HALF, half)) if there]
 

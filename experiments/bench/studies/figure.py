@@ -26,10 +26,10 @@ from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.study import Axis, value_text
 
 SHADES, SCALE = "Blues", "YlGnBu"
-"""Of counts, and of numbers."""
+"""Colour maps of counts, and of numbers."""
 UNJUDGED, HATCH = "#e3dccb", "#9a9078"
 DEFAULT = "#c0392b"
-"""Of what marks the default's place."""
+"""Colour of the marks at the default's place."""
 SHORT = {"at the end of the range": "at end"}
 """Marks that are too long for a cell."""
 MOST_ROWS = 16
@@ -46,7 +46,7 @@ LEAST_PANEL = 1.5
 GAP, MARGIN = 0.15, 0.45
 """Width between panels, and of what stands left and right of all, inches."""
 MOST_LABEL = 2.6
-"""Most width of a row's label, inches; longer ones are broken."""
+"""Greatest width of a row's label, inches; longer ones are broken."""
 LEAST_WIDTH = 4.2
 """Least width of a figure, inches: that of its title."""
 BAR_HIGH = 0.45
@@ -74,7 +74,7 @@ class Panel:
 
     @property
     def of_claims(self) -> bool:
-        """Whether its cells are counts of a claim, not values of a measure."""
+        """True if the cells are counts of a claim, not values of a measure."""
         return not isinstance(next(iter(self.cells.values())), Number)
 
 

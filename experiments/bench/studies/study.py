@@ -51,8 +51,17 @@ class Level:
 
 
 def keys_of(name: str) -> tuple[str, ...]:
-    """Return the keys of the parameters that have one value, from the text before it: ``KEY`` or ``KEY+KEY``."""
-    return tuple(name.split("+"))
+    """Return the keys of the parameters that have one value, from the text before it: ``KEY`` or ``KEY+KEY``.
+
+    Raises
+    ------
+    UsageError
+        A key is missing beside a ``+``.
+    """
+    keys = tuple(name.split("+"))
+    if len(keys) > 1 and "" in keys:
+        raise UsageError(f"--over {name}: a parameter is missing beside '+'; expected KEY+KEY=VALUES")
+    return keys
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +163,7 @@ def value_text(value: float | str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """What a study keeps of a trial with the robot beside its row.
+    """A job that keeps further columns of a study's trials with the robot, beside those of their rows.
 
     Parameters
     ----------

@@ -84,12 +84,12 @@ def test_summary_agrees_with_the_trials(finished):
 
 def test_experiment_json_holds_every_parameter(finished):
     folder, _ = finished
-    said = json.loads((folder / "experiment.json").read_text())
-    assert (said["seed"], said["repeats"], said["trials"]) == (3, 2, 8)
-    assert said["settings"]["models"][0]["network"]["tau_s"] == [10.0, 200.0]
-    assert said["settings"]["camera"]["read_noise"] == 0.64
-    assert said["experiment"]["design"]["direction"] == "both"
-    assert {"mujoco", "numpy", "colias-sim"} <= said["versions"].keys()
+    description = json.loads((folder / "experiment.json").read_text())
+    assert (description["seed"], description["repeats"], description["trials"]) == (3, 2, 8)
+    assert description["settings"]["models"][0]["network"]["tau_s"] == [10.0, 200.0]
+    assert description["settings"]["camera"]["read_noise"] == 0.64
+    assert description["experiment"]["design"]["direction"] == "both"
+    assert {"mujoco", "numpy", "colias-sim"} <= description["versions"].keys()
 
 
 def test_figures_are_drawn(finished):
@@ -337,8 +337,8 @@ def test_a_dry_run_checks_and_writes_nothing(colias):
         "--repeats",
         "1",
     )
-    said = colias(*plan, "--dry-run").stdout
-    assert "speed: 2 trials" in said and "30 cm/s at 8 cm" in said and "nothing was run" in said
+    output = colias(*plan, "--dry-run").stdout
+    assert "speed: 2 trials" in output and "30 cm/s at 8 cm" in output and "nothing was run" in output
     assert list(colias.folder.iterdir()) == []
     assert "-0.5" in colias("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
     assert colias(*plan, "--out", "out", "-q").returncode == 0
@@ -355,7 +355,7 @@ def test_a_dry_run_checks_and_writes_nothing(colias):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_names_commands_and_experiments(tmp_path, shell):
     """As the shells' own scripts ask for it."""
-    said = []
+    completions = []
     for words in ("colias le", "colias run spe"):
         asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_TYPER_COMPLETE_ARGS": words}
         asked |= {"_COLIAS_COMPLETE": f"complete_{shell}", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
@@ -363,8 +363,8 @@ def test_completion_names_commands_and_experiments(tmp_path, shell):
         done = subprocess.run(
             command, env=os.environ | asked, cwd=tmp_path, capture_output=True, text=True, check=False
         )
-        said.append(done.stdout)
-    assert "leaderboard" in said[0] and "speed" in said[1]
+        completions.append(done.stdout)
+    assert "leaderboard" in completions[0] and "speed" in completions[1]
 
 
 @pytest.mark.parametrize("columns", [60, 80, 140])

@@ -75,10 +75,12 @@ def test_only_a_name_that_is_alike_is_named_as_the_nearest(refusal, tmp_path, mo
 def test_a_key_is_taken_for_one_of_like_name_not_of_like_section(typed, meant):
     with pytest.raises(ValueError, match=f"no parameter '{typed}'") as caught:
         main.command(["run", "speed", "--set", f"{typed}=1"])
-    said = str(caught.value)
-    assert said.count("nearest: ") == bool(meant) and f"(nearest: {meant}; " * bool(meant) in said, said
+    message = str(caught.value)
+    assert message.count("nearest: ") == bool(meant) and f"(nearest: {meant}; " * bool(meant) in message, message
     known = typed.partition(".")[0] in ("dsnn", "robot", "camera", "scene", "experiment")
-    assert known != ("sections here are dsnn, robot, camera, scene, experiment" in said) and "all: " in said, said
+    assert known != ("sections here are dsnn, robot, camera, scene, experiment" in message) and "all: " in message, (
+        message
+    )
 
 
 MODEL = """
@@ -145,10 +147,10 @@ def test_failures_of_a_run_name_the_users_file_and_line(tmp_path, monkeypatch, c
         (tmp_path / f"{name}.py").write_text(text)
     quick = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0")
     assert main.command(["run", "speed", *quick, "--model", "failing.py", "--no-recordings", "--out", "run"]) == 1
-    said = f"failing.py, line {line_of(MODEL, 'gone')}: KeyError: 'gone'"
+    reason = f"failing.py, line {line_of(MODEL, 'gone')}: KeyError: 'gone'"
     (failure,) = json.loads((tmp_path / "run" / "failures.json").read_text())
-    assert (failure["model"], failure["reason"]) == ("failing", said)
-    assert said in capsys.readouterr().err
+    assert (failure["model"], failure["reason"]) == ("failing", reason)
+    assert reason in capsys.readouterr().err
     assert main.command(["behave", "lost.py", "--episodes", "1", "--no-baselines", "--workers", "0", "--out", "b"]) == 1
     assert f"lost.py, line {line_of(BEHAVIOUR, 'lost')}: RuntimeError: lost" in capsys.readouterr().err
     with pytest.raises(ValueError, match="conditions") as caught:

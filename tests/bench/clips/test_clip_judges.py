@@ -39,7 +39,7 @@ def enough(claim):
         "C7": grid("dsnn", lambda s, b: s / 400 - b / 1000) + wavering,
         "C8": grid("dsnn", lambda s, b: s / 400),
         "C9": valley, "C10": valley,
-        "C11": [*ground, *valley, *({**each, "model": "emd"} for each in valley)],
+        "C11": [*ground, *valley, *({**clip_row, "model": "emd"} for clip_row in valley)],
         "C28": street(),
         "C22": edges(), "C23": strokes(), "C24": ensembles(), "C26": speed_responses(), "C27": alone(),
     }[claim]  # fmt: skip
@@ -65,23 +65,23 @@ def at_best(claim):
 
 def without(rows, **values):
     """Those that have other values."""
-    return [each for each in rows if any(each[name] != value for name, value in values.items())]
+    return [clip_row for clip_row in rows if any(clip_row[name] != value for name, value in values.items())]
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_what_holds_says_what_decided(claim):
-    found = judge(claim, enough(claim), T)
-    assert found.verdict == at_best(claim) and "(needs" in found.decided and found.n > 0
+    outcome = judge(claim, enough(claim), T)
+    assert outcome.verdict == at_best(claim) and "(needs" in outcome.decided and outcome.n > 0
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_a_model_that_failed_in_one_clip_leaves_the_claim_unjudged(claim):
     rows = enough(claim)
     for model in CLAIMS[claim].models:
-        lost = next(each["clip"] for each in rows if each["model"] == model)
+        lost = next(clip_row["clip"] for clip_row in rows if clip_row["model"] == model)
         if len(CLAIMS[claim].models) > 1:
-            found = judge(claim, without(rows, model=model, clip=lost), T)
-            assert (found.verdict, found.measured) == ("not shown", f"of the clips {lost} has no answer of {model}")
+            outcome = judge(claim, without(rows, model=model, clip=lost), T)
+            assert (outcome.verdict, outcome.measured) == ("not shown", f"of the clips {lost} has no answer of {model}")
         assert judge(claim, without(rows, model=model), T).verdict == "not shown"
 
 
@@ -91,8 +91,8 @@ def test_a_clip_without_a_number_is_not_judged(claim, nothing):
     for column in POTENTIALS:
         rows = enough(claim)
         rows[-1] = {**rows[-1], column: nothing}
-        found = judge(claim, rows, T)
-        assert found.verdict == "not shown" and f"no number in {column}" in found.measured
+        outcome = judge(claim, rows, T)
+        assert outcome.verdict == "not shown" and f"no number in {column}" in outcome.measured
 
 
 LACKING = {
@@ -119,12 +119,15 @@ LACKING = {
 @pytest.mark.parametrize("claim", LACKING)
 def test_a_claim_needs_every_clip_that_its_words_name(claim):
     values, says = LACKING[claim]
-    found = judge(claim, without(enough(claim), **values), T)
-    assert found.verdict == "not shown" and found.measured.startswith(says)
+    outcome = judge(claim, without(enough(claim), **values), T)
+    assert outcome.verdict == "not shown" and outcome.measured.startswith(says)
 
 
 def test_c11_asks_the_emd_about_slow_objects_and_the_dsnn_about_all():
-    rows = [{**each, "peak_hs": each["speed"] / 1000} if each["speed"] else each for each in enough("C11")]
+    rows = [
+        {**clip_row, "peak_hs": clip_row["speed"] / 1000} if clip_row["speed"] else clip_row
+        for clip_row in enough("C11")
+    ]
     measured = judge("C11", rows, T).measured
     assert "emd: 0.040 to 0.060 with an object" in measured and "dsnn: 0.040 to 0.120 with an object" in measured
 
@@ -133,24 +136,26 @@ def test_c11_asks_the_emd_about_slow_objects_and_the_dsnn_about_all():
 def test_clips_that_the_words_are_not_about_do_not_count(claim):
     """Before a background that shifts otherwise, whatever is answered there."""
     rows = enough(claim)
-    elsewhere = [{**each, "clip": f"else {each['clip']}", "background_speed": -33.0, "peak_vs": 0.9, "peak_hs": 0.01}
-                 for each in rows]  # fmt: skip
-    found = judge(claim, rows + elsewhere, T)
-    assert (found.verdict, found.n) == (at_best(claim), judge(claim, rows, T).n)
+    elsewhere = [
+        {**clip_row, "clip": f"else {clip_row['clip']}", "background_speed": -33.0, "peak_vs": 0.9, "peak_hs": 0.01}
+        for clip_row in rows
+    ]
+    outcome = judge(claim, rows + elsewhere, T)
+    assert (outcome.verdict, outcome.n) == (at_best(claim), judge(claim, rows, T).n)
     assert judge(claim, elsewhere, T).verdict == "not shown"
 
 
 @pytest.mark.parametrize("claim", ["C5", "C6", "C7", "C8", "C9", "C10", "C11", "C24", "C26", "C27"])
 def test_a_background_s_speed_is_told_in_px_a_frame(claim):
     """-8 px/s reads as fast, and is a background that hardly moves."""
-    said = {"C7": "0.067 to 0.33", "C8": "0.067 to 0.33", "C27": "0.067 to 0.33"}.get(claim, "0.27")
+    slow = {"C7": "0.067 to 0.33", "C8": "0.067 to 0.33", "C27": "0.067 to 0.33"}.get(claim, "0.27")
     rows = enough(claim)
 
     def measured(rows):
         return judge(claim, rows, T).measured.partition("; not checked against translation")[0]
 
-    assert measured(rows).endswith(f"the background shifts {said} px a frame, hardly moving")
-    frames = [{**each, "speed_unit": "px/frame"} for each in rows]
+    assert measured(rows).endswith(f"the background shifts {slow} px a frame, hardly moving")
+    frames = [{**clip_row, "speed_unit": "px/frame"} for clip_row in rows]
     fast = {"C7": "2 to 10", "C8": "2 to 10", "C27": "2 to 10"}.get(claim, "8")
     assert measured(frames).endswith(f"the background shifts {fast} px a frame")
 
@@ -164,15 +169,15 @@ def test_c8_is_of_vs_to_either_side(end):
     rows = enough("C8")
     for size, verdict in ((0.155, "holds"), (T_SP, "fails"), (0.3, "fails")):
         rows[7] = {**rows[7], end: size if end == "peak_vs" else -size}
-        found = judge("C8", rows, T)
-        assert found.verdict == verdict
-        assert found.decided == f"{rows[7]['clip']}: |VS| up to {size:.3f} (needs below T = {T_SP:g})"
+        outcome = judge("C8", rows, T)
+        assert outcome.verdict == verdict
+        assert outcome.decided == f"{rows[7]['clip']}: |VS| up to {size:.3f} (needs below T = {T_SP:g})"
 
 
 def test_one_clip_refutes_a_claim_about_every_clip():
-    rows = [each for each in translations(right=0.1) if each["clip"] == "dark right"]
-    found = judge("C1", rows, T)
-    assert found.verdict == "fails" and found.decided == "dark right +0.100 (needs to pass +0.16)"
+    rows = [clip_row for clip_row in translations(right=0.1) if clip_row["clip"] == "dark right"]
+    outcome = judge("C1", rows, T)
+    assert outcome.verdict == "fails" and outcome.decided == "dark right +0.100 (needs to pass +0.16)"
 
 
 def test_a_blocked_pathway_of_nothing_is_no_half():
@@ -183,8 +188,8 @@ def test_a_blocked_pathway_of_nothing_is_no_half():
 
 
 def test_c4_tells_the_shares_of_every_clip():
-    found = judge("C4", blocked(0.1, 0.1), T)
-    assert found.measured.count("ON blocked 50%, OFF blocked 50%") == 4 and found.effect == "4 of 4 clips"
+    outcome = judge("C4", blocked(0.1, 0.1), T)
+    assert outcome.measured.count("ON blocked 50%, OFF blocked 50%") == 4 and outcome.effect == "4 of 4 clips"
 
 
 def test_what_failed_is_what_decided():
@@ -200,8 +205,8 @@ def test_c7_means_the_variation_over_objects_and_speeds():
     """One series that varies much among many that hardly do is less than a little of each."""
     steady = {(80.0, -10.0): 0.09}
     rows = grid("dsnn", lambda s, b: s / 400 + steady.get((s, b), 0.0)) + grid("dsn2017", lambda s, b: -b / 200)
-    found = judge("C7", rows, T)
-    assert "with those assumed holds" in found.decided and "varies by 0.0300, dsn2017's by 0.0400" in found.measured
+    outcome = judge("C7", rows, T)
+    assert "with those assumed holds" in outcome.decided and "varies by 0.0300, dsn2017's by 0.0400" in outcome.measured
 
 
 # The street.
@@ -222,9 +227,9 @@ def test_c7_means_the_variation_over_objects_and_speeds():
     ],
 )
 def test_c28_fails_by_any_part_of_its_words(clip, numbers, decided):
-    found = judge("C28", street(**{clip: numbers}), T)
-    assert (found.verdict, found.decided) == ("fails", f"{clip}: {decided}")
-    assert found.effect == "6 of 7 clips" and found.n == 7
+    outcome = judge("C28", street(**{clip: numbers}), T)
+    assert (outcome.verdict, outcome.decided) == ("fails", f"{clip}: {decided}")
+    assert outcome.effect == "6 of 7 clips" and outcome.n == 7
 
 
 def test_c28_holds_on_the_bounds_of_what_is_to_stay_inside():
@@ -235,24 +240,26 @@ def test_c28_holds_on_the_bounds_of_what_is_to_stay_inside():
 @pytest.mark.parametrize("movers", ["one", "opposite", "group"])
 @pytest.mark.parametrize("motion", ["rightward", "leftward"])
 def test_c28_needs_every_kind_of_clip_each_way(movers, motion):
-    found = judge("C28", without(street(), movers=movers, motion=motion), T)
-    assert found.verdict == "not shown"
+    outcome = judge("C28", without(street(), movers=movers, motion=motion), T)
+    assert outcome.verdict == "not shown"
     refuted = street(group_rightward={"peak_vs": 0.3}, one_leftward={"peak_vs": 0.3})
     assert judge("C28", without(refuted, movers=movers, motion=motion), T).verdict == "fails", "by those that are there"
 
 
 def test_c28_is_about_windblown_foliage():
-    still = [{**each, "clip": f"still {each['clip']}", "foliage": "none", "peak_vs": 0.9} for each in street()]
+    still = [
+        {**clip_row, "clip": f"still {clip_row['clip']}", "foliage": "none", "peak_vs": 0.9} for clip_row in street()
+    ]
     assert judge("C28", [*street(), *still], T).verdict == "holds"
     assert judge("C28", still, T).verdict == "not shown"
 
 
 def test_c28_of_a_clip_without_a_number_is_not_judged():
     for nothing in (None, float("nan")):
-        found = judge("C28", street(opposite_leftward={"hs_rightward": nothing}), T)
+        outcome = judge("C28", street(opposite_leftward={"hs_rightward": nothing}), T)
         assert (
-            found.verdict == "not shown"
-            and "opposite_leftward: 1 of 1 have no number in hs_rightward" in found.measured
+            outcome.verdict == "not shown"
+            and "opposite_leftward: 1 of 1 have no number in hs_rightward" in outcome.measured
         )
 
 
@@ -272,17 +279,19 @@ def film(frames=794, moving=((0, 794),), rate=30.0):
 def test_a_few_frames_over_the_threshold_do_not_decide_c12():
     """2 of 794 agree, which by chance alone is as likely as not to be so."""
     for moving, seconds in ([((400, 402),), 1], [((10, 20), (300, 310)), 2], [((0, 119),), 4], [(), 0]):
-        found = C12.judge(*film(moving=moving))
-        assert found.verdict == "not shown" and found.decided == ""
-        assert f"at least {footage_claims.LEAST_SECONDS} separate seconds of footage (has {seconds})" in found.measured
-        assert f"{sum(b - a for a, b in moving)} of 794 frames" in found.measured
+        outcome = C12.judge(*film(moving=moving))
+        assert outcome.verdict == "not shown" and outcome.decided == ""
+        assert (
+            f"at least {footage_claims.LEAST_SECONDS} separate seconds of footage (has {seconds})" in outcome.measured
+        )
+        assert f"{sum(b - a for a, b in moving)} of 794 frames" in outcome.measured
 
 
 def test_a_share_of_all_is_no_certainty():
-    found = C12.judge(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
-    low, high = found.measured.split("same sign over T 1.00 [")[1].split("]")[0].split(", ")
+    outcome = C12.judge(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
+    low, high = outcome.measured.split("same sign over T 1.00 [")[1].split("]")[0].split(", ")
     assert (float(low), float(high)) == (pytest.approx(0.025 ** (1 / 10), abs=0.006), 1.0)
-    assert "in 10 separate seconds" in found.measured
+    assert "in 10 separate seconds" in outcome.measured
 
 
 def test_c12_says_what_decided():
@@ -299,8 +308,8 @@ def test_footage_with_an_answer_that_is_no_number_is_not_judged(which):
     columns = list(film())
     columns[which] = columns[which].copy()
     columns[which][5] = np.nan
-    found = C12.judge(*columns)
-    assert found.verdict == "not shown" and "1 of 794 frames have no number" in found.measured
+    outcome = C12.judge(*columns)
+    assert outcome.verdict == "not shown" and "1 of 794 frames have no number" in outcome.measured
 
 
 def test_long_silence_has_an_interval():
@@ -336,9 +345,9 @@ def busy(seconds, frames=LEAST_FRAMES, vs=0.0, flow=0.0, whole=12, rate=30):
     ],
 )
 def test_the_paper_s_stronger_words(footage, verdict):
-    found = C12.stronger(*footage)
-    assert found.verdict == verdict
-    assert bool(found.decided) == (verdict != "not shown")
+    outcome = C12.stronger(*footage)
+    assert outcome.verdict == verdict
+    assert bool(outcome.decided) == (verdict != "not shown")
 
 
 def test_at_a_bound_nothing_is_over_it():
@@ -356,8 +365,8 @@ def test_vs_may_pass_in_one_frame_of_twenty(over, verdict):
     for whole in (6, 60):
         flow, hs, vs, *rest = busy(5, whole=whole)
         vs[:over] = 0.2
-        found = C12.stronger(flow, hs, vs, *rest)
-        assert found.verdict == verdict and "of the 150 frames" in found.measured
+        outcome = C12.stronger(flow, hs, vs, *rest)
+        assert outcome.verdict == verdict and "of the 150 frames" in outcome.measured
 
 
 def test_a_sway_is_no_translation():

@@ -31,9 +31,9 @@ def edges(driven=0.0, other=0.2, whole=0.2):
     drives = {"on": BLOCKED, "off": BLOCKED[::-1]}
     return [
         row(f"{polarity} {motion}", model, stimulus="edge", polarity=polarity, motion=motion, **signed(motion, hs))
-        for polarity, (own, beside) in drives.items()
+        for polarity, (driven_blocked, beside) in drives.items()
         for motion in DIRECTIONS
-        for model, hs in (("dsnn", whole), (own, driven), (beside, other))
+        for model, hs in (("dsnn", whole), (driven_blocked, driven), (beside, other))
     ]
 
 
@@ -51,15 +51,19 @@ def strokes(same=0.2, opposite=0.01, **changed):
 def ensembles(fewer=0.1):
     """Peaks of 0.16 and more in some clips, and a share of them with fewer connected cells."""
     whole = greys(lambda g, s: (abs(g - 128) + 10) * s / 6e4)
-    return whole + [{**each, "model": model, "peak_hs": fewer * each["peak_hs"]} for model in FEWER for each in whole]
+    return whole + [
+        {**clip_row, "model": model, "peak_hs": fewer * clip_row["peak_hs"]} for model in FEWER for clip_row in whole
+    ]
 
 
 def speed_responses(middle=lambda s: 0.3, ends=lambda s: 0.3 + s / 1e4):
     """The EMD answers the background by HS to the left; only with a black or a white object does |HS| rise."""
-    own = greys(lambda g, s: s / 1e3)
+    dsnn_rows = greys(lambda g, s: s / 1e3)
     answers = {grey: ends if grey in (0.0, 255.0) else middle for grey in (0.0, 64.0, 128.0, 191.0, 255.0)}
     other = {"model": "emd", "peak_hs": 0.0}
-    return own + [{**each, **other, "trough_hs": -answers[each["grey"]](each["speed"])} for each in own]
+    return dsnn_rows + [
+        {**clip_row, **other, "trough_hs": -answers[clip_row["grey"]](clip_row["speed"])} for clip_row in dsnn_rows
+    ]
 
 
 def alone(factor=2.5):
@@ -111,10 +115,10 @@ def test_c23(rows, verdict):
 
 def test_c23_tells_how_much_of_it_is_direction():
     """A flash answer to either side is no answer of direction; it fails the words all the same."""
-    found = judge("C23", strokes(opposite=0.05), T)
-    assert found.verdict == "fails" and "25% of 0.200 for one sign (needs under 10%)" in found.decided
-    assert "on-on +0.2000" in found.measured and "on-off +0.0000" in found.measured
-    assert found.effect == "opposite signs: 0.0% of the part that tells direction"
+    outcome = judge("C23", strokes(opposite=0.05), T)
+    assert outcome.verdict == "fails" and "25% of 0.200 for one sign (needs under 10%)" in outcome.decided
+    assert "on-on +0.2000" in outcome.measured and "on-off +0.0000" in outcome.measured
+    assert outcome.effect == "opposite signs: 0.0% of the part that tells direction"
 
 
 @pytest.mark.parametrize("worst", ["on-off rightward", "on-off leftward", "off-on rightward", "off-on leftward"])
@@ -126,16 +130,18 @@ def test_c23_tells_the_largest_answer_to_opposite_signs_wherever_it_is(worst):
 
 @pytest.mark.parametrize(("fewer", "verdict"), [(0.1, "holds"), (0.5, "holds"), (1.0, "fails"), (1.2, "fails")])
 def test_c24_off_line(fewer, verdict):
-    found = judge("C24", ensembles(fewer), T)
-    assert found.verdict == verdict and found.measured.startswith("off-line part")
+    outcome = judge("C24", ensembles(fewer), T)
+    assert outcome.verdict == verdict and outcome.measured.startswith("off-line part")
 
 
 def test_c24_is_of_every_clip_and_of_how_many_pass():
     rows = ensembles()
-    lost = rows.index(next(each for each in rows if each["model"] == FEWER[0] and each["clip"] == "128.0 40.0"))
-    found = judge("C24", [*rows[:lost], {**rows[lost], "peak_hs": 0.2}, *rows[lost + 1 :]], T)
-    assert found.verdict == "fails" and found.decided.startswith("128.0 40.0: peak HS")
-    none = [{**each, "peak_hs": min(each["peak_hs"], 0.15)} for each in rows]
+    lost = rows.index(
+        next(clip_row for clip_row in rows if clip_row["model"] == FEWER[0] and clip_row["clip"] == "128.0 40.0")
+    )
+    outcome = judge("C24", [*rows[:lost], {**rows[lost], "peak_hs": 0.2}, *rows[lost + 1 :]], T)
+    assert outcome.verdict == "fails" and outcome.decided.startswith("128.0 40.0: peak HS")
+    none = [{**clip_row, "peak_hs": min(clip_row["peak_hs"], 0.15)} for clip_row in rows]
     assert judge("C24", none, T).decided == "passes T in 0 clips (needs more than 0 of dsnn:n_con=1)"
 
 
@@ -151,16 +157,19 @@ def test_c24_is_of_every_clip_and_of_how_many_pass():
     ],
 )
 def test_c26(changes, rest):
-    found = judge("C26", speed_responses(**changes), T)
-    assert (found.verdict, found.settled().verdict) == ("unknown constants", rest)
-    assert f"with those assumed {rest}" in found.decided
+    outcome = judge("C26", speed_responses(**changes), T)
+    assert (outcome.verdict, outcome.settled().verdict) == ("unknown constants", rest)
+    assert f"with those assumed {rest}" in outcome.decided
 
 
 def test_c26_is_of_the_dsnn_at_all_greys():
     rows = speed_responses()
-    flat = [{**each, "peak_hs": 0.1} if (each["model"], each["grey"]) == ("dsnn", 64.0) else each for each in rows]
-    found = judge("C26", flat, T)
-    assert found.verdict == "fails" and found.decided.startswith("dsnn, grey 64")
+    flat = [
+        {**clip_row, "peak_hs": 0.1} if (clip_row["model"], clip_row["grey"]) == ("dsnn", 64.0) else clip_row
+        for clip_row in rows
+    ]
+    outcome = judge("C26", flat, T)
+    assert outcome.verdict == "fails" and outcome.decided.startswith("dsnn, grey 64")
 
 
 @pytest.mark.parametrize(("factor", "verdict"), [(2.5, "holds"), (2.0, "holds"), (1.99, "fails"), (0.0, "fails")])
@@ -172,11 +181,11 @@ def test_c27_is_of_each_filter_and_each_system():
     for model in WITHOUT:
         for column in ("peak_hs", "trough_vs"):
             rows = alone()
-            index = next(i for i, each in enumerate(rows) if each["model"] == model)
+            index = next(i for i, clip_row in enumerate(rows) if clip_row["model"] == model)
             rows[index] = {**rows[index], column: 0.0}
-            found = judge("C27", rows, T)
-            assert found.verdict == "fails" and model in found.decided
-    nothing = [{**each, "peak_hs": 0.0, "trough_vs": 0.0} for each in alone()]
+            outcome = judge("C27", rows, T)
+            assert outcome.verdict == "fails" and model in outcome.decided
+    nothing = [{**clip_row, "peak_hs": 0.0, "trough_vs": 0.0} for clip_row in alone()]
     assert judge("C27", nothing, T).verdict == "fails", "nothing cannot be twice nothing"
 
 
@@ -206,21 +215,21 @@ def test_a_claim_is_asked_at_one_speed_of_the_background_at_a_time():
         assert {judged_at(claim, speed, still).verdict for speed in SPEEDS} == {best}
         holds = [speed for speed in SPEEDS if judged_at(claim, speed, faster).verdict == best]
         assert holds == [speed for speed in SPEEDS if speed / 300.0 < 0.16]
-        slow = [each for each in still if each["background_speed"] > -300.0]
+        slow = [clip_row for clip_row in still if clip_row["background_speed"] > -300.0]
         lacking = judged_at(claim, 300.0, slow)
         assert lacking.verdict == "not shown" and "before -300 px/s" in lacking.measured
 
 
 def test_c7_at_one_speed_is_of_the_object_s_speed_alone():
-    rows = [{**each, "peak_hs": each["speed"] / 1e3} for each in crossings(lambda behind: 0.0)]
+    rows = [{**clip_row, "peak_hs": clip_row["speed"] / 1e3} for clip_row in crossings(lambda behind: 0.0)]
     assert {judged_at("C7", speed, rows).verdict for speed in SPEEDS} == {"holds"}
-    flat = [{**each, "peak_hs": 0.1} if each["background_speed"] == -300.0 else each for each in rows]
+    flat = [{**clip_row, "peak_hs": 0.1} if clip_row["background_speed"] == -300.0 else clip_row for clip_row in rows]
     assert [speed for speed in SPEEDS if judged_at("C7", speed, flat).verdict == "fails"] == [300.0]
 
 
 def test_the_axis_has_the_speeds_that_the_clips_show():
-    shown = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
-    assert shown == set(SPEEDS) == {float(label) for label in BACKGROUND.labels}
+    speeds = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
+    assert speeds == set(SPEEDS) == {float(label) for label in BACKGROUND.labels}
     assert (min(SPEEDS) / 30, max(SPEEDS) / 30) == (pytest.approx(0.07, abs=0.005), 10.0)
 
 
@@ -282,7 +291,7 @@ EXPERIMENT = dataclasses.replace(
     done = colias("run", "small.py", "--no-recordings", "--workers", "0", "--out", "out")
     assert done.returncode == 0, done.stderr
     verdicts = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
-    assert [each["id"] for each in verdicts] == [
+    assert [verdict["id"] for verdict in verdicts] == [
         claim if isinstance(claim, str) else claim.id for claim in registry.find(name).claims
     ]
     assert (colias.folder / "out" / "figure.png").stat().st_size > 10_000

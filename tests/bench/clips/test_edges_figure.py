@@ -41,10 +41,10 @@ def test_traces_are_those_of_the_frames(run):
         for axes, motion in ((rightward, "rightward"), (leftward, "leftward")):
             drawn = {line.get_label(): line for line in axes.get_lines() if line.get_label() in MODELS}
             for row in (row for row in rows if (row["polarity"], row["motion"]) == (polarity, motion)):
-                own = [f for f in frames if (f["trial"], f["model"]) == (row["trial"], row["model"])]
+                row_frames = [f for f in frames if (f["trial"], f["model"]) == (row["trial"], row["model"])]
                 line = drawn[row["model"]]
-                assert line.get_ydata() == pytest.approx([frame["hs"] for frame in own])
-                assert line.get_xdata()[-1] == pytest.approx((len(own) - 1) / row["fps"])
+                assert line.get_ydata() == pytest.approx([frame["hs"] for frame in row_frames])
+                assert line.get_xdata()[-1] == pytest.approx((len(row_frames) - 1) / row["fps"])
 
 
 def test_bars_are_shares_of_the_intact_network_with_the_claim_s_bounds(run):
@@ -53,8 +53,8 @@ def test_bars_are_shares_of_the_intact_network_with_the_claim_s_bounds(run):
     for polarity, (*_, bars) in panels(run).items():
         driven = f"dsnn-{polarity}-blocked"
         for bar, model in zip(bars.patches, MODELS[1:], strict=True):
-            own = [left[clip.name, model] for clip in CLIPS if clip.name.startswith(polarity)]
-            assert bar.get_height() == pytest.approx(100 * np.mean(own))
+            polarity_shares = [left[clip.name, model] for clip in CLIPS if clip.name.startswith(polarity)]
+            assert bar.get_height() == pytest.approx(100 * np.mean(polarity_shares))
             assert bool(bar.get_height() < 5.0) is (model == driven), "the edge drives the pathway of its own sign"
         bounds = sorted(line.get_ydata()[0] for line in bars.get_lines() if line.get_linestyle() == "--")
         assert bounds == [5.0, 95.0]
@@ -66,8 +66,8 @@ def test_bars_are_shares_of_the_intact_network_with_the_claim_s_bounds(run):
 
 def test_the_icons_name_the_edges_of_objects(run):
     for polarity, (icons, *_) in panels(run).items():
-        said = {text.get_text().replace("\n", " ") for text in icons.texts}
-        assert set(CASES[polarity][1]) <= said
+        labels = {text.get_text().replace("\n", " ") for text in icons.texts}
+        assert set(CASES[polarity][1]) <= labels
     darkens = {case for case in CASES["off"][1]}
     assert darkens == {"dark object, leading edge", "light object, trailing edge"}
     assert not darkens & set(CASES["on"][1])

@@ -21,14 +21,14 @@ TWICE = {"k_sig": 0.5, "gain": 2.0}
 """Parameter of a gain -> what to multiply it by for twice the gain."""
 
 
-def shown(*labels):
+def configured_models(*labels):
     models, _ = watchers(labels, ())
     return models
 
 
 def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn_does():
     clip = crossing()
-    dsnn, *rivals = shown("dsnn", *MATCHED.values())
+    dsnn, *rivals = configured_models("dsnn", *MATCHED.values())
     target = answer(dsnn, clip)
     for rival in rivals:
         assert answer(rival, clip) == pytest.approx(target, rel=1e-3), rival.label
@@ -38,7 +38,7 @@ def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn
 def test_twice_a_rival_s_gain_changes_its_answers_and_not_the_gain_that_is_matched(rival, name):
     clip = stimulus("plain", rows=60, columns=80, width=20.0, height=30.0, speed=240.0)
     target = answer(choose("dsnn", "offline"), clip)
-    (plain,) = shown(rival)
+    (plain,) = configured_models(rival)
     changed = getattr(plain.network, name) * TWICE[name]
     twice = dataclasses.replace(plain, network=dataclasses.replace(plain.network, **{name: changed}))
     assert answer(twice, clip) > 1.2 * answer(plain, clip)
@@ -63,7 +63,7 @@ def on_both(claim, factor=1.0, equal=1.0):
     ]  # fmt: skip
 
 
-COMPARING = [claim for claim, each in CLAIMS.items() if each.equal_terms]
+COMPARING = [claim for claim, clip_claim in CLAIMS.items() if clip_claim.equal_terms]
 
 
 def test_the_claims_that_compare_with_a_rival_are_judged_on_equal_terms_too():
@@ -83,10 +83,12 @@ def test_a_rival_s_gain_changes_the_plain_numbers_alone(claim):
 @pytest.mark.parametrize("claim", COMPARING)
 def test_on_equal_terms_a_claim_is_judged_whatever_is_known_of_the_rival(claim):
     """The gain is the one constant that the rule sets; the plain comparison is not touched by it."""
-    found = judge(claim, on_both(claim), T)
-    assert found.equal.judged and found.equal.equal is None
+    outcome = judge(claim, on_both(claim), T)
+    assert outcome.equal.judged and outcome.equal.equal is None
     without = judge(claim, enough(claim), T)
-    assert dataclasses.replace(found, equal=None) == without, "the rival on equal terms is no part of the first number"
+    assert dataclasses.replace(outcome, equal=None) == without, (
+        "the rival on equal terms is no part of the first number"
+    )
 
 
 def test_without_the_rival_on_equal_terms_there_is_no_second_number():
@@ -98,13 +100,13 @@ def test_the_experiments_show_the_rivals_that_their_claims_name_on_equal_terms()
     for name in (*NAMES, *OFFLINE):
         experiment = registry.find(name)
         for claim in experiment.claims:
-            for each in declared(claim):
-                assert set(each.equal_terms.values()) <= set(experiment.models), (name, claim)
+            for clip_claim in declared(claim):
+                assert set(clip_claim.equal_terms.values()) <= set(experiment.models), (name, claim)
 
 
 def test_the_mean_per_correlator_counts_each_sum_by_how_many_it_is_of():
     """N_con = 8 is left as it is; a sum over n correlators counts 8 / n times ahead of the sigmoid."""
     for n in (1, 2):
-        plain, equal = shown(CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]])
+        plain, equal = configured_models(CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]])
         assert equal.network.n_con == plain.network.n_con == n
         assert plain.network.k_sig / equal.network.k_sig == pytest.approx(8 / n)

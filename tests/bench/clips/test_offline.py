@@ -54,8 +54,8 @@ def row(clip="a", model="dsnn", **changes):
 
 
 def both_shades(rows):
-    return [{**each, "clip": f"{shade} {each['clip']}", "grey": grey} for shade, grey in
-            (("dark", 0.0), ("light", 255.0)) for each in rows]  # fmt: skip
+    return [{**clip_row, "clip": f"{shade} {clip_row['clip']}", "grey": grey} for shade, grey in
+            (("dark", 0.0), ("light", 255.0)) for clip_row in rows]  # fmt: skip
 
 
 def translations(right=0.2, left=-0.2, down=0.2, up=-0.2, aside=0.05):
@@ -126,8 +126,8 @@ def test_depth_over_clutter(own, earlier, verdict, rest):
         for motion in ("looming", "receding")
         for model, peak in (("dsnn", {"peak_hs": own}), ("dsn2017", {"peak_vs": earlier}))
     ]
-    found = judge("C5", rows, T)
-    assert (found.verdict, found.settled().verdict) == (verdict, rest)
+    outcome = judge("C5", rows, T)
+    assert (outcome.verdict, outcome.settled().verdict) == (verdict, rest)
 
 
 @pytest.mark.parametrize(
@@ -197,8 +197,8 @@ def test_separation_from_background(emd, dsnn, verdict, rest):
     rows = [row("alone", "emd", object="absent", trough_hs=-0.35), row("alone", "dsnn", object="absent", peak_hs=0.01)]
     for speed in (40.0, 60.0, 80.0, 100.0, 120.0):
         rows += [row(f"{speed}", model, speed=speed, peak_hs=hs) for model, hs in (("emd", emd), ("dsnn", dsnn))]
-    found = judge("C11", rows, T)
-    assert (found.verdict, found.settled().verdict) == (verdict, rest)
+    outcome = judge("C11", rows, T)
+    assert (outcome.verdict, outcome.settled().verdict) == (verdict, rest)
 
 
 CLIP = Clip("c", "plain", (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0)))
@@ -211,19 +211,19 @@ def test_a_row_is_what_the_model_says_of_the_clip():
     done = show(showing)
     clip = CLIP.build(0)
     series = DSNN(clip.shape, DSNNParams.offline()).run(frame.luma for frame in clip)
-    (found,) = done.rows
-    assert (found["peak_hs"], found["trough_vs"]) == (series.hs.max(), series.vs.min())
-    assert found["spikes"] == np.abs(series.hs_spikes).sum()
-    assert (found["motion"], found["grey"], found["background_speed"]) == ("rightward", 40.0, None)
-    assert found["background_mean"] == 200.0 and found["fps"] == 30.0 and found["polarity"] is None
+    (clip_row,) = done.rows
+    assert (clip_row["peak_hs"], clip_row["trough_vs"]) == (series.hs.max(), series.vs.min())
+    assert clip_row["spikes"] == np.abs(series.hs_spikes).sum()
+    assert (clip_row["motion"], clip_row["grey"], clip_row["background_speed"]) == ("rightward", 40.0, None)
+    assert clip_row["background_mean"] == 200.0 and clip_row["fps"] == 30.0 and clip_row["polarity"] is None
     np.testing.assert_array_equal(done.frames["hs"].to_numpy(), series.hs)
 
 
 def test_repeats_share_a_background_and_differ_between_each_other():
     clips = tuple(Clip(str(speed), "cluttered", (("speed", speed), ("columns", 80))) for speed in (300.0, 600.0))
-    shown = showings(OfflineExperiment("mine", "", clips, ("dsnn",)), (choose("dsnn", "offline"),), 2, 5)
-    assert [s.seed for s in shown] == [5, 5, 6, 6]
-    first = [s.condition.build(s.seed)[0].luma for s in shown]
+    all_showings = showings(OfflineExperiment("mine", "", clips, ("dsnn",)), (choose("dsnn", "offline"),), 2, 5)
+    assert [s.seed for s in all_showings] == [5, 5, 6, 6]
+    first = [s.condition.build(s.seed)[0].luma for s in all_showings]
     assert np.array_equal(first[0], first[1]) and not np.array_equal(first[0], first[2])
 
 

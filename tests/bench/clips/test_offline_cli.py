@@ -116,8 +116,8 @@ def test_a_wrong_use_is_told_in_one_line(colias, arguments, says):
 def test_list_and_parameters_name_the_stimuli(colias):
     listed = colias("list").stdout
     assert all(name in listed for name in STIMULI)
-    said = colias("stimulus", "grating", "--parameters").stdout
-    assert "grating.period_px=20.0  (a number from 2 to 10000; in px)" in said
+    output = colias("stimulus", "grating", "--parameters").stdout
+    assert "grating.period_px=20.0  (a number from 2 to 10000; in px)" in output
     assert not list(colias.folder.iterdir())
 
 
@@ -143,15 +143,15 @@ def column(batch, part):
 
 def test_play_records_frames_object_potentials_and_thresholds(colias):
     small = [f"plain.{name}" for name in ("rows=60", "columns=80", "width=20", "height=30")]
-    arguments = [part for each in small for part in ("--set", each)]
+    arguments = [part for setting in small for part in ("--set", setting)]
     done = colias("play", "plain", *arguments, "--record", "a.rrd", "--no-view", "--set", "dsnn.t_sp=0.3")
     assert done.returncode == 0, done.stderr
     assert "HS +0.00" in done.stdout
     recording = colias.folder / "a.rrd"
     subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(recording)], check=True, capture_output=True)
     clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
-    (shown,) = entity(recording, "/clip")
-    images = np.array(column(shown, "buffer"), np.uint8).reshape(len(clip), 60, 80)
+    (pictures,) = entity(recording, "/clip")
+    images = np.array(column(pictures, "buffer"), np.uint8).reshape(len(clip), 60, 80)
     np.testing.assert_array_equal(images, [frame.luma for frame in clip])
     (boxes,) = entity(recording, "/clip/object")
     centres = [frame.truth.box and [frame.truth.box.left + 10, 30.0] for frame in clip]

@@ -49,18 +49,18 @@ def test_a_clip_that_names_its_background_and_one_without_any_keep_theirs():
 
 
 def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
-    made = studies.planned(
+    study_plan = studies.planned(
         Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
     )
     ran = plan(DEPTH, (), (), 6, 3)
-    assert [(s.seed, s.condition) for s in made.specs] == [(s.seed, s.condition) for s in ran.showings]
+    assert [(s.seed, s.condition) for s in study_plan.specs] == [(s.seed, s.condition) for s in ran.showings]
     assert [s.seed for s in ran.showings] == [3 + k for k in range(6) for _ in DEPTH.clips]
 
 
 def test_scenes_of_one_kind_differ_by_the_replicate_s_seed():
     models = (choose("emd", "offline"),)
-    shown = showings(DEPTH, models, 10, 0)
-    first = {s.repeat: s.condition.build(s.seed)[0].luma for s in shown if s.index % len(DEPTH.clips) == 0}
+    all_showings = showings(DEPTH, models, 10, 0)
+    first = {s.repeat: s.condition.build(s.seed)[0].luma for s in all_showings if s.index % len(DEPTH.clips) == 0}
     assert (first[1] != first[5]).mean() > 0.5 and (first[4] != first[8]).mean() > 0.5
 
 
@@ -76,8 +76,8 @@ def test_rows_say_what_is_behind_the_object(tmp_path):
     small = [("rows", 32), ("columns", 64), ("width", 8.0), ("height", 8.0), ("duration_s", 0.2)]
     experiment = dataclasses.replace(DEPTH, clips=[Clip("a", "cluttered", [*small, ("motion", "looming")])])
     models = (choose("emd", "offline"),)
-    own = folder_pictures(pictures_in(tmp_path / "own", "mine.png"))
-    for pictures, expected in ((None, ["photograph", "dead-leaves"]), (own, ["mine.png", "mine.png"])):
+    user_pictures = folder_pictures(pictures_in(tmp_path / "own", "mine.png"))
+    for pictures, expected in ((None, ["photograph", "dead-leaves"]), (user_pictures, ["mine.png", "mine.png"])):
         rows = [show_without_frames(s).rows[0] for s in showings(experiment, models, 2, 0, pictures)]
         assert [row["background"] for row in rows] == expected
 
@@ -86,35 +86,35 @@ def test_rows_say_what_is_behind_the_object(tmp_path):
 
 
 def test_replicate_r_has_picture_r_in_the_order_of_names(tmp_path):
-    own = folder_pictures(pictures_in(tmp_path / "own", "p10.png", "p2.png", "p1.png"))
+    user_pictures = folder_pictures(pictures_in(tmp_path / "own", "p10.png", "p2.png", "p1.png"))
     order = ["p1.png", "p2.png", "p10.png", "p1.png"]
     for replicate, name in enumerate(order):
-        (path,) = backgrounds(clips_of(DEPTH.clips, replicate, own))
+        (path,) = backgrounds(clips_of(DEPTH.clips, replicate, user_pictures))
         assert path == str(tmp_path / "own" / name)
 
 
 def test_the_wall_has_picture_r_in_replicate_r(tmp_path):
-    own = folder_pictures(pictures_in(tmp_path / "own", "1.png", "2.png", "3.png"))
-    made = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, own)
-    assert {spec.settings.scene.wall for spec in made.specs()} == {own.files[0]}
-    assert "scene.wall" not in made.changed()  # as a replicate's wall is no setting of all trials
+    user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", "2.png", "3.png"))
+    trial_plan = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, user_pictures)
+    assert {spec.settings.scene.wall for spec in trial_plan.specs()} == {user_pictures.files[0]}
+    assert "scene.wall" not in trial_plan.changed()  # as a replicate's wall is no setting of all trials
     study = Study("s", "", claims=("C13",), experiments=("general",), repeats=10, replicates=4)
-    specs = studies.planned(study, 5, pictures=own).specs
+    specs = studies.planned(study, 5, pictures=user_pictures).specs
     walls = [next(s.settings.scene.wall for s in specs if s.repeat // 10 == k) for k in range(4)]
-    assert walls == [own.files[k % 3] for k in range(4)]
-    others = replicates_plan(2, 3, 6, pictures=dataclasses.replace(own, first=1)).specs
-    assert [s.settings.scene.wall for s in (others[0], others[-1])] == [own.files[1], own.files[2]]
+    assert walls == [user_pictures.files[k % 3] for k in range(4)]
+    others = replicates_plan(2, 3, 6, pictures=dataclasses.replace(user_pictures, first=1)).specs
+    assert [s.settings.scene.wall for s in (others[0], others[-1])] == [user_pictures.files[1], user_pictures.files[2]]
     with pytest.raises(UsageError, match="give one of them"):
-        robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={own.files[0]}"], 2, 5, own)
+        robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={user_pictures.files[0]}"], 2, 5, user_pictures)
 
 
 def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
     told = []
     for grey in (100, 101):
-        own = folder_pictures(pictures_in(tmp_path / "own", "1.png", grey=grey))
-        told.append(json.loads(to_json(plan(DEPTH, (), (), 2, 0, pictures=own).describe())))
-    (said,) = differences(*told)
-    assert said.startswith("--pictures is 1.png")
+        user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", grey=grey))
+        told.append(json.loads(to_json(plan(DEPTH, (), (), 2, 0, pictures=user_pictures).describe())))
+    (difference,) = differences(*told)
+    assert difference.startswith("--pictures is 1.png")
     assert differences(told[0], told[0]) == []
 
 

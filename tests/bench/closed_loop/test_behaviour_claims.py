@@ -34,9 +34,9 @@ def test_episodes_without_the_measure_do_not_count():
     ({"reward": STILL["reward"]}, set()),
 ])  # fmt: skip
 def test_a_reflex_has_its_level_and_is_better_than_a_still_robot(values, held):
-    found = outcomes(gaze(**values))
-    assert {claim for claim in ("B3", "B4") if found[claim].verdict == "holds"} == held
-    assert all(found[claim].verdict == "fails" for claim in {"B3", "B4"} - held)
+    claim_outcomes = outcomes(gaze(**values))
+    assert {claim for claim in ("B3", "B4") if claim_outcomes[claim].verdict == "holds"} == held
+    assert all(claim_outcomes[claim].verdict == "fails" for claim in {"B3", "B4"} - held)
 
 
 def test_it_is_compared_at_equal_seeds():
@@ -64,8 +64,8 @@ def test_a_stretch_that_is_no_number_has_no_rate(order):
 
 def test_the_end_of_the_interval_that_decided_is_said():
     held = outcomes(gaze(optomotor_gain=0.51))["B3"]
-    said = "optomotor gain: lower end of the 95 % interval 0.51 (needs above 0.5)"
-    assert (held.verdict, held.decided) == ("holds", said)
+    decided = "optomotor gain: lower end of the 95 % interval 0.51 (needs above 0.5)"
+    assert (held.verdict, held.decided) == ("holds", decided)
     missed = outcomes(gaze(in_view=0.7))["B4"]
-    said = "time on target: lower end of the 95 % interval 0.7 (needs above 0.8)"
-    assert (missed.verdict, missed.decided) == ("fails", said)
+    decided = "time on target: lower end of the 95 % interval 0.7 (needs above 0.8)"
+    assert (missed.verdict, missed.decided) == ("fails", decided)

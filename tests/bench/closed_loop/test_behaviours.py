@@ -210,8 +210,8 @@ def test_a_reflex_cannot_read_what_its_model_does_not_answer(name, model, channe
     entry = Behaviour("mine", "", OPTOMOTOR, lambda rng: lambda seen: (0.1, getattr(seen, name)), model=model)
     with pytest.raises(UsageError) as caught:
         play_entry(entry, OPTOMOTOR, {}, 0, steps=2)
-    said = f"the reflex reads {name}, which {model} does not answer; its channels are {channels}"
-    assert str(caught.value) == said
+    message = f"the reflex reads {name}, which {model} does not answer; its channels are {channels}"
+    assert str(caught.value) == message
 
 
 class PD:
@@ -326,11 +326,11 @@ def test_claims_need_twenty_seeds():
 
 
 def test_the_plans_are_of_known_behaviours_at_equal_seeds():
-    for made in closed_loop_claims.plans(3, 7):
-        assert isinstance(made, BehaviourPlan)
-        assert all(setting.behaviour in BEHAVIOURS for setting in made.settings)
-        assert {spec.seed for spec in made.specs()} == {7, 8, 9}
-        assert [spec.index for spec in made.specs()] == list(range(3 * len(made.settings)))
+    for behaviour_plan in closed_loop_claims.plans(3, 7):
+        assert isinstance(behaviour_plan, BehaviourPlan)
+        assert all(setting.behaviour in BEHAVIOURS for setting in behaviour_plan.settings)
+        assert {spec.seed for spec in behaviour_plan.specs()} == {7, 8, 9}
+        assert [spec.index for spec in behaviour_plan.specs()] == list(range(3 * len(behaviour_plan.settings)))
 
 
 # Plans and wrong uses.
@@ -363,9 +363,9 @@ def test_wrong_uses_are_one_line(arguments, said):
 
 
 def test_a_plan_has_the_baselines_of_its_env():
-    made = plan("optomotor", "Avoidance", ["robots=3", "arena=bright"], 2, 0, baselines=True)
-    assert [setting.behaviour for setting in made.settings] == ["optomotor", *ENVS[AVOIDANCE].baselines]
-    assert dict(made.settings[0].options) == {"robots": 3, "arena": "bright"}
+    behaviour_plan = plan("optomotor", "Avoidance", ["robots=3", "arena=bright"], 2, 0, baselines=True)
+    assert [setting.behaviour for setting in behaviour_plan.settings] == ["optomotor", *ENVS[AVOIDANCE].baselines]
+    assert dict(behaviour_plan.settings[0].options) == {"robots": 3, "arena": "bright"}
 
 
 def test_a_user_file_declares_a_behaviour(tmp_path):

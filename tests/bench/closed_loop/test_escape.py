@@ -20,7 +20,7 @@ from tests.helpers.episodes import rows
 
 def test_every_looming_model_drives_an_escape():
     looming = [name for name, entry in MODELS.items() if entry.channels == ("looming",)]
-    assert [each.model for each in ESCAPES] == looming
+    assert [behaviour.model for behaviour in ESCAPES] == looming
     assert GROUPS["escape"] == tuple(f"escape-{name}" for name in looming)
     assert all(BEHAVIOURS[name].env == AVOIDANCE for name in GROUPS["escape"])
 
@@ -28,8 +28,8 @@ def test_every_looming_model_drives_an_escape():
 def test_the_reflex_is_one_and_the_model_differs():
     loom, silent = Response(looming_spikes=1), Response()
     drives = []
-    for each in (*ESCAPES, BEHAVIOURS["lgmd"]):
-        policy = each.make(np.random.default_rng(5))
+    for behaviour in (*ESCAPES, BEHAVIOURS["lgmd"]):
+        policy = behaviour.make(np.random.default_rng(5))
         drives.append([policy(loom if i % 20 == 3 else silent) for i in range(80)])
     assert all(drive == drives[0] for drive in drives)
     sides = {math.copysign(1.0, left) for left, right in drives[0] if left == -right}
@@ -45,15 +45,18 @@ def test_the_escape_of_lgmd1_is_the_reflex_lgmd():
 
 
 def test_a_model_of_one_s_own_drives_one_too():
-    own = escape("models/my_model.py")
-    assert (own.name, own.model) == ("escape-my_model", "models/my_model.py")
+    behaviour = escape("models/my_model.py")
+    assert (behaviour.name, behaviour.model) == ("escape-my_model", "models/my_model.py")
 
 
 def test_a_group_is_played_at_the_same_seeds_with_what_it_is_held_against():
-    made = plan("escape", None, (), 2, 7, True)
-    played = [setting.behaviour for setting in made.settings]
+    behaviour_plan = plan("escape", None, (), 2, 7, True)
+    played = [setting.behaviour for setting in behaviour_plan.settings]
     assert played == [*GROUPS["escape"], "hybrid", "straight"]
-    seeds = {setting: [s.seed for s in made.specs() if s.condition == setting] for setting in made.settings}
+    seeds = {
+        setting: [s.seed for s in behaviour_plan.specs() if s.condition == setting]
+        for setting in behaviour_plan.settings
+    }
     assert set(map(tuple, seeds.values())) == {(7, 8)}
     assert [setting.behaviour for setting in plan("escape", None, (), 1, 0, False).settings] == list(GROUPS["escape"])
     with pytest.raises(UsageError, match="is a group of behaviours"):
@@ -63,18 +66,18 @@ def test_a_group_is_played_at_the_same_seeds_with_what_it_is_held_against():
 def test_survival_has_exact_intervals_and_is_sorted_by_collisions():
     played = [Standing("escape-a", {}, rows(5, 15)), Standing("hybrid", {}, rows(0, 20)),
               Standing("escape-b", {}, rows(20, 0, metres=0.1))]  # fmt: skip
-    found = {each.name: each for each in survival(played, "hybrid")}
-    assert list(found) == ["hybrid", "escape-a", "escape-b"]
-    assert found["hybrid"].survived.low == pytest.approx(0.025 ** (1 / 20)), "Clopper and Pearson's end of 20 in 20"
-    assert (found["escape-a"].survived.value, found["escape-a"].per_metre.value) == (0.75, 0.25)
-    assert found["hybrid"].ratio is None and found["escape-a"].ratio.value == math.inf
-    assert found["escape-b"].row()["survived"] == 0.0 and found["hybrid"].row()["ratio"] is None
+    survivals = {entry.name: entry for entry in survival(played, "hybrid")}
+    assert list(survivals) == ["hybrid", "escape-a", "escape-b"]
+    assert survivals["hybrid"].survived.low == pytest.approx(0.025 ** (1 / 20)), "Clopper and Pearson's end of 20 in 20"
+    assert (survivals["escape-a"].survived.value, survivals["escape-a"].per_metre.value) == (0.75, 0.25)
+    assert survivals["hybrid"].ratio is None and survivals["escape-a"].ratio.value == math.inf
+    assert survivals["escape-b"].row()["survived"] == 0.0 and survivals["hybrid"].row()["ratio"] is None
 
 
 def test_the_table_of_survival_is_printed_and_written(tmp_path, capsys):
     standings = [Standing(name, {}, rows(hits, 20 - hits)) for name, hits in (("escape-lplc2", 9), ("hybrid", 2))]
-    found = survival(standings, "hybrid")
-    show_survival(found, "escape", write(tmp_path, found))
+    survivals = survival(standings, "hybrid")
+    show_survival(survivals, "escape", write(tmp_path, survivals))
     printed = " ".join(capsys.readouterr().out.split())
     assert "B2 asked of the best of them: escape-lplc2 against hybrid: 4.5" in printed and "not judged" in printed
     with (tmp_path / "survival.csv").open() as file:

@@ -24,9 +24,9 @@ RARER, OTHER = Pilot(4, 250.0, 60), Pilot(19, 200.0, 60)
 
 def summed(rarer, other, bound, episodes):
     """The power by the interval of `rate_ratio` itself, over every pair of counts that is likely at all."""
-    chances = [stats.poisson(each.collisions * episodes / each.episodes) for each in (other, rarer)]
-    metres = [each.metres * episodes / each.episodes for each in (other, rarer)]
-    found = 0.0
+    chances = [stats.poisson(behaviour.collisions * episodes / behaviour.episodes) for behaviour in (other, rarer)]
+    metres = [behaviour.metres * episodes / behaviour.episodes for behaviour in (other, rarer)]
+    total = 0.0
     for more in range(int(chances[0].isf(1e-9)) + 1):
         for fewer in range(int(chances[1].isf(1e-9)) + 1):
             sides = [
@@ -34,8 +34,8 @@ def summed(rarer, other, bound, episodes):
                 for count, length in zip((more, fewer), metres, strict=True)
             ]
             if rate_ratio(*sides).low > bound:
-                found += chances[0].pmf(more) * chances[1].pmf(fewer)
-    return found
+                total += chances[0].pmf(more) * chances[1].pmf(fewer)
+    return total
 
 
 def needed(bound=1.0, target=0.8):
@@ -63,7 +63,7 @@ def test_the_power_is_that_of_scipys_exact_binomial_test():
 def test_the_power_is_the_share_of_simulated_experiments_that_show_it():
     """Collisions come at a constant rate a metre; an episode ends with its first, or after 5 m: no Poisson counts."""
     rng, rates, whole, episodes = np.random.default_rng(3), (0.1, 0.02), 5.0, 50
-    shown, pilots = 0, []
+    successes, pilots = 0, []
     for rate in rates:
         hits = 1.0 - math.exp(-rate * whole)
         pilots.append(Pilot(round(1e6 * hits), 1e6 * hits / rate, 1_000_000))
@@ -72,8 +72,8 @@ def test_the_power_is_the_share_of_simulated_experiments_that_show_it():
         for rate in rates:
             until = rng.exponential(1.0 / rate, episodes)
             sides.append([{"touched": x < whole, "driven_m": min(x, whole)} for x in until])
-        shown += rate_ratio(*sides).low > 1.0
-    low, high = stats.binomtest(shown, 400).proportion_ci(0.999)
+        successes += rate_ratio(*sides).low > 1.0
+    low, high = stats.binomtest(successes, 400).proportion_ci(0.999)
     assert 0.3 < power(pilots[1], pilots[0], 1.0, episodes) < 0.99, "a power that could be wrong either way"
     assert low - 0.03 < power(pilots[1], pilots[0], 1.0, episodes) < high + 0.03
 
@@ -114,8 +114,8 @@ def test_b2_says_where_it_is_underpowered():
     many = {"hybrid": rows(1, enough - 1, seconds=60.0), "lgmd": rows(12, enough - 12, seconds=60.0)}
     assert "underpowered" not in judged(**many)["B2"].decided
     half = {name: [row | {"seconds": 30.0} for row in side] for name, side in many.items()}
-    said = f"underpowered: {enough} of {enough} episodes, of 30 s in place of 60"
-    assert judged(**half)["B2"].decided.endswith(said)
+    note = f"underpowered: {enough} of {enough} episodes, of 30 s in place of 60"
+    assert judged(**half)["B2"].decided.endswith(note)
     few = {name: side[:5] for name, side in played.items()}
     assert "underpowered" not in judged(**few)["B2"].decided, "it is not judged, which is told"
 
@@ -123,16 +123,21 @@ def test_b2_says_where_it_is_underpowered():
 def test_the_documentation_has_the_numbers_of_the_pilot():
     text = (ROOT / "docs" / "behaviours-and-training.md").read_text()
     hybrid, lgmd = closed_loop_claims.PILOT["hybrid"], closed_loop_claims.PILOT["lgmd"]
-    for said in (
+    for sentence in (
         f"the hybrid collided {hybrid.collisions} times in {hybrid.metres} m, and LGMD alone {lgmd.collisions} times in"
         f" {lgmd.metres} m: a ratio of rates of {lgmd.rate / hybrid.rate:.3g} [",
         f"B2 takes {closed_loop_claims.lgmd_episodes()} episodes of each",
         "| power | " + " | ".join(f"{power(hybrid, lgmd, 1.0, n):.0%}"[:-1] + " %" for n in (10, 20, 33, 60, 120)),
         f"The {FULL.episodes} episodes of `colias reproduce --full` suffice",
     ):
-        assert said in text, said
-    sides = [[{"touched": i < each.collisions, "driven_m": each.metres / each.episodes} for i in range(each.episodes)]
-             for each in (lgmd, hybrid)]  # fmt: skip
+        assert sentence in text, sentence
+    sides = [
+        [
+            {"touched": i < behaviour.collisions, "driven_m": behaviour.metres / behaviour.episodes}
+            for i in range(behaviour.episodes)
+        ]
+        for behaviour in (lgmd, hybrid)
+    ]
     low = rate_ratio(*sides).low
     nearer = Pilot(round(1e6 * lgmd.rate / low * hybrid.length), 1e6 * hybrid.length, 1_000_000)
     assert f"if the ratio were {low:.3g}, the lower end" in text
@@ -161,9 +166,9 @@ def test_wrong_uses_of_power_are_refused(name, other, said):
 
 
 def test_a_pilot_plays_the_other_in_place_of_the_baselines():
-    made = planned("hybrid", None, ("robots=3",), 3, 1000, True, "lgmd")
-    assert [setting.behaviour for setting in made.settings] == ["hybrid", "lgmd"]
-    assert {setting.options for setting in made.settings} == {(("robots", 3),)}
+    behaviour_plan = planned("hybrid", None, ("robots=3",), 3, 1000, True, "lgmd")
+    assert [setting.behaviour for setting in behaviour_plan.settings] == ["hybrid", "lgmd"]
+    assert {setting.options for setting in behaviour_plan.settings} == {(("robots", 3),)}
 
 
 def test_the_power_is_told_from_the_episodes_played_as_a_pilot(tmp_path, capsys):
@@ -171,10 +176,10 @@ def test_the_power_is_told_from_the_episodes_played_as_a_pilot(tmp_path, capsys)
     sides = {"hybrid": rows(4, 56, metres=250 / 60), "lgmd": rows(19, 41, metres=200 / 60)}
     standings = [Standing(name, {}, side) for name, side in sides.items()]
     table.show_power(Played(tmp_path, AVOIDANCE, standings, STEP_SCHEMA.empty_table(), []), "lgmd")
-    said = " ".join(capsys.readouterr().out.split())
-    assert "hybrid: 4 collisions in 250.0 m, 60 episodes lgmd: 19 collisions in 200.0 m, 60 episodes" in said
-    assert f"that hybrid collides less often a metre than lgmd, by a whole 95 % interval: {needed()} episodes" in said
-    assert f"{power(RARER, OTHER, 1.0, 60):.0%} with 60" in said
+    output = " ".join(capsys.readouterr().out.split())
+    assert "hybrid: 4 collisions in 250.0 m, 60 episodes lgmd: 19 collisions in 200.0 m, 60 episodes" in output
+    assert f"that hybrid collides less often a metre than lgmd, by a whole 95 % interval: {needed()} episodes" in output
+    assert f"{power(RARER, OTHER, 1.0, 60):.0%} with 60" in output
     few = [standings[0], Standing("lgmd", {}, rows(0, 9))]
     with pytest.raises(UsageError, match="--power lgmd: it touched nothing in 9 episodes"):
         table.show_power(Played(tmp_path, AVOIDANCE, few, STEP_SCHEMA.empty_table(), []), "lgmd")

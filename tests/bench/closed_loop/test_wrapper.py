@@ -66,10 +66,10 @@ def test_which_episodes_are_recorded(tmp_path):
     played(first, episodes=3)
     first.close()
     assert [path.name for path in first.recorded] == ["one.rrd"]
-    each = experiments.RecordRerun(env(), str(tmp_path / "{episode:02d}.rrd"))
-    played(each, episodes=2)
-    each.close()
-    assert [path.name for path in each.recorded] == ["00.rrd", "01.rrd"]
+    all_episodes = experiments.RecordRerun(env(), str(tmp_path / "{episode:02d}.rrd"))
+    played(all_episodes, episodes=2)
+    all_episodes.close()
+    assert [path.name for path in all_episodes.recorded] == ["00.rrd", "01.rrd"]
     odd = experiments.RecordRerun(env(), str(tmp_path / "odd-{episode}.rrd"), lambda episode: episode % 2 == 1)
     played(odd, episodes=4)
     odd.close()
@@ -86,11 +86,11 @@ def test_an_episode_that_does_not_end_is_written_as_far_as_it_got(tmp_path):
 
 @pytest.mark.parametrize("path", ["episode.mp4", 7, "{step}.rrd", "{}.rrd", "{episode.rrd", "{episode:q}.rrd"])
 def test_paths_that_are_refused(path):
-    made = env()
+    pursuit = env()
     with pytest.raises(experiments.UsageError, match=r"legal is a path that ends in \.rrd") as refused:
-        experiments.RecordRerun(made, path)
+        experiments.RecordRerun(pursuit, path)
     assert "\n" not in str(refused.value)
-    made.close()
+    pursuit.close()
 
 
 def test_envs_that_are_refused(tmp_path):

@@ -15,7 +15,7 @@ from experiments.bench.engine.models import ConfiguredModel, choose
 
 @pytest.mark.parametrize("name", MODELS)
 def test_every_registered_model_keeps_the_laws(name):
-    assert [each for each in laws.check(choose(name, "offline")) if each.trouble] == []
+    assert [finding for finding in laws.check(choose(name, "offline")) if finding.trouble] == []
     assert notes(choose(name, "offline")) == []
 
 
@@ -94,7 +94,7 @@ class Writing(Sound):
 def checked(cls, monkeypatch, channels=("hs", "vs")):
     entry = ModelEntry("made", "made up", cls, Nothing(), channels=channels)
     monkeypatch.setattr("experiments.bench.engine.models.load_model", lambda source: entry)
-    return {each.law: each.trouble for each in laws.check(ConfiguredModel("made", "made", Nothing()))}
+    return {finding.law: finding.trouble for finding in laws.check(ConfiguredModel("made", "made", Nothing()))}
 
 
 def test_a_sound_model_keeps_them_all(monkeypatch):
@@ -116,11 +116,11 @@ def test_a_sound_model_keeps_them_all(monkeypatch):
     ],
 )
 def test_a_mistake_is_named_by_its_law(cls, law, says, monkeypatch):
-    found = checked(cls, monkeypatch)
-    assert says in found[law]
-    assert "\n" not in found[law]
+    troubles = checked(cls, monkeypatch)
+    assert says in troubles[law]
+    assert "\n" not in troubles[law]
     if cls in (Forgetful, OneSided, Lenient):
-        assert [each for each, trouble in found.items() if trouble] == [law], "and by no other"
+        assert [name for name, trouble in troubles.items() if trouble] == [law], "and by no other"
 
 
 def test_looming_has_a_range_and_knows_no_direction(monkeypatch):

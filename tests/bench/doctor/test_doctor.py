@@ -23,20 +23,24 @@ def doctored(colias, *options, **environment):
     done = subprocess.run(
         command, cwd=colias.folder, env=known | environment, capture_output=True, text=True, timeout=120, check=False
     )
-    said = json.loads(done.stdout)
-    assert done.stderr == "" and said["ok"] == (done.returncode == 0)
-    assert all(each["remedy"] for each in said["findings"] if each["status"] == "fails")
-    return done.returncode, {each["name"]: each for each in said["findings"]}
+    report = json.loads(done.stdout)
+    assert done.stderr == "" and report["ok"] == (done.returncode == 0)
+    assert all(finding["remedy"] for finding in report["findings"] if finding["status"] == "fails")
+    return done.returncode, {finding["name"]: finding for finding in report["findings"]}
 
 
 def test_a_healthy_machine(colias):
-    status, found = doctored(colias)
-    assert status == 0, [each for each in found.values() if each["status"] == "fails"]
-    assert {"python", "packages", "lock", "renderer", "reference frame", "robot's camera", "rerun viewer"} <= set(found)
-    assert found["renderer"]["message"].startswith(reference_renderer())
-    assert ("llvmpipe" in found["renderer"]["message"]) <= ("software" in found["renderer"]["message"])
-    assert found["reference frame"]["status"] in ("ok", "notice")
-    assert "ms a frame" in found["robot's camera"]["message"] and "ms a frame" in found["network, numpy"]["message"]
+    status, findings = doctored(colias)
+    assert status == 0, [finding for finding in findings.values() if finding["status"] == "fails"]
+    assert {"python", "packages", "lock", "renderer", "reference frame", "robot's camera", "rerun viewer"} <= set(
+        findings
+    )
+    assert findings["renderer"]["message"].startswith(reference_renderer())
+    assert ("llvmpipe" in findings["renderer"]["message"]) <= ("software" in findings["renderer"]["message"])
+    assert findings["reference frame"]["status"] in ("ok", "notice")
+    assert (
+        "ms a frame" in findings["robot's camera"]["message"] and "ms a frame" in findings["network, numpy"]["message"]
+    )
     assert not (colias.folder / "runs").exists(), "what it made to try the disk is gone"
 
 
@@ -60,18 +64,18 @@ def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, said, rem
     paths = (str(site), os.environ.get("PYTHONPATH", ""), str(installed.Path(__file__).parents[3]))
     if "PYTHONPATH" in environment:
         environment = {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    status, found = doctored(colias, **environment)
-    assert (status, found["rendering"]["status"]) == (1, "fails")
-    assert said in found["rendering"]["message"] and remedy in found["rendering"]["remedy"]
-    assert found["run folder runs"]["status"] == "ok", "the other checks still answer"
+    status, findings = doctored(colias, **environment)
+    assert (status, findings["rendering"]["status"]) == (1, "fails")
+    assert said in findings["rendering"]["message"] and remedy in findings["rendering"]["remedy"]
+    assert findings["run folder runs"]["status"] == "ok", "the other checks still answer"
 
 
 def test_without_the_native_network_it_says_what_that_costs(monkeypatch):
     monkeypatch.setattr(native, "missing", lambda: "is not built")
     monkeypatch.delenv("DSNN_FORM", raising=False)
-    found = {each.name: each for each in installed.network()}
-    assert found["network, native"].status == "notice" and "make setup" in found["network, native"].remedy
-    assert found["network, chosen"].message == "numpy"
+    findings = {finding.name: finding for finding in installed.network()}
+    assert findings["network, native"].status == "notice" and "make setup" in findings["network, native"].remedy
+    assert findings["network, chosen"].message == "numpy"
     monkeypatch.setenv("DSNN_FORM", "native")
     assert installed.network()[-1].status == "fails"
 
@@ -91,9 +95,9 @@ def test_an_old_lock_names_what_differs(tmp_path, monkeypatch):
     assert installed.lock().status == "ok", "not a checkout"
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==1.0.0 \\\n    --hash=sha256:00\nnosuch==2 ; sys_platform == 'nowhere'\nnosuch-2==3\n")
-    found = installed.lock()
-    assert found.status == "notice" and "2 of 2 differ" in found.message
-    assert f"numpy is {np.__version__}, locked is 1.0.0" in found.message and "nosuch-2 is missing" in found.message
+    finding = installed.lock()
+    assert finding.status == "notice" and "2 of 2 differ" in finding.message
+    assert f"numpy is {np.__version__}, locked is 1.0.0" in finding.message and "nosuch-2 is missing" in finding.message
     lock.write_text("numpy>=1\n")
     assert installed.lock().status == "fails"
 
@@ -101,8 +105,12 @@ def test_an_old_lock_names_what_differs(tmp_path, monkeypatch):
 def test_packages_outside_their_ranges_fail(monkeypatch):
     assert installed.packages().status == "ok"
     monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: ["numpy<1", "nosuch; extra == 'train'"])
-    found = installed.packages()
-    assert found.status == "fails" and f"numpy is {np.__version__}" in found.message and "nosuch" not in found.message
+    finding = installed.packages()
+    assert (
+        finding.status == "fails"
+        and f"numpy is {np.__version__}" in finding.message
+        and "nosuch" not in finding.message
+    )
 
 
 def test_each_extra_is_told_with_what_it_lacks(monkeypatch):
@@ -135,9 +143,9 @@ def test_remedies_are_for_what_is_installed(tmp_path, monkeypatch, is_checkout):
 def test_a_check_that_breaks_is_a_finding(monkeypatch, tmp_path):
     monkeypatch.setattr(installed, "viewer", lambda: 1 / 0)
     monkeypatch.setattr("experiments.bench.doctor.picture.drawing", list)
-    found = {each.name: each for each in examine(tmp_path)}
-    assert found["rerun viewer"].status == "fails" and "ZeroDivisionError" in found["rerun viewer"].message
-    assert found["cores"].status == "ok"
+    findings = {finding.name: finding for finding in examine(tmp_path)}
+    assert findings["rerun viewer"].status == "fails" and "ZeroDivisionError" in findings["rerun viewer"].message
+    assert findings["cores"].status == "ok"
     with pytest.raises(ValueError, match="needs a remedy"):
         Finding("x", "fails", "broken")
 

@@ -32,9 +32,9 @@ def test_by_default_nothing_is_changed():
 
 
 def test_by_set_and_by_model():
-    made = planned(("dsnn", "dsnn:n_con=6", "emd"), "dsnn.tau_s=200,10", "camera.read_noise=0.25", "scene.light=0.7",
-                   "experiment.direction=both")  # fmt: skip
-    changed = made.changed()
+    trial_plan = planned(("dsnn", "dsnn:n_con=6", "emd"), "dsnn.tau_s=200,10", "camera.read_noise=0.25",
+                         "scene.light=0.7", "experiment.direction=both")  # fmt: skip
+    changed = trial_plan.changed()
     assert changed == {
         "dsnn.tau_s": {"dsnn": "200,10", "dsnn:n_con=6": "200,10", "emd": None},
         "dsnn.n_con": {"dsnn": 8, "dsnn:n_con=6": 6, "emd": None},
@@ -42,7 +42,7 @@ def test_by_set_and_by_model():
         "scene.light": {"dsnn": 0.7, "dsnn:n_con=6": 0.7, "emd": 0.7},
         "experiment.direction": {"dsnn": "both", "dsnn:n_con=6": "both", "emd": "both"},
     }
-    assert describe(made)["changed"] == changed
+    assert describe(trial_plan)["changed"] == changed
     schema = with_columns(TRIAL_SCHEMA, changed)
     assert schema.names[: len(TRIAL_SCHEMA)] == TRIAL_SCHEMA.names
     assert [schema.field(name).type for name in ("dsnn.tau_s", "dsnn.n_con", "camera.read_noise")] == [
@@ -67,8 +67,8 @@ class Mixed:
 
 
 def test_a_design_of_ones_own():
-    own = experiments.Experiment("mine", "mine", Mixed(), "speed_cm_s")
-    changed = plan(own, ["dsnn"], ["experiment.way=true", "experiment.speed=25"], 1, 0).changed()
+    experiment = experiments.Experiment("mine", "mine", Mixed(), "speed_cm_s")
+    changed = plan(experiment, ["dsnn"], ["experiment.way=true", "experiment.speed=25"], 1, 0).changed()
     assert changed == {"experiment.way": {"dsnn": True}, "experiment.speed": {"dsnn": 25.0}}
     assert with_columns(TRIAL_SCHEMA, changed).field("experiment.way").type == pa.bool_()
 

@@ -48,10 +48,10 @@ def refused(tmp_path, monkeypatch, capfd):
         monkeypatch.setattr(sys, "argv", ["colias", "run", "mine.py", *arguments, *QUICK])
         with pytest.raises(SystemExit) as ended:
             main()
-        printed, said = capfd.readouterr()
-        assert (ended.value.code, printed, said.count("\n")) == (2, "", 1), said
+        printed, errors = capfd.readouterr()
+        assert (ended.value.code, printed, errors.count("\n")) == (2, "", 1), errors
         assert not (tmp_path / "out").exists()
-        return said
+        return errors
 
     return run
 
@@ -78,10 +78,10 @@ BODIES = {
 
 @pytest.mark.parametrize("body", BODIES)
 def test_a_design_that_yields_something_else(refused, body):
-    said = refused(robot(body))
-    assert said.startswith("colias: mine.py, line "), "which file"
-    assert "experiment mine: " in said and "AttributeError" not in said
-    assert all(words in said for words in BODIES[body]), said
+    message = refused(robot(body))
+    assert message.startswith("colias: mine.py, line "), "which file"
+    assert "experiment mine: " in message and "AttributeError" not in message
+    assert all(words in message for words in BODIES[body]), message
 
 
 def test_a_design_that_yields_dicts_as_a_user_sees_it(colias):
@@ -102,8 +102,8 @@ def test_any_way_to_give_conditions_does(colias, body):
 
 def test_a_design_that_breaks_under_a_parameter(refused):
     body = "return (Condition('translation', 'rightward', 30.0 / (self.speed - 29.0), 8.0),)"
-    said = refused(robot(body), "--set", "experiment.speed=29")
-    assert "--set: experiment mine: its conditions() raises ZeroDivisionError" in said
+    message = refused(robot(body), "--set", "experiment.speed=29")
+    assert "--set: experiment mine: its conditions() raises ZeroDivisionError" in message
 
 
 CLIPS = """
@@ -142,8 +142,8 @@ CHANGES = {
 
 @pytest.mark.parametrize("changes", CHANGES)
 def test_an_off_line_experiment_that_is_none(refused, changes):
-    said = refused(CLIPS.replace("{changes}", changes))
-    assert said.startswith("colias: mine.py") and CHANGES[changes] in said
+    message = refused(CLIPS.replace("{changes}", changes))
+    assert message.startswith("colias: mine.py") and CHANGES[changes] in message
 
 
 def test_clips_may_come_in_any_way(colias):

@@ -56,14 +56,14 @@ def reason_of(place: int, path: Path) -> str:
 
 def test_models_that_break_cost_the_others_nothing(colias):
     """Whatever they raise or answer, even what cannot travel between processes; the last that is shown is whole."""
-    shown = ["--model", "dsnn"]
+    flags = ["--model", "dsnn"]
     for place, instead in enumerate(BREAKS):
         write_model(colias, instead, f"broken{place}.py")
         path = colias.folder / f"broken{place}.py"
         path.write_text(path.read_text().replace('"gradient"', f'"gradient{place}"'))
-        shown += ["--model", path.name]
+        flags += ["--model", path.name]
     done = colias(
-        "run", "speed", *QUICK[:2], "--repeats", "1", "--no-recordings", *shown, "--model", "emd", "--out", "out"
+        "run", "speed", *QUICK[:2], "--repeats", "1", "--no-recordings", *flags, "--model", "emd", "--out", "out"
     )
     assert done.returncode == 1, done.stderr
     reasons = [reason_of(place, colias.folder / f"broken{place}.py") for place in range(len(BREAKS))]
@@ -91,8 +91,8 @@ def test_trials_without_a_working_model_fail_and_resume(colias):
 
 def test_a_claim_says_how_many_trials_it_lost(colias):
     write_model(colias, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
-    shown = ("--model", "dsnn", "--model", "my_model.py", "--workers", "0")
-    colias("run", "speed", *QUICK, *shown, "--out", "out")
+    flags = ("--model", "dsnn", "--model", "my_model.py", "--workers", "0")
+    colias("run", "speed", *QUICK, *flags, "--out", "out")
     failed = len(json.loads((colias.folder / "out" / "failures.json").read_text()))
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
     assert failed > 0
@@ -120,8 +120,8 @@ def test_parameters_that_make_themselves_travel_too(colias):
         "    def __post_init__(self):\n        object.__setattr__(self, 'twice', 2 * self.gain)\n\n",
     )
     (colias.folder / "my_model.py").write_text(text)
-    own = ("--only", "--model", "my_model.py", "--set", "gradient.gain=0.1")
-    done = colias("run", "speed", *QUICK, *own, "--out", "out")
+    flags = ("--only", "--model", "my_model.py", "--set", "gradient.gain=0.1")
+    done = colias("run", "speed", *QUICK, *flags, "--out", "out")
     assert done.returncode == 0, done.stderr
     described = json.loads((colias.folder / "out" / "experiment.json").read_text())
     assert described["settings"]["models"][0]["network"]["twice"] == 0.2

@@ -36,8 +36,8 @@ def interrupted_at(tmp_path: Path, module: str, *command: str):
     (site / "sitecustomize.py").write_text(SENDER)
     paths = os.pathsep.join(filter(None, (str(site), str(ROOT), os.environ.get("PYTHONPATH", ""))))
     process = start(tmp_path, *command, INTERRUPT_AT=module, PYTHONPATH=paths)
-    _, said = process.communicate(timeout=120)
-    return process, said
+    _, errors = process.communicate(timeout=120)
+    return process, errors
 
 
 @pytest.mark.parametrize(
@@ -50,17 +50,17 @@ def interrupted_at(tmp_path: Path, module: str, *command: str):
 def test_ctrl_c_while_a_library_is_imported(tmp_path, module):
     """Inside compiled libraries Python's exception is lost, or turns into another."""
     repeats = ("--repeats", "3") if module == "scipy.special" else ()  # fewer have no interval, and do without it
-    process, said = interrupted_at(tmp_path, module, *CLI, *RUN, *repeats, "--out", "out")
-    assert (process.returncode, said.splitlines()[-1]) == (130, "colias: interrupted"), said
-    assert "Traceback" not in said and "Exception" not in said
+    process, errors = interrupted_at(tmp_path, module, *CLI, *RUN, *repeats, "--out", "out")
+    assert (process.returncode, errors.splitlines()[-1]) == (130, "colias: interrupted"), errors
+    assert "Traceback" not in errors and "Exception" not in errors
     assert wait_until(lambda: not members(process.pid), 10)
 
 
 @pytest.mark.parametrize("name", ["speed.py", "clean.py", "train_ppo.py"])
 def test_an_experiment_s_own_file_is_guarded_from_its_first_line(tmp_path, name):
     module = "typer" if name == "train_ppo.py" else "pydantic"
-    process, said = interrupted_at(tmp_path, module, sys.executable, str(ROOT / "experiments" / name), "-h")
-    assert (process.returncode, said) == (130, "colias: interrupted\n")
+    process, errors = interrupted_at(tmp_path, module, sys.executable, str(ROOT / "experiments" / name), "-h")
+    assert (process.returncode, errors) == (130, "colias: interrupted\n")
 
 
 # The entry point itself, which says when it has begun.
@@ -83,16 +83,16 @@ def test_ctrl_c_at_many_moments(tmp_path):
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
         time.sleep(moment)
         (os.killpg if number % 2 else os.kill)(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=60)
         if process.returncode == 0:  # a machine so fast that it was done
             break
-        assert process.returncode == 130, (moment, said)
-        assert said.endswith("colias: interrupted\n") and "Traceback" not in said, (moment, said)
+        assert process.returncode == 130, (moment, errors)
+        assert errors.endswith("colias: interrupted\n") and "Traceback" not in errors, (moment, errors)
         assert wait_until(lambda pid=process.pid: not members(pid), 10), moment
     # What the last left is gone on with, or made anew.
     again = start(tmp_path, *CLI, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
-    _, said = again.communicate(timeout=120)
-    assert again.returncode == 0, said
+    _, errors = again.communicate(timeout=120)
+    assert again.returncode == 0, errors
     assert pq.read_table(tmp_path / out / "trials.parquet").num_rows == 2
 
 
@@ -103,9 +103,9 @@ def test_workers_that_still_start_say_nothing(tmp_path):
         assert wait_until(lambda pid=process.pid: len(members(pid)) >= 3)
         os.killpg(process.pid, signal.SIGINT)
         os.killpg(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=60)
         assert process.returncode == 130
-        assert "Traceback" not in said and said.endswith("colias: interrupted\n"), said
+        assert "Traceback" not in errors and errors.endswith("colias: interrupted\n"), errors
         assert wait_until(lambda pid=process.pid: not members(pid), 10)
 
 
@@ -114,9 +114,9 @@ def test_a_clip_cut_short_leaves_no_part(tmp_path):
     process = start(tmp_path, *command, PYTHONPATH=str(ROOT))
     assert wait_until(lambda: list(tmp_path.glob("*.part.avi")) or process.poll() is not None)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    assert process.returncode == 130, said
-    assert said == "colias: interrupted\n"
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert errors == "colias: interrupted\n"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -126,5 +126,5 @@ def test_an_ignored_ctrl_c_stays_ignored(tmp_path):
     process = start(tmp_path, "sh", "-c", script, PYTHONPATH=str(ROOT))
     assert wait_until(lambda: len(members(process.pid)) >= 3 or process.poll() is not None)
     os.kill(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=120)
-    assert (process.returncode, said) == (0, "")
+    _, errors = process.communicate(timeout=120)
+    assert (process.returncode, errors) == (0, "")

@@ -118,7 +118,7 @@ CALLS = {
     "robots": (lambda odd: Simulation(robots=[odd], seeing=False), "robots is a list: expected a mapping"),
     "a robot's variant": (lambda odd: Simulation(robots={"observer": [odd]}, seeing=False), "variants are colias"),
     "whose eye": (lambda odd: Simulation(eye_of=[odd], seeing=False), "camera of "),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("value", ODD, ids=str)
@@ -137,7 +137,7 @@ RESETS = {
     "a generator": (lambda odd: {"rng": odd}, "rng is a .*: expected a numpy.random.Generator"),
     "light": (lambda odd: {"light": [odd]}, "light is .*: expected a number"),
     "no light": (lambda odd: {"light": float("nan")}, "light is nan: expected a number"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("value", ODD, ids=str)
@@ -169,8 +169,8 @@ def test_names_of_clips_that_the_font_has_not_are_drawn_without_a_warning(tmp_pa
 
 def commands(group: Any) -> Iterator[Any]:
     """Every command of a group and of the groups in it."""
-    for each in group.commands.values():
-        yield from commands(each) if hasattr(each, "commands") else (each,)
+    for command in group.commands.values():
+        yield from commands(command) if hasattr(command, "commands") else (command,)
 
 
 def test_help_loses_no_bracket():

@@ -49,8 +49,8 @@ def told(tmp_path, monkeypatch, capfd):
         monkeypatch.setattr(sys, "argv", ["colias", *arguments])
         with pytest.raises(SystemExit) as ended:
             main()
-        printed, said = capfd.readouterr()
-        return ended.value.code, printed, said
+        printed, errors = capfd.readouterr()
+        return ended.value.code, printed, errors
 
     return run
 
@@ -61,10 +61,10 @@ def refused(told, tmp_path):
 
     def run(*arguments):
         there = sorted(tmp_path.iterdir())
-        status, printed, said = told(*arguments)
-        assert (status, printed, said.count("\n")) == (2, "", 1), said
+        status, printed, errors = told(*arguments)
+        assert (status, printed, errors.count("\n")) == (2, "", 1), errors
         assert sorted(path for path in tmp_path.iterdir() if path.name != "__pycache__") == there
-        return said
+        return errors
 
     return run
 
@@ -126,8 +126,8 @@ def test_tune_and_leaderboard_add_too(colias):
     common = ("--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
     ran(colias, "tune", "--curve", "size", *common)
     assert models_of(colias.folder / "out") == [*COMPARED, "gradient"]
-    shown = json.loads((colias.folder / "out" / "experiment.json").read_text())["models"]
-    assert [model["label"] for model in shown] == [*COMPARED, "gradient"]
+    models = json.loads((colias.folder / "out" / "experiment.json").read_text())["models"]
+    assert [model["label"] for model in models] == [*COMPARED, "gradient"]
     ran(colias, "tune", "--curve", "size", "--only", "--model", "emd", "--out", "alone", "--workers", "0")
     assert models_of(colias.folder / "alone") == ["emd"]
 
@@ -150,8 +150,8 @@ COMMANDS = {
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_only_without_a_model_is_refused_in_one_line(refused, command):
-    said = refused(*COMMANDS[command], "--only")
-    assert said == "colias: --only: shows just the models of --model; name them by --model\n"
+    message = refused(*COMMANDS[command], "--only")
+    assert message == "colias: --only: shows just the models of --model; name them by --model\n"
 
 
 @pytest.mark.parametrize("command", ["run", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
@@ -165,8 +165,8 @@ def test_every_help_has_the_same_words(told, command):
 
 
 def test_a_report_needs_the_model_that_its_claims_are_about(refused):
-    said = refused("reproduce", "--quick", "--only", "--model", "emd", "--out", "out")
-    assert "the claims are about dsnn: give --model dsnn too" in said
+    message = refused("reproduce", "--quick", "--only", "--model", "emd", "--out", "out")
+    assert "the claims are about dsnn: give --model dsnn too" in message
 
 
 # --- one model under several settings ---------------------------------------------------------------------------------
@@ -181,9 +181,9 @@ def test_one_model_under_two_settings_is_paired(colias):
     labels = ["dsnn", "dsnn:n_con=4,tau_s=200,10", "gradient:gain=1e-9"]
     assert models_of(colias.folder / "out") == labels
     there = json.loads((colias.folder / "out" / "experiment.json").read_text())
-    shown = {model["label"]: model["network"] for model in there["settings"]["models"]}
-    assert [shown[label]["n_con"] for label in labels[:2]] == [6, 4], "--set is the family's; what is its own wins"
-    assert shown[labels[1]]["tau_s"] == [200.0, 10.0] and shown[labels[2]]["gain"] == 1e-9
+    networks = {model["label"]: model["network"] for model in there["settings"]["models"]}
+    assert [networks[label]["n_con"] for label in labels[:2]] == [6, 4], "--set is the family's; what is its own wins"
+    assert networks[labels[1]]["tau_s"] == [200.0, 10.0] and networks[labels[2]]["gain"] == 1e-9
     assert list(there["files"]) == [str(colias.folder / "my_model.py")]
     pairs = csv_of(colias.folder / "out" / "comparisons.csv")
     assert {(row["model"], row["against"], row["n"]) for row in pairs} == {
@@ -274,11 +274,11 @@ def test_wrong_settings_end_in_one_line(refused, tmp_path, text):
 def test_two_models_of_one_name_are_refused(refused, tmp_path):
     for name, doc in (("one.py", "a"), ("two.py", "b")):
         (tmp_path / name).write_text(f'"""{doc}"""\n' + user_files.MODEL)
-    said = refused("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
-    assert "--model two.py: another model shown is called gradient too" in said
+    message = refused("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
+    assert "--model two.py: another model shown is called gradient too" in message
     (tmp_path / "three.py").write_text(user_files.MODEL.replace('"gradient"', '"dsnn"'))
-    said = refused("run", "speed", *QUICK, "--model", "three.py")
-    assert "--model three.py: another model shown is called dsnn too" in said
+    message = refused("run", "speed", *QUICK, "--model", "three.py")
+    assert "--model three.py: another model shown is called dsnn too" in message
 
 
 def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias):
@@ -297,17 +297,17 @@ def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias
 def test_a_model_with_settings_travels(tmp_path):
     path = tmp_path / "my_model.py"
     path.write_text(user_files.MODEL)
-    made = plan(registry.load("speed"), ["dsnn", "dsnn:w_i=1", f"{path}:gain=2"], ["dsnn.n_con=4"], 1, 0)
-    there = pickle.loads(pickle.dumps(made.settings.models))
-    assert there == made.settings.models
+    trial_plan = plan(registry.load("speed"), ["dsnn", "dsnn:w_i=1", f"{path}:gain=2"], ["dsnn.n_con=4"], 1, 0)
+    there = pickle.loads(pickle.dumps(trial_plan.settings.models))
+    assert there == trial_plan.settings.models
     assert [model.label for model in there] == ["dsnn", "dsnn:w_i=1", "gradient:gain=2"]
     assert Path(there[2].source) == path and there[1].network.w_i == 1.0 and there[0].network.w_i == 0.9
     assert there[1].network.n_con == 4, "what --set says of the family"
 
 
 def test_off_line_models_keep_their_preset_under_settings():
-    plain, own = watchers(["dsnn", "dsnn:w_i=1"], [], fps=25.0)[0]
-    assert (own.network.t_sp, own.network.fps, own.network.w_i) == (plain.network.t_sp, 25.0, 1.0)
+    plain, changed = watchers(["dsnn", "dsnn:w_i=1"], [], fps=25.0)[0]
+    assert (changed.network.t_sp, changed.network.fps, changed.network.w_i) == (plain.network.t_sp, 25.0, 1.0)
     assert watchers(["dsnn:fps=60"], [], fps=25.0)[0][0].network.fps == 60.0
     with pytest.raises(UsageError, match=r"--set dsnn\.n_con=99"):
         watchers(["dsnn:n_con=4"], ["dsnn.n_con=99"])

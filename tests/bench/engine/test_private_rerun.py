@@ -30,15 +30,17 @@ def private_names(tree: ast.AST) -> Iterator[str]:
 
     An attribute counts as ours where the file itself defines it.
     """
-    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-    own |= {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+    defined = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    defined |= {
+        node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+    }
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             ours = str(node.module).split(".")[0] in OURS
             names = [] if ours else [str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Attribute) and node.attr not in own:
+        elif isinstance(node, ast.Attribute) and node.attr not in defined:
             held = node.value.id if isinstance(node.value, ast.Name) else ""
             names = [] if held in ("self", "cls") else [f".{node.attr}"]
         else:
@@ -53,8 +55,8 @@ def test_the_search_finds_what_it_is_for():
         "import _signal\nfrom os import _wrap_close\nfrom multiprocessing.util import _exit_function\n"
         "import rerun_bindings\nexecutor._result_queue._writer.close()\nself._own()\nos._exit(0)\n"
     )
-    found = {"_signal", "_wrap_close", "_exit_function", "rerun_bindings", "_result_queue", "_writer"}
-    assert set(private_names(ast.parse(text))) == found
+    expected = {"_signal", "_wrap_close", "_exit_function", "rerun_bindings", "_result_queue", "_writer"}
+    assert set(private_names(ast.parse(text))) == expected
 
 
 @pytest.mark.parametrize("path", files(), ids=lambda path: path.relative_to(ROOT).as_posix())

@@ -67,8 +67,8 @@ def test_what_a_model_starts_ends_with_the_run(tmp_path, kind, workers):
     process = start(tmp_path, *command, "--only", "--model", "my_model.py", "--out", "out", "--workers",
                     f"{workers}", "-q",
                     PYTHONPATH=str(ROOT))  # fmt: skip
-    said = process.communicate(timeout=200)
-    assert (process.returncode, said) == (0, ("", ""))
+    output = process.communicate(timeout=200)
+    assert (process.returncode, output) == (0, ("", ""))
     assert pq.read_table(tmp_path / "out" / "trials.parquet")["trial"].to_pylist() == [0, 1]
     assert wait_until(lambda: not members(process.pid), 10)
 
@@ -135,8 +135,8 @@ print(os.waitpid(-1, 0)[1], "over")
 def test_a_copy_made_by_a_job_does_not_answer_for_it(tmp_path):
     """Both branches of a fork return to us; the copy's then ends."""
     process = start(tmp_path, sys.executable, "-c", FORKED, PYTHONPATH=str(ROOT))
-    printed, said = process.communicate(timeout=60)
-    assert said == ""
+    printed, errors = process.communicate(timeout=60)
+    assert errors == ""
     (worker, _, driver), (status, over) = (line.split() for line in printed.splitlines())
     assert (worker, status, over) == (driver, "0", "over")
 

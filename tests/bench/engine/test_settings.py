@@ -90,7 +90,7 @@ def test_a_preset_comes_first_whatever_the_order():
         (["robot.preset=colias4", "experiment.speeds_cm_s=15"], "up to 14.535 cm/s"),
         (["robot.power_step_cm_s=0.06", "experiment.speeds_cm_s=20"], "power_step_cm_s=0.06 gives up to 15.3 cm/s"),
     ],
-)  # fmt: skip
+)
 def test_wheels_that_cannot_do_it_are_refused_in_a_line(texts, says):
     with pytest.raises(UsageError) as caught:
         plan(registry.load("speed"), ["dsnn"], texts, 1, 0)
@@ -123,8 +123,8 @@ def test_models_have_sections_of_their_own_and_families_share_one():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_can_run_as_declared(name):
-    made = plan(registry.load(name), ["dsnn"], [], 1, 0)
-    assert made.frames() > 30 * len(made.specs())
+    trial_plan = plan(registry.load(name), ["dsnn"], [], 1, 0)
+    assert trial_plan.frames() > 30 * len(trial_plan.specs())
 
 
 def test_a_model_with_parameters_of_its_own_is_a_family_of_its_own():

@@ -29,16 +29,16 @@ def draws(generator):
 
 def every_stream():
     """(stream, seed) -> its first numbers."""
-    found = {}
+    first_numbers = {}
     for seed in SEEDS:
-        found |= {(f"clip {name}", seed): draws(of_clips.stream(name, seed)) for name in of_clips.KEYS}
-        found |= {(name, seed): draws(of_bench.stream(name, seed)) for name in of_bench.KEYS}
+        first_numbers |= {(f"clip {name}", seed): draws(of_clips.stream(name, seed)) for name in of_clips.KEYS}
+        first_numbers |= {(name, seed): draws(of_bench.stream(name, seed)) for name in of_bench.KEYS}
         if seed < WORD:  # how Gymnasium seeds is its own: by the seed's words
-            found["world", seed] = draws(of_envs.world(seed))
+            first_numbers["world", seed] = draws(of_envs.world(seed))
             episode = of_envs.episode(of_envs.world(seed))
-            found["film", seed] = draws(of_envs.film(episode))
-            found |= {(f"factor {name}", seed): draws(of_envs.factor(episode, name)) for name in FACTORS}
-    return found
+            first_numbers["film", seed] = draws(of_envs.film(episode))
+            first_numbers |= {(f"factor {name}", seed): draws(of_envs.factor(episode, name)) for name in FACTORS}
+    return first_numbers
 
 
 def older_than_its_name(one, other):
@@ -48,12 +48,12 @@ def older_than_its_name(one, other):
 
 
 def test_no_two_streams_are_equal():
-    found = every_stream()
-    assert len(found) > 140
+    first_numbers = every_stream()
+    assert len(first_numbers) > 140
     equal = [
         (one, other)
-        for one, other in itertools.combinations(found, 2)
-        if found[one] == found[other] and not older_than_its_name(one, other)
+        for one, other in itertools.combinations(first_numbers, 2)
+        if first_numbers[one] == first_numbers[other] and not older_than_its_name(one, other)
     ]
     assert equal == []
 
@@ -106,11 +106,11 @@ def test_every_draw_has_a_named_stream():
     """Generators are made in the modules that name them, and nowhere else."""
     calls = r"default_rng\(|RandomState\(|np\.random\.seed\(|random\.seed\("
     # An example in a docstring is a user's own generator.
-    made = re.compile(rf"^(?!\s*(?:>>>|\.\.\.) ).*(?:{calls})|^import random", re.MULTILINE)
+    pattern = re.compile(rf"^(?!\s*(?:>>>|\.\.\.) ).*(?:{calls})|^import random", re.MULTILINE)
     folders = {Path(package.__file__).parent for package in (dsnn, colias_sim, experiments)}
     files = [file for folder in folders for file in folder.rglob("*.py")]
     assert len(files) > 80
-    assert {file.name for file in files if made.search(file.read_text(encoding="utf-8"))} == {"streams.py"}
+    assert {file.name for file in files if pattern.search(file.read_text(encoding="utf-8"))} == {"streams.py"}
 
 
 def test_an_unknown_stream_is_refused():

@@ -31,7 +31,7 @@ def test_what_is_left_goes_by_what_jobs_of_the_kind_took():
     for index in sorted(done):
         assert load.back(index, takes[kinds[index]]) == takes[kinds[index]]
     for index in sorted(kinds.keys() - done):
-        assert load.left() == pytest.approx(sum(takes[kinds[each]] for each in kinds.keys() - done))
+        assert load.left() == pytest.approx(sum(takes[kinds[job]] for job in kinds.keys() - done))
         load.back(index, takes[kinds[index]])
         done.add(index)
     assert load.left() == pytest.approx(0.0)
@@ -69,9 +69,9 @@ def test_episodes_of_other_lengths_do_not_deceive_the_time_left():
     takes = {f"hits-{i}": SHORT for i in range(4)} | {f"far-{i}": LONGEST for i in range(5)}
     kinds = kinds_of(dict.fromkeys(takes, 10))
     mixed = sorted(kinds, key=lambda index: (index % 10, index))
-    said = [(seconds, rest) for seconds, rest in told(mixed, takes, kinds, learned=True) if seconds is not None]
-    assert len(said) > 0.8 * len(kinds), "it is told early"
-    assert all(seconds == pytest.approx(rest) for seconds, rest in said)
+    estimates = [(seconds, rest) for seconds, rest in told(mixed, takes, kinds, learned=True) if seconds is not None]
+    assert len(estimates) > 0.8 * len(kinds), "it is told early"
+    assert all(seconds == pytest.approx(rest) for seconds, rest in estimates)
     blind = [pair for pair in told(kinds, takes, kinds, learned=False) if pair[0] is not None]
     assert max(rest / max(seconds, 1.0) for seconds, rest in blind) > 10, "counted alike, in order: wrong by ten times"
 
@@ -97,25 +97,31 @@ def test_episodes_count_by_the_steps_that_they_really_ran(tmp_path: Path, counte
     resources = Resources(0, quiet=True)
     with resources.pool() as pool:
         played = closed_loop_run.run(BehaviourPlan(settings, 2, 0), tmp_path / "out", pool, resources)
-    steps = {name: [row["frames"] for row in own.rows] for name, own in zip(("straight", "still"), played.standings,
-             strict=True)}  # fmt: skip
+    steps = {
+        name: [row["frames"] for row in standing.rows]
+        for name, standing in zip(("straight", "still"), played.standings, strict=True)
+    }
     assert max(steps["straight"]) < 150 == min(steps["still"]), "the two differ, or this shows nothing"
     sizes = [size for size, _ in calls]
     for repeat in range(2):  # two are under way at a time, and either may be the first that is back
-        assert sorted(sizes[2 * repeat :][:2]) == sorted(own[repeat] for own in steps.values()), "by its own steps"
+        assert sorted(sizes[2 * repeat :][:2]) == sorted(lengths[repeat] for lengths in steps.values()), (
+            "by its own steps"
+        )
     assert whole == {"whole": 4 * 150, "least": 2}
     assert calls[1][1] == pytest.approx(steps["straight"][0] + steps["still"][0]), "each like the one before"
     assert calls[-1][1] == pytest.approx(0.0)
 
 
 def test_the_first_episodes_are_of_every_behaviour():
-    made = closed_loop_run.plan("escape", None, (), 3, 0, True)
-    order = batch(made, 0).specs
+    behaviour_plan = closed_loop_run.plan("escape", None, (), 3, 0, True)
+    order = batch(behaviour_plan, 0).specs
     assert sorted(spec.index for spec in order) == list(range(len(order)))
-    several = len(made.settings)
+    several = len(behaviour_plan.settings)
     for repeat in range(3):
-        own = order[repeat * several : (repeat + 1) * several]
-        assert {spec.condition.behaviour for spec in own} == {each.behaviour for each in made.settings}
+        specs = order[repeat * several : (repeat + 1) * several]
+        assert {spec.condition.behaviour for spec in specs} == {
+            setting.behaviour for setting in behaviour_plan.settings
+        }
 
 
 def test_the_time_left_is_told_from_the_least_on():

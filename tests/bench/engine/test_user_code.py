@@ -147,12 +147,12 @@ def test_whatever_a_model_raises_costs_the_others_no_timing(raises, deaf, tmp_pa
 @pytest.mark.parametrize("failed", [False, True])
 def test_a_reproduction_says_by_its_status_whether_trials_failed(failed, monkeypatch, tmp_path):
     failures = [SimpleNamespace(model="odd")] if failed else []
-    made = reproduce.Reproduction(
+    reproduction = reproduce.Reproduction(
         folder=tmp_path, scale=QUICK, seed=0, claims=[], pooled={},
         runs=[(None, SimpleNamespace(failures=failures))], offline=[], sensitivity=None, behaviours=[],
         own_claims=[], failures={"replicates": []}, description={}, readings=[],
     )  # fmt: skip
-    monkeypatch.setattr(reproduce, "reproduce", lambda *_: made)
+    monkeypatch.setattr(reproduce, "reproduce", lambda *_: reproduction)
     monkeypatch.setattr(report, "write", lambda _: tmp_path)
     assert cli.command(["reproduce", "--quick", "--quiet", "--out", str(tmp_path)]) == int(failed)
 

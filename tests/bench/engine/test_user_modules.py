@@ -26,12 +26,12 @@ def test_helpers_of_one_name_are_each_their_own_folder_s(order, workers, tmp_pat
         (tmp_path / name / "helper.py").write_text(f"VALUE = {value}\n")
     (tmp_path / "helper.py").write_text("CLIP = 'of the experiment'\n")
     file = experiment(tmp_path / "mine.py", clip="helper.CLIP", imports="import helper")
-    made = run(file, tmp_path / "out", models=[models[name] for name in order], workers=workers)
-    assert {name: peaks(made)[name] for name in values} == values
-    assert made.trials["clip"][0].as_py() == "of the experiment"
-    own = [tmp_path, *(tmp_path / name for name in values)]
-    assert {path: digest for path, digest in hashes(made).items() if path.endswith("helper.py")} == {
-        str(folder / "helper.py"): sha(folder / "helper.py") for folder in own
+    clip_run = run(file, tmp_path / "out", models=[models[name] for name in order], workers=workers)
+    assert {name: peaks(clip_run)[name] for name in values} == values
+    assert clip_run.trials["clip"][0].as_py() == "of the experiment"
+    folders = [tmp_path, *(tmp_path / name for name in values)]
+    assert {path: digest for path, digest in hashes(clip_run).items() if path.endswith("helper.py")} == {
+        str(folder / "helper.py"): sha(folder / "helper.py") for folder in folders
     }
 
 
@@ -39,9 +39,9 @@ def test_two_files_of_one_name_are_each_executed_once(tmp_path):
     log = tmp_path / "log"
     for name in ("a", "b"):
         model(tmp_path / name / "model.py", imports=f"with open({str(log)!r}, 'a') as log: log.write('{name}')")
-    shown = [tmp_path / "a" / "model.py", tmp_path / "b" / "model.py"]
-    assert set(peaks(run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=shown))) == {"dsnn", "a", "b"}
-    run(tmp_path / "mine.py", tmp_path / "again", models=shown)
+    model_files = [tmp_path / "a" / "model.py", tmp_path / "b" / "model.py"]
+    assert set(peaks(run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=model_files))) == {"dsnn", "a", "b"}
+    run(tmp_path / "mine.py", tmp_path / "again", models=model_files)
     assert sorted(log.read_text()) == ["a", "b"]
 
 
@@ -69,9 +69,9 @@ def test_every_form_of_import(form, tmp_path):
         (folder / "helper.py").write_text(f"import rich\nVALUE = {number}\n")
         (folder / "rich.py").write_text(f"VALUE = {number}\n")
         model(folder / "mod.py", value, imports)
-    shown = [tmp_path / name / "mod.py" for name in ("v1", "v2")]
-    made = run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=shown)
-    assert (peaks(made)["v1"], peaks(made)["v2"]) == (0.125, 0.25)
+    model_files = [tmp_path / name / "mod.py" for name in ("v1", "v2")]
+    clip_run = run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=model_files)
+    assert (peaks(clip_run)["v1"], peaks(clip_run)["v2"]) == (0.125, 0.25)
 
 
 def test_an_import_inside_a_function_is_of_the_contents_at_the_beginning(tmp_path):
@@ -80,100 +80,105 @@ def test_an_import_inside_a_function_is_of_the_contents_at_the_beginning(tmp_pat
     model(tmp_path / "own" / "mod.py", "helper.VALUE", step=step)
     helper.write_text("VALUE = 0.25")
     began = sha(helper)
-    made = run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=[tmp_path / "own" / "mod.py"])
-    assert peaks(made)["own"] == 0.25 and hashes(made)[str(helper)] == began
+    clip_run = run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=[tmp_path / "own" / "mod.py"])
+    assert peaks(clip_run)["own"] == 0.25 and hashes(clip_run)[str(helper)] == began
     again = run(tmp_path / "mine.py", tmp_path / "again", models=[tmp_path / "own" / "mod.py"])
     assert peaks(again)["own"] == 0.75 and hashes(again)[str(helper)] == sha(helper) != began
 
 
 def test_an_edit_counts_in_the_same_process(tmp_path):
-    own = model(tmp_path / "own" / "mod.py", 0.125)
+    model_file = model(tmp_path / "own" / "mod.py", 0.125)
     file = experiment(tmp_path / "mine.py", "return Outcome('holds', 'the first')", "'before'")
-    first = run(file, tmp_path / "first", models=[own])
+    first = run(file, tmp_path / "first", models=[model_file])
     assert (peaks(first)["own"], first.claims["measured"][0].as_py()) == (0.125, "the first")
     began = hashes(first)
 
-    model(own, 0.375)
+    model(model_file, 0.375)
     experiment(file, "return Outcome('fails', 'the second')", "'after'")
-    second = run(file, tmp_path / "second", models=[own])
+    second = run(file, tmp_path / "second", models=[model_file])
     assert (peaks(second)["own"], second.trials["clip"][0].as_py()) == (0.375, "after")
     assert second.claims["measured"][0].as_py() == "the second"
-    assert hashes(second) == {str(path): sha(path) for path in (own, file)} and hashes(second).keys() == began.keys()
+    assert (
+        hashes(second) == {str(path): sha(path) for path in (model_file, file)}
+        and hashes(second).keys() == began.keys()
+    )
 
     experiment(file, "return Outcome('holds', 'the third')", "'after'")
     with pytest.raises(UsageError, match=r"mine\.py has changed"):
-        run(file, tmp_path / "second", models=[own])
-    third = run(file, tmp_path / "second", models=[own], other_code=True)
+        run(file, tmp_path / "second", models=[model_file])
+    third = run(file, tmp_path / "second", models=[model_file], other_code=True)
     assert third.claims["measured"][0].as_py() == "the third"
 
 
 def test_an_edited_helper_counts_and_one_that_comes_back_is_what_it_was(tmp_path):
-    own = model(tmp_path / "own" / "mod.py", "helper.VALUE", "import helper")
+    model_file = model(tmp_path / "own" / "mod.py", "helper.VALUE", "import helper")
     file = experiment(tmp_path / "mine.py")
     for number, value in enumerate((0.125, 0.25, 0.125)):
         (tmp_path / "own" / "helper.py").write_text(f"VALUE = {value}\n")
-        assert peaks(run(file, tmp_path / f"out{number}", models=[own]))["own"] == value
+        assert peaks(run(file, tmp_path / f"out{number}", models=[model_file]))["own"] == value
 
 
 def test_a_file_with_an_error_says_whose_line_it_is(tmp_path):
-    own = model(tmp_path / "own" / "mod.py", imports="import helper")
+    model_file = model(tmp_path / "own" / "mod.py", imports="import helper")
     (tmp_path / "own" / "helper.py").write_text("x = 1\nthis is no Python\n")
     with pytest.raises(UsageError, match=r"mod\.py, line 6: helper\.py, line 2: invalid syntax") as told:
-        run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=[own])
+        run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=[model_file])
     assert "colias_user" not in str(told.value)
     (tmp_path / "own" / "helper.py").write_text("import nowhere_at_all\n")
     with pytest.raises(UsageError, match=r"mod\.py, line 6: ModuleNotFoundError: No module named 'nowhere_at_all'$"):
-        run(tmp_path / "mine.py", tmp_path / "out", models=[own])
-    model(own, imports="from . import helper")
+        run(tmp_path / "mine.py", tmp_path / "out", models=[model_file])
+    model(model_file, imports="from . import helper")
     with pytest.raises(UsageError, match=r"line 6: ImportError: attempted relative import with no known parent"):
-        run(tmp_path / "mine.py", tmp_path / "out", models=[own])
+        run(tmp_path / "mine.py", tmp_path / "out", models=[model_file])
 
 
 def test_a_name_from_elsewhere_means_one_file_in_a_process(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.path", [*sys.path])
-    shown = []
+    model_files = []
     for name in ("v1", "v2"):
         (tmp_path / name / "lib").mkdir(parents=True)
         (tmp_path / name / "lib" / "colias_elsewhere.py").write_text("VALUE = 0.5\n")
         path = str(tmp_path / name / "lib")
-        shown.append(
+        model_files.append(
             model(tmp_path / name / "mod.py", imports=f"sys.path.insert(0, {path!r})\nimport colias_elsewhere")
         )
     file = experiment(tmp_path / "mine.py")
-    assert str(tmp_path / "v1" / "lib" / "colias_elsewhere.py") in hashes(run(file, tmp_path / "a", models=shown[:1]))
+    assert str(tmp_path / "v1" / "lib" / "colias_elsewhere.py") in hashes(
+        run(file, tmp_path / "a", models=model_files[:1])
+    )
     with pytest.raises(UsageError, match=r"v2.mod\.py: import colias_elsewhere: this process has loaded .*v1.*v2"):
-        run(file, tmp_path / "b", models=shown)
+        run(file, tmp_path / "b", models=model_files)
     edited = tmp_path / "v1" / "lib" / "colias_elsewhere.py"
     edited.write_text("VALUE = 0.25\n")
     with pytest.raises(UsageError, match=r"colias_elsewhere\.py: was edited after this process imported it as"):
-        run(file, tmp_path / "c", models=shown[:1])
+        run(file, tmp_path / "c", models=model_files[:1])
 
 
 def test_import_module_finds_what_python_finds_or_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.path", [*sys.path])
-    shown = []
+    model_files = []
     for name, value in (("v1", 0.125), ("v2", 0.25)):
         path = str(tmp_path / name)
         loads = f"sys.path.append({path!r})\nimport importlib\nloaded = importlib.import_module('colias_dynamic')"
-        shown.append(model(tmp_path / name / "mod.py", "loaded.VALUE", loads))
+        model_files.append(model(tmp_path / name / "mod.py", "loaded.VALUE", loads))
         (tmp_path / name / "colias_dynamic.py").write_text(f"VALUE = {value}\n")
     file = experiment(tmp_path / "mine.py")
-    first = run(file, tmp_path / "a", models=shown[:1])
+    first = run(file, tmp_path / "a", models=model_files[:1])
     helper = tmp_path / "v1" / "colias_dynamic.py"
     assert peaks(first)["v1"] == 0.125 and hashes(first)[str(helper)] == sha(helper)
     with pytest.raises(UsageError, match=r"v2.mod\.py: import colias_dynamic: this process has loaded .*v1.*v2"):
-        run(file, tmp_path / "b", models=shown)
+        run(file, tmp_path / "b", models=model_files)
     helper.write_text("VALUE = 0.75\n")
     with pytest.raises(UsageError, match=r"colias_dynamic\.py: was edited after this process imported it as"):
-        run(file, tmp_path / "c", models=shown[:1])
+        run(file, tmp_path / "c", models=model_files[:1])
 
 
 def test_a_call_of_import_counts_as_the_statement_does(tmp_path):
-    own = model(tmp_path / "own" / "mod.py", "helper.VALUE", "helper = __import__('helper')")
+    model_file = model(tmp_path / "own" / "mod.py", "helper.VALUE", "helper = __import__('helper')")
     for value in (0.125, 0.25):
         (tmp_path / "own" / "helper.py").write_text(f"VALUE = {value}\n")
-        made = run(experiment(tmp_path / "mine.py"), tmp_path / str(value), models=[own])
-        assert peaks(made)["own"] == value and str(tmp_path / "own" / "helper.py") in hashes(made)
+        clip_run = run(experiment(tmp_path / "mine.py"), tmp_path / str(value), models=[model_file])
+        assert peaks(clip_run)["own"] == value and str(tmp_path / "own" / "helper.py") in hashes(clip_run)
 
 
 @pytest.mark.parametrize("linked", [False, True])
@@ -187,8 +192,8 @@ def test_an_experiment_of_a_module_edited_since_its_import_is_refused(linked, tm
     experiment(file, "return Outcome('holds', 'the second')")
     with pytest.raises(UsageError, match=rf"{name}\.py: was edited after this process imported it as {name}"):
         run(module.EXPERIMENT, tmp_path / "a")
-    made = run(importlib.reload(module).EXPERIMENT, tmp_path / "b")
-    assert made.claims["measured"].to_pylist() == ["the second"] and hashes(made) == {str(file): sha(file)}
+    clip_run = run(importlib.reload(module).EXPERIMENT, tmp_path / "b")
+    assert clip_run.claims["measured"].to_pylist() == ["the second"] and hashes(clip_run) == {str(file): sha(file)}
     experiment(file, "return Outcome('holds', 'the third one')")
     with pytest.raises(UsageError, match="was edited after"):
         run(module.EXPERIMENT, tmp_path / "c")
@@ -196,25 +201,25 @@ def test_an_experiment_of_a_module_edited_since_its_import_is_refused(linked, tm
 
 def test_a_helper_that_appears_after_the_file_was_read_is_not_taken_unrecorded(tmp_path):
     step = "import pathlib; pathlib.Path(__file__).with_name('rich.py').write_text('VALUE = 0.75'); import rich"
-    own = model(tmp_path / "own" / "mod.py", "getattr(rich, 'VALUE', 0.25)", step=step)
+    model_file = model(tmp_path / "own" / "mod.py", "getattr(rich, 'VALUE', 0.25)", step=step)
     for name, value in (("a", 0.25), ("b", 0.75)):
-        made = run(experiment(tmp_path / "mine.py"), tmp_path / name, models=[own])
-        assert peaks(made)["own"] == value
-        assert (str(tmp_path / "own" / "rich.py") in hashes(made)) == (value == 0.75)
+        clip_run = run(experiment(tmp_path / "mine.py"), tmp_path / name, models=[model_file])
+        assert peaks(clip_run)["own"] == value
+        assert (str(tmp_path / "own" / "rich.py") in hashes(clip_run)) == (value == 0.75)
 
 
 def test_a_worker_that_finds_another_helper_ends_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.path", [*sys.path])
-    own = model(tmp_path / "own" / "mod.py", "colias_moved.VALUE", "import colias_moved")
+    model_file = model(tmp_path / "own" / "mod.py", "colias_moved.VALUE", "import colias_moved")
     for name, value in (("v1", 0.125), ("v2", 0.25)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "colias_moved.py").write_text(f"VALUE = {value}\n")
     file = experiment(tmp_path / "mine.py")
     sys.path.insert(0, str(tmp_path / "v1"))
-    assert peaks(run(file, tmp_path / "a", models=[own]))["own"] == 0.125
+    assert peaks(run(file, tmp_path / "a", models=[model_file]))["own"] == 0.125
     sys.path.insert(0, str(tmp_path / "v2"))  # this process has the first, and a new one would find the second
     with pytest.raises(UsageError, match=r"v2.colias_moved\.py: is loaded here, and was not where the run was begun"):
-        run(file, tmp_path / "b", models=[own], workers=1)
+        run(file, tmp_path / "b", models=[model_file], workers=1)
 
 
 def test_a_file_that_was_a_model_and_is_now_a_helper_may_be_edited_between(tmp_path):
@@ -222,8 +227,8 @@ def test_a_file_that_was_a_model_and_is_now_a_helper_may_be_edited_between(tmp_p
     run(experiment(tmp_path / "mine.py"), tmp_path / "a", models=[base])
     model(base, 0.5)
     derived = model(tmp_path / "own" / "derived.py", 0.125, "import base", name="derived")
-    made = run(tmp_path / "mine.py", tmp_path / "b", models=[derived])
-    assert peaks(made)["derived"] == 0.125 and hashes(made)[str(base)] == sha(base)
+    clip_run = run(tmp_path / "mine.py", tmp_path / "b", models=[derived])
+    assert peaks(clip_run)["derived"] == 0.125 and hashes(clip_run)[str(base)] == sha(base)
 
 
 def test_settings_of_a_user_s_own_kinds_cross_to_workers(tmp_path):
@@ -307,14 +312,14 @@ def test_a_judge_that_goes_wrong_is_told_at_the_end_and_by_the_status(judge, col
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("claim ")]
     assert line.startswith("claim mine: its judge ") and re.search(JUDGES[judge], line), line
     assert "Traceback" not in done.stderr
-    made = experiments.load(colias.folder / "out")
-    assert made.trials.num_rows == 1 and made.claims["outcome"].to_pylist() == ["judge failed"]
+    clip_run = experiments.load(colias.folder / "out")
+    assert clip_run.trials.num_rows == 1 and clip_run.claims["outcome"].to_pylist() == ["judge failed"]
 
 
 def test_a_judge_that_goes_wrong_at_one_seed_is_told(tmp_path, capsys):
     judge = "import sys; sys.exit() if rows[0]['repeat'] else None; return Outcome('holds', 'so')"
-    made = run(experiment(tmp_path / "mine.py", judge, repeats=2), tmp_path / "out")
-    assert made.claims["outcome"].to_pylist() == ["holds"]
+    clip_run = run(experiment(tmp_path / "mine.py", judge, repeats=2), tmp_path / "out")
+    assert clip_run.claims["outcome"].to_pylist() == ["holds"]
     assert "claim mine: its judge failed: mine.py, line 9: SystemExit" in capsys.readouterr().err
 
 
@@ -324,6 +329,6 @@ def test_what_a_judge_changes_of_its_rows_is_its_own(tmp_path):
     later = 'judge=lambda rows, _: Outcome("holds", str(len(rows[0]) > 5))'
     second = f'ClipClaim(id="again", says="as I say", {later}, models={{"dsnn"}}),)'
     (tmp_path / "mine.py").write_text(twice.replace('models={"dsnn"}),)', f'models={{"dsnn"}}), {second}'))
-    made = run(tmp_path / "mine.py", tmp_path / "out")
-    assert made.claims["measured"].to_pylist() == ["so", "True"]
-    assert made.trials.num_rows == 1 and (tmp_path / "out" / "figure.png").exists()
+    clip_run = run(tmp_path / "mine.py", tmp_path / "out")
+    assert clip_run.claims["measured"].to_pylist() == ["so", "True"]
+    assert clip_run.trials.num_rows == 1 and (tmp_path / "out" / "figure.png").exists()

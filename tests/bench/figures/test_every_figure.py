@@ -36,19 +36,19 @@ def inches(figure: Figure) -> float:
 @pytest.fixture(scope="module")
 def ones():
     """Each figure with one model, and the places in the source that made them."""
-    reached, made = set(), Figure.__init__
+    reached, initialise = set(), Figure.__init__
 
     def note(self, *args, **more):
         caller = sys._getframe(1)
         reached.add((caller.f_code.co_filename, caller.f_lineno))
-        made(self, *args, **more)
+        initialise(self, *args, **more)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "__init__", note)
         return {name: draw(MODELS_SHOWN["one"]) for name, draw in FIGURES.items()}, reached
 
 
-@pytest.mark.parametrize(("name", "count"), CASES, ids=lambda each: each)
+@pytest.mark.parametrize(("name", "count"), CASES, ids=lambda label: label)
 def test_a_figure_can_be_read(name, count, ones):
     models = MODELS_SHOWN[count]
     figure = ones[0][name] if count == "one" else FIGURES[name](models)
@@ -57,7 +57,7 @@ def test_a_figure_can_be_read(name, count, ones):
     places, texts = [(text.get_text(), box) for text, box in drawn_texts], [text for text, _ in drawn_texts]
     if name not in FRAMES_OF_FILMS:  # on paper none is made smaller to fit: its type would be too
         assert inches(figure) <= WIDTH, "wider than the page of a paper"
-    found = {
+    faults = {
         "type that is too small in print": checks.small(texts, 1.0),
         "thresholds that look alike": checks.alike_levels(figure),
         "faint type": checks.faint(texts),
@@ -69,7 +69,7 @@ def test_a_figure_can_be_read(name, count, ones):
         "hidden series": checks.hidden(figure),
         "numbers that stand elsewhere": checks.ordinal(figure),
     }
-    assert not {what: where for what, where in found.items() if where}
+    assert not {what: where for what, where in faults.items() if where}
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -146,8 +146,8 @@ def wrong(**of) -> Figure:
     axes.plot([1, 2, 3], of.get("later", [3, 2, 1]), color="blue", lw=1, label="two")
     axes.set(xlabel=of.get("xlabel", "speed (cm/s)"), ylabel="spikes per trial")
     axes.set_xticks([1, 2, 3], of.get("ticks", ["1", "2", "3"]))
-    for place, said in enumerate(of.get("said", ())):
-        text = axes.annotate(said, (0.1, 0.5 + 0.01 * place), xycoords="axes fraction", annotation_clip=False)
+    for place, words in enumerate(of.get("said", ())):
+        text = axes.annotate(words, (0.1, 0.5 + 0.01 * place), xycoords="axes fraction", annotation_clip=False)
         text.set_in_layout(False)
     figure.legend(loc="outside upper center")
     return figure

@@ -52,8 +52,8 @@ SPEEDS = [("rightward", speed, 8.0) for speed in (2.0, 4.0, 6.0, 10.0)]
 @pytest.mark.parametrize("count", [1, 2, 3, 9, 20])
 def test_every_model_has_a_key_and_a_panel_of_its_own(count):
     models = tuple(f"model {i}" for i in range(count))
-    made = drawn(SPEEDS, models=models)
-    axes_shown = [axes for axes in made.axes if axes.get_visible()]
+    figure = drawn(SPEEDS, models=models)
+    axes_shown = [axes for axes in figure.axes if axes.get_visible()]
     groups = lanes(models)
     counts, panels = axes_shown[: len(groups)], axes_shown[len(groups) :]
     names = [[text.get_text() for text in key.get_texts()] for axes in panels if (key := axes.get_legend())]
@@ -71,18 +71,18 @@ def test_a_key_has_each_model_and_each_condition_once(count):
     """Not a line for each pair of them: with many models those leave no room for the counts."""
     models = tuple(f"model {i}" for i in range(count))
     kinds = [(way, speed, 8.0) for way in ("rightward", "leftward") for speed in (2.0, 4.0)]
-    made = drawn(kinds, models=models)
-    counts = made.subfigs[0]
+    figure = drawn(kinds, models=models)
+    counts = figure.subfigs[0]
     legends = [*counts.legends, *(axes.get_legend() for axes in counts.axes if axes.get_legend() is not None)]
     words = [text.get_text() for legend in legends for text in legend.get_texts()]
     assert sorted(words) == sorted([*models, "rightward", "leftward"])
 
 
 def test_a_panel_s_name_has_the_mark_of_its_model_s_line():
-    made = drawn(SPEEDS, models=("dsnn", "emd", "mine"))
-    looks = {line.get_label(): (line.get_color(), line.get_marker()) for line in made.axes[0].get_lines()
-             if line.get_label() in series(made.axes[0])}  # fmt: skip
-    named = [axes.get_legend().legend_handles[0] for axes in made.subfigs[1].axes if axes.get_legend()]
+    figure = drawn(SPEEDS, models=("dsnn", "emd", "mine"))
+    looks = {line.get_label(): (line.get_color(), line.get_marker()) for line in figure.axes[0].get_lines()
+             if line.get_label() in series(figure.axes[0])}  # fmt: skip
+    named = [axes.get_legend().legend_handles[0] for axes in figure.subfigs[1].axes if axes.get_legend()]
     assert {handle.get_label(): (handle.get_color(), handle.get_marker()) for handle in named} == looks
 
 
@@ -90,11 +90,11 @@ def test_a_panel_s_name_has_the_mark_of_its_model_s_line():
     "models", [("dsnn", "emd"), ("dsnn", "emd", "mine"), ("dsnn", "a model with a very long name")]
 )
 def test_a_line_has_its_name_at_its_end_or_in_the_key(models):
-    made = drawn(SPEEDS, models=models)
-    counts = made.axes[0]
+    figure = drawn(SPEEDS, models=models)
+    counts = figure.axes[0]
     tints = {line.get_label(): line.get_color() for line in counts.get_lines() if line.get_label() in models}
     names = [text for text in counts.texts if text.get_text() in models]
-    in_key = [text.get_text() for key in made.subfigs[0].legends for text in key.get_texts()]
+    in_key = [text.get_text() for key in figure.subfigs[0].legends for text in key.get_texts()]
     assert sorted([*(text.get_text() for text in names), *in_key]) == sorted(models)
     assert bool(in_key) == (max(map(len, models)) > 10), "what fits stands at its line"
     assert {text.get_text(): text.get_color() for text in names} == ({} if in_key else tints)
@@ -132,28 +132,30 @@ def test_a_model_without_spikes_is_named_and_not_drawn_at_zero():
     assert "b" in counts.get_title(loc="left") and series(counts) == [], "one series needs no key"
 
 
-def boxes(made, monkeypatch):
+def boxes(figure, monkeypatch):
     """The texts of a figure that are drawn, with their places on it; an axis keeps labels that it does not draw."""
     texts, draw = [], Text.draw
     monkeypatch.setattr(Text, "draw", lambda self, *args, **more: (texts.append(self), draw(self, *args, **more)))
-    canvas = FigureCanvasAgg(made)
+    canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    shown = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
-    return [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in shown]
+    visible = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
+    return [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in visible]
 
 
 @pytest.mark.parametrize("models", [1, 2, 3, 20])
 def test_no_two_texts_overlap(models, monkeypatch):
-    found = boxes(drawn(SPEEDS, models=tuple(f"model {i}" for i in range(models))), monkeypatch)
-    assert len(found) > 10
+    text_boxes = boxes(drawn(SPEEDS, models=tuple(f"model {i}" for i in range(models))), monkeypatch)
+    assert len(text_boxes) > 10
     overlapping = [
-        (one, other) for (one, a), (other, b) in itertools.combinations(found, 2)
+        (one, other) for (one, a), (other, b) in itertools.combinations(text_boxes, 2)
         if a.shrunk(0.98, 0.9).overlaps(b.shrunk(0.98, 0.9)) and a.width > 1 and b.width > 1
     ]  # fmt: skip
     assert not overlapping
 
 
 def test_every_axis_says_what_it_is_with_a_unit():
-    made = drawn(SPEEDS, models=("a", "b"))
-    assert made.subfigs[0].get_supxlabel().endswith("(cm/s)") and made.subfigs[0].get_supylabel() == "spikes per trial"
-    assert {part.get_supxlabel() for part in made.subfigs} >= {"bearing of the stimulus (degrees, right positive)"}
+    figure = drawn(SPEEDS, models=("a", "b"))
+    assert (
+        figure.subfigs[0].get_supxlabel().endswith("(cm/s)") and figure.subfigs[0].get_supylabel() == "spikes per trial"
+    )
+    assert {part.get_supxlabel() for part in figure.subfigs} >= {"bearing of the stimulus (degrees, right positive)"}

@@ -31,13 +31,13 @@ def series() -> ResponseSeries:
 
 def static(path: Path) -> dict[str, dict[str, list]]:
     """Entity -> column without its archetype -> values, of what is logged once."""
-    found: dict[str, dict[str, list]] = {}
+    entities: dict[str, dict[str, list]] = {}
     for chunk in rr.chunk.RrdReader(path).stream().filter(is_static=True).to_chunks():
         columns = chunk.to_record_batch().to_pydict()
-        found.setdefault(str(chunk.entity_path), {}).update(
+        entities.setdefault(str(chunk.entity_path), {}).update(
             {name.rpartition(":")[2]: values[0] for name, values in columns.items() if ":" in name}
         )
-    return found
+    return entities
 
 
 def timelines_of(path: Path) -> set[str]:
@@ -46,18 +46,18 @@ def timelines_of(path: Path) -> set[str]:
             if name in ("time", "sim_time", "frame")}  # fmt: skip
 
 
-def colour(found: dict[str, list]) -> tuple[int, ...]:
+def colour(columns: dict[str, list]) -> tuple[int, ...]:
     """Rerun has colours as one number, the red first."""
-    (packed,) = found["colors"]
+    (packed,) = columns["colors"]
     return tuple(packed >> shift & 255 for shift in (24, 16, 8))
 
 
 def written(path: Path, models=LABELS) -> Path:
     channels = {"lgmd1": ("looming",), "hybrid": ("hs", "vs", "looming", "azimuth")}
-    own = {"dsnn": 0.16, "mine": 0.3}
+    thresholds = {"dsnn": 0.16, "mine": 0.3}
     answers = [
         SimpleNamespace(model=model, channels=channels.get(model, ("hs", "vs")), series=series(),
-                        thresholds={"hs": own.get(model, 0.2), "vs": own.get(model, 0.2)})
+                        thresholds={"hs": thresholds.get(model, 0.2), "vs": thresholds.get(model, 0.2)})
         for model in models
     ]  # fmt: skip
 
@@ -74,8 +74,8 @@ def test_a_model_has_the_colour_of_the_figures_in_all_its_plots(tmp_path):
         first = "looming" if model == "lgmd1" else "hs"
         assert {colour(held[f"/{plot}/{model}/{first}"]) for plot in ("potential", "raster")} == {rgb(mark.colour)}
     assert colour(held["/azimuth/hybrid"]) == colour(held["/potential/hybrid/hs"])
-    lighter, own, darker = (sum(colour(held[f"/potential/hybrid/{name}"])) for name in ("vs", "hs", "looming"))
-    assert lighter > own > darker, "other channels are dots in shades of it"
+    lighter, plain, darker = (sum(colour(held[f"/potential/hybrid/{name}"])) for name in ("vs", "hs", "looming"))
+    assert lighter > plain > darker, "other channels are dots in shades of it"
 
 
 def saturation(rgb_colour: tuple[int, ...]) -> float:
@@ -84,17 +84,17 @@ def saturation(rgb_colour: tuple[int, ...]) -> float:
 
 def test_a_threshold_is_its_model_s_and_has_its_colour_lighter(tmp_path):
     held = static(written(tmp_path / "looks.rrd"))
-    names = {found["names"][0] for entity, found in held.items() if entity.startswith("/threshold/")}
+    names = {columns["names"][0] for entity, columns in held.items() if entity.startswith("/threshold/")}
     assert {
         "threshold 0.16 of dsnn (HS, VS)",
         "threshold -0.16 of dsnn (HS, VS)",
         "threshold 0.3 of mine (HS, VS)",
     } <= names
     for model, mark in marks(LABELS).items():
-        own = rgb(mark.colour)
-        for found in (found for entity, found in held.items() if entity.startswith(f"/threshold/{model}/")):
-            assert saturation(own) > 0 and sum(colour(found)) > sum(own)
-            assert np.argmax(colour(found)) == np.argmax(own) and np.argmin(colour(found)) == np.argmin(own)
+        tint = rgb(mark.colour)
+        for columns in (columns for entity, columns in held.items() if entity.startswith(f"/threshold/{model}/")):
+            assert saturation(tint) > 0 and sum(colour(columns)) > sum(tint)
+            assert np.argmax(colour(columns)) == np.argmax(tint) and np.argmin(colour(columns)) == np.argmin(tint)
     apart = levels({"hybrid": {"hs": 0.16, "vs": 0.16, "looming": 0.78}})
     assert [(level.value, level.channels) for level in apart] == [
         (-0.16, ("hs", "vs")), (0.16, ("hs", "vs")), (0.78, ("looming",))
@@ -186,13 +186,13 @@ def watch(path: Path) -> Path:
 def test_arrows_are_wide_on_any_screen_and_no_model_s_lies_on_another_s(tmp_path):
     held = static(watch(tmp_path / "watched.rrd"))
     arrows = {model: held[f"/picture/direction/{model}"] for model in ("dsnn", "emd")}
-    assert all(max(found["radii"]) <= -2.0 for found in arrows.values()), "below 0 are points of the screen"
+    assert all(max(arrow["radii"]) <= -2.0 for arrow in arrows.values()), "below 0 are points of the screen"
     assert arrows["dsnn"]["origins"][0] != arrows["emd"]["origins"][0]
     assert colour({"colors": arrows["emd"]["colors"][:1]}) == rgb(marks(["dsnn", "emd"])["emd"].colour)
 
 
 def test_an_arrow_is_as_long_as_its_potential_up_to_half_the_picture():
     potentials_xy = np.array([[LONGEST_ARROW_AT / 2, 0.0], [0.0, -LONGEST_ARROW_AT], [1.0, 0.0]])
-    found = arrow_lengths(potentials_xy, (320, 180))
-    assert found.tolist() == [[45.0, 0.0], [0.0, -90.0], [90.0, 0.0]]
-    assert all((a >= b).all() for a, b in itertools.pairwise([np.abs(found[2]), np.abs(found[0])]))
+    vectors = arrow_lengths(potentials_xy, (320, 180))
+    assert vectors.tolist() == [[45.0, 0.0], [0.0, -90.0], [90.0, 0.0]]
+    assert all((a >= b).all() for a, b in itertools.pairwise([np.abs(vectors[2]), np.abs(vectors[0])]))

@@ -60,13 +60,15 @@ def test_what_is_exported_compiles_clean_and_answers_as_the_host_does_bit_for_bi
     make(exported, "all", "qemu", "host")
     wanted = small("dsnn.n_con=6")
     rows, columns = wanted.shape
-    shown = [(name, frames) for name, frames in check.sequences(wanted.shape, None) if not name.startswith("golden")]
-    shown = [(name, frames[:50]) for name, frames in shown]
+    sequences = [
+        (name, frames) for name, frames in check.sequences(wanted.shape, None) if not name.startswith("golden")
+    ]
+    sequences = [(name, frames[:50]) for name, frames in sequences]
     model = OnboardDSNN(wanted.shape, wanted.network)
     with emulator.Emulator(tools.qemu, exported / "build" / "qemu.elf", (rows, columns)) as chip:
-        counts, spiking, difference = check.compare(model, chip, shown, lambda: None)
+        counts, spiking, difference = check.compare(model, chip, sequences, lambda: None)
     assert difference is None and sum(counts.values()) >= 400 and spiking > 50
-    frames = dict(shown)["noise"]
+    frames = dict(sequences)["noise"]
     done = subprocess.run([exported / "build" / "host"], input=frames.tobytes(), capture_output=True, check=True)
     answers = [tuple(map(int, line.split())) for line in done.stdout.decode().splitlines()]
     model.reset()
@@ -93,9 +95,9 @@ def test_the_ziglang_wheel_compiles_the_exported_folder_too(exported):
 @needs_tools
 def test_two_budgets_of_one_program_are_equal(tools, tmp_path):
     """Sizes and instruction counts: no number depends on the machine's load."""
-    found = [budget.measure({}, small(), tools, tmp_path / str(i), 6) for i in range(2)]
-    assert table.row(found[0]) == table.row(found[1])
-    assert found[0].whole.worst > found[0].whole.median > 0
+    budgets = [budget.measure({}, small(), tools, tmp_path / str(i), 6) for i in range(2)]
+    assert table.row(budgets[0]) == table.row(budgets[1])
+    assert budgets[0].whole.worst > budgets[0].whole.median > 0
 
 
 @needs_tools
@@ -103,8 +105,8 @@ def test_instructions_grow_with_the_pixels_of_the_frame(tools, tmp_path):
     """Taking luma out of a frame is one loop over its pixels: a count is a line, whose slope is that of a loop."""
     counts = []
     for shape in ("32x16", "32x32", "32x48"):
-        found = budget.measure({}, settings.firmware([f"chip.shape={shape}"]), tools, tmp_path / shape, 2)
-        (luma,) = [stage for stage in found.stages if stage.name == "input"]
+        chip_budget = budget.measure({}, settings.firmware([f"chip.shape={shape}"]), tools, tmp_path / shape, 2)
+        (luma,) = [stage for stage in chip_budget.stages if stage.name == "input"]
         assert luma.median == luma.worst, "the same loop in every frame"
         counts.append(luma.worst)
     steps = np.diff(counts)
@@ -121,8 +123,8 @@ def test_counting_changes_no_answer_and_little_of_the_program(tools, tmp_path):
         built = build.build(wanted, tools.compiler, tmp_path / str(counting), counting=counting)
         text.append(built.sections[".text"])
         with emulator.Emulator(tools.qemu, built.path, wanted.shape) as chip:
-            found = [chip.step(frame) for frame in frames]
-        answers.append([each.values for each in found])
+            chip_answers = [chip.step(frame) for frame in frames]
+        answers.append([answer.values for answer in chip_answers])
     assert answers[0] == answers[1]
     assert abs(text[0] - text[1]) < 2000
 
@@ -227,17 +229,19 @@ def test_waits_for_tables_in_flash_are_a_load_each(tmp_path):
     built = build.Built(tmp_path, {}, build.WHOLE[0], {})
     whole = budget.Stage("whole", 10**6, 10**6)
 
-    def made(*texts: str, stack: int = 492) -> budget.Budget:
+    def budget_with(*texts: str, stack: int = 492) -> budget.Budget:
         return budget.Budget({}, settings.firmware(texts), built, stack, (), whole, "noise", "gcc", "qemu")
 
-    assert made().lookups == 2 * 8 * 2 * 99 * 72
-    assert made().waiting_ms(5) == pytest.approx(5 * 228_096 / 180e6 * 1e3) and made().waiting_ms(0) == 0.0
-    assert made("dsnn.state_bits=16").waiting_ms(5) == 0.0, "delay states of 16 bits have no tables"
-    assert made().verdict == "memory fits; time undetermined"
-    assert made("chip.clock_mhz=39").verdict == "memory fits; time too slow", "1.3 million cycles are 33.3 ms"
-    assert made("chip.clock_mhz=40").verdict == "memory fits; time undetermined"
-    assert made("chip.stack=1440").fits_memory, "492 B, and 4 interrupts of 108 + 128 B: 1,436 B"
-    assert made("chip.stack=1432").verdict == "stack 4 B too small; time undetermined"
+    assert budget_with().lookups == 2 * 8 * 2 * 99 * 72
+    assert (
+        budget_with().waiting_ms(5) == pytest.approx(5 * 228_096 / 180e6 * 1e3) and budget_with().waiting_ms(0) == 0.0
+    )
+    assert budget_with("dsnn.state_bits=16").waiting_ms(5) == 0.0, "delay states of 16 bits have no tables"
+    assert budget_with().verdict == "memory fits; time undetermined"
+    assert budget_with("chip.clock_mhz=39").verdict == "memory fits; time too slow", "1.3 million cycles are 33.3 ms"
+    assert budget_with("chip.clock_mhz=40").verdict == "memory fits; time undetermined"
+    assert budget_with("chip.stack=1440").fits_memory, "492 B, and 4 interrupts of 108 + 128 B: 1,436 B"
+    assert budget_with("chip.stack=1432").verdict == "stack 4 B too small; time undetermined"
 
 
 STACKED_LD = """
@@ -308,7 +312,7 @@ def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_
         (["loop", "clean"], "clean: shows clips"),
         (["loop", "speed", "--set", "chip.stack=1024"], "--set chip.stack=1024: the chip's memory changes no answer"),
     ],
-)  # fmt: skip
+)
 def test_wrong_values_are_refused_in_one_line(arguments, said, tmp_path, monkeypatch):
     from experiments.bench.cli import main
 

@@ -217,10 +217,10 @@ def test_the_frames_shown_have_the_most_instructions_of_all_golden_frames(tmp_pa
     """Cells with an F stand for the work; the emulator counts it. Within 1 % of the golden clips' worst frame."""
     wanted = settings.firmware(SET)
     built = build.build(wanted, toolchain.compiler("gcc"), tmp_path)
-    shown, most = clips.worst(wanted), {}
-    assert len(shown) == 3 and sum(name.startswith("golden") for name in shown) == 2
+    worst_clips, most = clips.worst(wanted), {}
+    assert len(worst_clips) == 3 and sum(name.startswith("golden") for name in worst_clips) == 2
     with emulator.Emulator(toolchain.qemu(), built.path, wanted.shape) as chip:
-        for name, frames in {**clips.golden(wanted.shape), **{f"shown {n}": f for n, f in shown.items()}}.items():
+        for name, frames in {**clips.golden(wanted.shape), **{f"shown {n}": f for n, f in worst_clips.items()}}.items():
             chip.reset()
             most[name] = max(chip.step(frame).instructions.sum() for frame in frames)
     golden, chosen = (max(most[name] for name in most if name.startswith(kind)) for kind in ("golden", "shown golden"))

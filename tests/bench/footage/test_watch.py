@@ -69,13 +69,13 @@ def intervals(printed: str) -> list[tuple[str, float, float]]:
 
 
 def test_intervals_of_motion_match_who_walked_where(watched):
-    found = intervals(watched[1])
-    assert {way for way, _, _ in found} == {"rightward", "leftward"}
+    motion_intervals = intervals(watched[1])
+    assert {way for way, _, _ in motion_intervals} == {"rightward", "leftward"}
     for walker in WALKERS:
         way = "rightward" if walker.speed > 0 else "leftward"
         begins, ends = walker.seen_s()
         slack = 2 * walker.half / abs(walker.speed) / FPS  # swinging limbs come first and leave last
-        mine = [(start, end) for name, start, end in found if name == way]
+        mine = [(start, end) for name, start, end in motion_intervals if name == way]
         assert min(start for start, _ in mine) >= begins - slack
         assert max(end for _, end in mine) <= ends + slack
         assert max(end for _, end in mine) - min(start for start, _ in mine) >= 0.7 * (ends - begins)
@@ -119,8 +119,8 @@ def test_the_recording_holds_every_frame(watched):
     pictures = temporal(folder / "street.rrd", "/picture")
     jpegs = [row[0] for batch in pictures for row in batch[column(batch, "blob")].to_pylist()]
     assert len(jpegs) == FRAMES
-    shown = cv2.imdecode(np.frombuffer(bytes(jpegs[100]), np.uint8), cv2.IMREAD_GRAYSCALE)
-    assert cv2.absdiff(shown, decoded(folder / "street.avi")[100]).mean() < 3
+    picture = cv2.imdecode(np.frombuffer(bytes(jpegs[100]), np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert cv2.absdiff(picture, decoded(folder / "street.avi")[100]).mean() < 3
     arrows = temporal(folder / "street.rrd", "/picture/direction/dsnn")
     vectors = [row for batch in arrows for row in batch[column(batch, "vectors")].to_pylist()]
     np.testing.assert_allclose(
@@ -177,8 +177,8 @@ def test_a_film_cut_short_keeps_what_there_is(films, colias):
     assert done.returncode == 1
     count = pq.read_table(colias.folder / "cut.parquet").num_rows
     assert 60 < count < 200
-    said = f"note: ended early: {count} of the {FRAMES} frames its header announces were decoded\n"
-    assert done.stderr == said
+    note = f"note: ended early: {count} of the {FRAMES} frames its header announces were decoded\n"
+    assert done.stderr == note
     assert f"; {count} frames, " in done.stdout
     assert sum(batch.num_rows for batch in temporal(colias.folder / "cut.rrd", "/picture")) == count
 
@@ -238,9 +238,9 @@ def test_wrong_uses_end_in_one_line(films, tmp_path, monkeypatch, capfd, case):
     monkeypatch.setattr(sys, "argv", ["colias", "watch", str(films / "street.avi"), "--no-view", *arguments])
     with pytest.raises(SystemExit) as ended:
         main()
-    printed, said = capfd.readouterr()
-    assert (ended.value.code, printed, said.count("\n")) == (2, "", 1), said
-    assert says in said
+    printed, errors = capfd.readouterr()
+    assert (ended.value.code, printed, errors.count("\n")) == (2, "", 1), errors
+    assert says in errors
     assert [path.name for path in tmp_path.iterdir()] == ["there.csv"]
     assert (tmp_path / "there.csv").read_text() == "mine\n"
 
@@ -287,10 +287,10 @@ def test_an_interrupt_leaves_whole_files_of_what_was_seen(films, tmp_path):
                 assert process.poll() is None and time.monotonic() < deadline
                 time.sleep(0.02)
             process.send_signal(signal.SIGINT)
-            printed, said = process.communicate(timeout=20)
+            printed, errors = process.communicate(timeout=20)
         finally:
             process.kill()
-    assert (process.returncode, said) == (130, "")
+    assert (process.returncode, errors) == (130, "")
     table = pq.read_table(tmp_path / "out.parquet")
     count = table.num_rows
     assert 0 < count < FRAMES

@@ -67,9 +67,9 @@ def test_a_file_says_all_of_its_claim(claim):
     experiment, draws = first.mechanism
     assert (experiment in EVERY and draws) or not (experiment or draws)
     assert bool(first.tried) == bool(first.cause), "why it fails is told where it is told what was tried"
-    for each in (first, *others):
-        assert each.judge.__module__ == claim_module(claim).__name__ and not each.own
-        assert each.judge.__doc__.startswith("Judge"), "how the words are read"
+    for declaration in (first, *others):
+        assert declaration.judge.__module__ == claim_module(claim).__name__ and not declaration.own
+        assert declaration.judge.__doc__.startswith("Judge"), "how the words are read"
 
 
 def test_every_reading_is_complete():

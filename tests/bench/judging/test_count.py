@@ -26,16 +26,16 @@ def test_the_word_follows_from_the_exact_interval_of_the_judged_alone():
     for holds, fails, unjudged in itertools.product(range(0, 45, 4), range(0, 45, 4), (0, 3, 30)):
         if not holds + fails + unjudged:
             continue
-        own = Count(holds, fails, {"not shown": unjudged})
-        assert own.word == (Count(holds, fails).word if holds + fails else "")
-        assert own.replicates == holds + fails + unjudged and own.judged == holds + fails
+        tally = Count(holds, fails, {"not shown": unjudged})
+        assert tally.word == (Count(holds, fails).word if holds + fails else "")
+        assert tally.replicates == holds + fails + unjudged and tally.judged == holds + fails
         if holds + fails:
             low, high = proportion_interval(holds, holds + fails)
-            assert own.interval == (low, high)
+            assert tally.interval == (low, high)
             expected = "holds" if low >= 0.8 else "fails" if high <= 0.2 else "sometimes"
-            assert own.word == (expected if own.judged >= 20 else "")
+            assert tally.word == (expected if tally.judged >= 20 else "")
         else:
-            assert own.interval is None and own.kind == "unjudged"
+            assert tally.interval is None and tally.kind == "unjudged"
 
 
 def test_where_nothing_is_random_one_replicate_says_all():
@@ -57,9 +57,9 @@ def test_counts_that_cannot_be(made, message):
 
 def test_outcomes_are_counted_each_once():
     texts = ["holds", "fails", *REASONS, "holds", "silent model"]
-    own = count(texts)
-    assert (own.holds, own.fails, own.replicates) == (2, 1, len(texts))
-    assert own.unjudged == {"judge failed": 1, "not shown": 1, "silent model": 2, "unknown constants": 1}
+    tally = count(texts)
+    assert (tally.holds, tally.fails, tally.replicates) == (2, 1, len(texts))
+    assert tally.unjudged == {"judge failed": 1, "not shown": 1, "silent model": 2, "unknown constants": 1}
 
 
 @pytest.mark.parametrize(
@@ -71,11 +71,11 @@ def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_th
     held, failed, word, half
 ):
     """Replicates in which the half holds leave the count, so those that are left would all fail."""
-    own = Count(0, failed, {"unknown constants": held})
-    assert own.word == word and own.half.label == half and (own.half.holds, own.half.fails) == (held, failed)
-    assert own.kind == (word or "unjudged") and (own.label == "not judged") == (not word)
-    assert f"the DSNN's half held in {held} of {held + failed} replicates" in own.sentence()
-    (phrase,) = [each for each in totals([("C26", own)]) if "C26" in each]
+    tally = Count(0, failed, {"unknown constants": held})
+    assert tally.word == word and tally.half.label == half and (tally.half.holds, tally.half.fails) == (held, failed)
+    assert tally.kind == (word or "unjudged") and (tally.label == "not judged") == (not word)
+    assert f"the DSNN's half held in {held} of {held + failed} replicates" in tally.sentence()
+    (phrase,) = [text for text in totals([("C26", tally)]) if "C26" in text]
     assert f"C26 (the DSNN's half: {half})" in phrase or word == "fails"
     assert Count(0, failed or 1).half is None and Count(3, unjudged={"not shown": 1}).half is None
 
@@ -88,13 +88,13 @@ def test_a_sentence_says_first_in_how_many_of_the_judged_it_held():
     for holds, fails, unjudged in itertools.product(range(0, 23, 2), repeat=3):
         if not holds + fails + unjudged:
             continue
-        own = Count(holds, fails, {"silent model": unjudged})
-        text = own.sentence("short replicate")
+        tally = Count(holds, fails, {"silent model": unjudged})
+        text = tally.sentence("short replicate")
         if holds + fails:
             assert re.match(rf"held in {holds} of {holds + fails} short replicates?\b", text)
-            assert own.label == (own.word or f"{holds} of {holds + fails}")
+            assert tally.label == (tally.word or f"{holds} of {holds + fails}")
         else:
-            assert text.startswith("not judged") and own.label == "not judged"
+            assert text.startswith("not judged") and tally.label == "not judged"
         assert (REASONS["silent model"] in text) == bool(unjudged)
         assert "fail" not in text
 
@@ -114,7 +114,7 @@ def test_totals_name_every_claim_that_does_not_hold_everywhere():
 def verdict(first, others, **more):
     return Verdict.of(
         ("C13", "straight is silent", "robot-general-tests"),
-        [Outcome(each, "as measured") for each in (first, *others)], experiment="general", **more,
+        [Outcome(word, "as measured") for word in (first, *others)], experiment="general", **more,
     )  # fmt: skip
 
 

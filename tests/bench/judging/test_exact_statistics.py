@@ -35,8 +35,8 @@ def rises(levels, values):
 def by_hand(levels, values):
     """The share of all arrangements with as many pairs in order, either way, as these."""
     seen = abs(rises(levels, values))
-    found = [abs(rises(levels, shuffled)) >= seen for shuffled in itertools.permutations(values)]
-    return np.mean(found)
+    extreme = [abs(rises(levels, shuffled)) >= seen for shuffled in itertools.permutations(values)]
+    return np.mean(extreme)
 
 
 @QUICK
@@ -62,7 +62,7 @@ def test_the_contrast_s_p_counts_every_arrangement(first, second):
 @given(some.lists(some.tuples(some.sampled_from([0, 15, 30]), few), min_size=2, max_size=7))
 def test_the_trend_s_p_counts_every_arrangement(pairs):
     levels, values = zip(*pairs, strict=True)
-    groups = [(level, [v for own, v in pairs if own == level]) for level in sorted(set(levels))]
+    groups = [(level, [v for pair_level, v in pairs if pair_level == level]) for level in sorted(set(levels))]
     assert trend(groups).p == pytest.approx(by_hand(levels, values))
 
 
@@ -123,7 +123,7 @@ def test_mann_whitney_as_tabled(n, u, p):
 def test_no_p_is_below_one_arrangement_in_all(sizes):
     """In perfect order p is that of the two orders, rising and falling."""
     levels = [place for place, size in enumerate(sizes) for _ in range(size)]
-    groups = [(place, [10.0 * i for i, own in enumerate(levels) if own == place]) for place in range(len(sizes))]
+    groups = [(place, [10.0 * i for i, level in enumerate(levels) if level == place]) for place in range(len(sizes))]
     arrangements = math.factorial(len(levels)) // math.prod(map(math.factorial, sizes))
     assert trend(groups).p == pytest.approx(2 / arrangements)
 
@@ -134,7 +134,9 @@ def test_many_values_are_shuffled_as_often_as_the_name_says():
     groups = [(level, (rng.integers(0, 30, 20) + 3 * level).tolist()) for level in range(3)]
     test = trend(groups)
     assert str(PERMUTATIONS) in test.name and test == trend(groups)
-    tau = stats.kendalltau([level for level, own in groups for _ in own], [v for _, own in groups for v in own])
+    tau = stats.kendalltau(
+        [level for level, values in groups for _ in values], [v for _, values in groups for v in values]
+    )
     assert test.effect == pytest.approx(tau.statistic) and test.p == pytest.approx(tau.pvalue, abs=0.01)
     first, second = rng.normal(0.4, 1, 60), rng.normal(0, 1, 50)
     normal = stats.mannwhitneyu(first, second, method="asymptotic").pvalue
@@ -211,8 +213,8 @@ def test_complete_separation_is_no_certainty(n):
 def test_the_area_s_interval_covers_at_small_n():
     rng = np.random.default_rng(0)
     true = stats.norm.cdf(2 / math.sqrt(2))
-    found = [area_under_roc(rng.normal(2, 1, 5), rng.normal(0, 1, 8)) for _ in range(300)]
-    assert 0.92 < np.mean([low <= true <= high for _, low, high in found]) < 0.995
+    areas = [area_under_roc(rng.normal(2, 1, 5), rng.normal(0, 1, 8)) for _ in range(300)]
+    assert 0.92 < np.mean([low <= true <= high for _, low, high in areas]) < 0.995
 
 
 def test_the_interval_of_clusters_covers_where_that_of_single_values_does_not():

@@ -16,12 +16,12 @@ from tests.bench.robot.test_claims import rows
 HOLDS = Outcome("holds", "as measured")
 
 
-def claim(found=HOLDS, **changes):
-    return Claim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: found, **changes})
+def claim(outcome=HOLDS, **changes):
+    return Claim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: outcome, **changes})
 
 
-def clip_claim(found=HOLDS, **changes):
-    return ClipClaim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: found, **changes})
+def clip_claim(outcome=HOLDS, **changes):
+    return ClipClaim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: outcome, **changes})
 
 
 def experiment(*claims):
@@ -63,10 +63,10 @@ WRONG = {
 
 @pytest.mark.parametrize("what", WRONG)
 def test_what_is_no_claim(what):
-    make, said = WRONG[what]
+    make, message = WRONG[what]
     with pytest.raises(ValueError) as refused:
         make()
-    assert said in str(refused.value) and "\n" not in str(refused.value)
+    assert message in str(refused.value) and "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -82,19 +82,19 @@ def test_a_claim_of_the_other_kind(made, said):
 
 
 def test_a_judge_decides():
-    def faster(own, threshold):
-        mean = sum(row["spikes"] for row in own) / len(own)
+    def faster(claim_rows, threshold):
+        mean = sum(row["spikes"] for row in claim_rows) / len(claim_rows)
         return Outcome.of([Check(f"{mean} spikes", mean, 1)])
 
     trials = rows({6: [9] * 4}, "speed_cm_s") + rows({6: [9] * 3}, "speed_cm_s", far_cm=1.0)
     whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]
-    found = judge(claim(judge=faster, least=3), whole, 0.2)
-    told = found.outcome
+    verdict = judge(claim(judge=faster, least=3), whole, 0.2)
+    told = verdict.outcome
     assert (told.verdict, told.n, told.decided) == (
         "holds",
         7,
         "9.0 spikes (needs above 1)",
-    ) and found.says == "as I say"
+    ) and verdict.says == "as I say"
     few = judge(claim(judge=faster), whole, 0.2)
     assert (
         few.outcome.verdict == "not shown"
@@ -102,15 +102,15 @@ def test_a_judge_decides():
     )
 
 
-def broken(own, threshold):
-    return own[0]["no such column"]
+def broken(claim_rows, threshold):
+    return claim_rows[0]["no such column"]
 
 
 ANSWERS = {
     "an exception": (broken, r"its judge failed: .*line \d+: KeyError"),
-    "a text": (lambda own, threshold: "holds", r"its judge answered 'holds', expected an Outcome"),
+    "a text": (lambda claim_rows, threshold: "holds", r"its judge answered 'holds', expected an Outcome"),
     "another verdict": (
-        lambda own, threshold: Outcome("perhaps", ""),
+        lambda claim_rows, threshold: Outcome("perhaps", ""),
         r"its judge failed: .*line \d+: ValueError: outcome: verdict",
     ),
 }
@@ -118,13 +118,13 @@ ANSWERS = {
 
 @pytest.mark.parametrize("what", ANSWERS)
 def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
-    own, said = ANSWERS[what]
+    failing_judge, message = ANSWERS[what]
     trials = rows({6: [9] * 5}, "speed_cm_s")
-    found = judge(claim(judge=own), trials, 0.2)
-    assert found.outcome.verdict == "judge failed" and re.match(said, found.outcome.measured)
-    shown = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
+    verdict = judge(claim(judge=failing_judge), trials, 0.2)
+    assert verdict.outcome.verdict == "judge failed" and re.match(message, verdict.outcome.measured)
+    clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
-    assert re.match(said, clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured)
+    assert re.match(message, clips_claims.judge(clip_claim(judge=failing_judge), clip_rows, {"dsnn": 0.1}).measured)
 
 
 def test_a_judge_is_not_asked_about_nothing():
@@ -137,33 +137,33 @@ def test_columns_that_there_are_not():
     trials = rows({6: [9] * 5}, "speed_cm_s")
     measured = judge(claim(reads=("spike",)), trials, 0.2).outcome.measured
     assert measured == "trials have no column spike; nearest: spikes"
-    shown = [{"model": "dsnn", "clip": "a", "object": "present"}]
-    found = clips_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), shown, {"dsnn": 0.1})
-    assert found.measured == "clips have no column speed_px"
+    clip_rows = [{"model": "dsnn", "clip": "a", "object": "present"}]
+    outcome = clips_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), clip_rows, {"dsnn": 0.1})
+    assert outcome.measured == "clips have no column speed_px"
 
 
 def test_clips_that_a_claim_is_about():
     asked = []
     potentials = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)
-    shown = [{"model": model, "clip": clip, "object": clip, "motion": clip, **potentials}
+    clip_rows = [{"model": model, "clip": clip, "object": clip, "motion": clip, **potentials}
              for model in ("emd", "dsnn") for clip in ("absent", "present")]  # fmt: skip
 
-    def heed(own, threshold):
-        asked.append(([(row["model"], row["clip"]) for row in own], threshold))
+    def heed(claim_rows, threshold):
+        asked.append(([(row["model"], row["clip"]) for row in claim_rows], threshold))
         return HOLDS
 
     thresholds = {"dsnn": 0.1, "emd": 0.3}
-    assert clips_claims.judge(clip_claim(judge=heed), shown, thresholds).verdict == "holds"
+    assert clips_claims.judge(clip_claim(judge=heed), clip_rows, thresholds).verdict == "holds"
     of_emd = clip_claim(judge=heed, models={"emd"}, conditions={"motion": ("present",)})
-    assert clips_claims.judge(of_emd, shown, thresholds).verdict == "holds"
+    assert clips_claims.judge(of_emd, clip_rows, thresholds).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
-    assert clips_claims.judge(clip_claim(models=("flow",)), shown, thresholds).measured == "needs flow"
+    assert clips_claims.judge(clip_claim(models=("flow",)), clip_rows, thresholds).measured == "needs flow"
 
 
 def test_the_description_has_no_address():
-    said = to_json(experiment("C14", claim(source="my notebook")))
-    assert "function" not in said and " at 0x" not in said
-    assert '"says": "as I say"' in said and '"source": "my notebook"' in said
+    text = to_json(experiment("C14", claim(source="my notebook")))
+    assert "function" not in text and " at 0x" not in text
+    assert '"says": "as I say"' in text and '"source": "my notebook"' in text
 
 
 def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path):
@@ -171,13 +171,13 @@ def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path
     file.write_text("def judge(rows, threshold):\n    return rows[0]['spiks']\n")
     names: dict = {}
     exec(compile(file.read_text(), str(file), "exec"), names)
-    found = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
-    assert found.outcome.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
+    verdict = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
+    assert verdict.outcome.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
 
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():
-    def told(made, *models):
-        return missing_models(planned(made, RunRequest(models, only=bool(models))))
+    def told(declaration, *models):
+        return missing_models(planned(declaration, RunRequest(models, only=bool(models))))
 
     two = {"models": {"dsnn", "centroid2"}}
     note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"

@@ -32,7 +32,7 @@ from experiments.studies.sensitivity import STUDY as ON_ROBOT
 from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_clip_mechanisms import speed_responses
-from tests.bench.judging.test_replicates import made
+from tests.bench.judging.test_replicates import planned_rows
 from tests.helpers.paper import every as every_of
 from tests.helpers.paper import first
 
@@ -59,8 +59,8 @@ def frames(*repeats):
     plan = clips_plan.plan(registry.find("clutter-frames"), (), (), len(repeats), 0)
     rows = [
         {**row, "clip": prefix(SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
-        for r, own in enumerate(repeats)
-        for row in own
+        for r, clip_rows in enumerate(repeats)
+        for row in clip_rows
     ]
     return OfflineReport(plan, Path("clutter-frames"), rows, [], [])
 
@@ -68,7 +68,7 @@ def frames(*repeats):
 @pytest.fixture(scope="module")
 def evidence():
     """Two replicates: C15 holds, and with falling delays it does in the second alone. C8 fails at the first seed."""
-    cases, rows = made(2)
+    cases, rows = planned_rows(2)
     rows = peaked(rows, "dsnn", COUNTS)
     second = len(first(cases))
     fails = [row for row in rows if row["trial"] < second]
@@ -79,20 +79,26 @@ def evidence():
     shows = [frames([*({**row, "peak_vs": 0.3} for row in c8[:1]), *c8[1:]], c8)]
     moved = {SUDDEN: {"C13": Outcome("fails", "m", n=20, decided="9 of 10 fire"), "C19": Outcome("holds", "m", n=50)}}
     verdicts = claims.verdicts(every, [])
-    return Evidence({each.id: each for each in verdicts}, every, shows, moved), verdicts
+    return Evidence({verdict.id: verdict for verdict in verdicts}, every, shows, moved), verdicts
 
 
-def row_of(made, reading, claim):
-    return next(row for chapter in made if chapter.reading.id == reading for row in chapter.rows if row.claim == claim)
+def row_of(reading_chapters, reading, claim):
+    return next(
+        row
+        for chapter in reading_chapters
+        if chapter.reading.id == reading
+        for row in chapter.rows
+        if row.claim == claim
+    )
 
 
 def test_every_reading_that_was_chosen_is_told_with_each_of_its_claims(evidence):
-    made = chapters(evidence[0])
-    assert [chapter.reading for chapter in made] == list(READINGS)
+    reading_chapters = chapters(evidence[0])
+    assert [chapter.reading for chapter in reading_chapters] == list(READINGS)
     for claim in claim_ids(PAPER):
         for reading in used_to_choose(claim):
             assert reading.used and claim in bears_on(reading)
-    for chapter in made:
+    for chapter in reading_chapters:
         assert [row.claim for row in chapter.rows] == list(bears_on(chapter.reading))
         assert chapter.rows and all(len(row.others) == len(chapter.reading.others) for row in chapter.rows)
 
@@ -111,11 +117,13 @@ def test_every_other_reading_has_a_source():
 
 
 def test_the_clips_in_px_a_frame_are_those_of_the_claims_in_that_unit():
-    shown = {clip.name: clip for clip in registry.find("clutter-frames").clips}
+    clips_by_name = {clip.name: clip for clip in registry.find("clutter-frames").clips}
     for experiment in OF:
         for clip in experiment.clips:
-            own, other = (each.build(3).params for each in (clip, shown[prefix(experiment) + clip.name]))
-            assert dataclasses.replace(own, speed_unit="px/frame") == other
+            usual, other = (
+                variant.build(3).params for variant in (clip, clips_by_name[prefix(experiment) + clip.name])
+            )
+            assert dataclasses.replace(usual, speed_unit="px/frame") == other
         assert all(CLAIMS[claim].models <= set(registry.find("clutter-frames").models) for claim in experiment.claims)
 
 
@@ -129,20 +137,20 @@ def test_both_readings_of_the_delays_are_judged_in_every_replicate(evidence):
 
 
 def test_a_lost_trial_of_the_variant_leaves_its_replicate_unjudged(evidence):
-    own, _ = evidence
-    first = dataclasses.replace(own.replicates[0], lost={("ensembles", FALLING): 1})
-    lost = dataclasses.replace(own, replicates=[first, own.replicates[1]])
+    whole, _ = evidence
+    first = dataclasses.replace(whole.replicates[0], lost={("ensembles", FALLING): 1})
+    lost = dataclasses.replace(whole, replicates=[first, whole.replicates[1]])
     (falling,) = row_of(chapters(lost), "tau_s_rises_with_spacing", "C15").others
     assert falling.verdict == "not shown" and "not judged in 1" in falling.held
 
 
 def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
-    made = chapters(evidence[0])
-    (c8,) = row_of(made, "speeds_in_px_per_second", "C8").others
+    reading_chapters = chapters(evidence[0])
+    (c8,) = row_of(reading_chapters, "speeds_in_px_per_second", "C8").others
     assert c8.verdict == "fails" and c8.held.startswith("held in 1 of 2 replicates") and "0.300" in c8.decided
-    (c7,) = row_of(made, "speeds_in_px_per_second", "C7").others
+    (c7,) = row_of(reading_chapters, "speeds_in_px_per_second", "C7").others
     assert c7.verdict == "not shown", "no clip of the model of 2017"
-    (c6,) = row_of(made, "speeds_in_px_per_second", "C6").others
+    (c6,) = row_of(reading_chapters, "speeds_in_px_per_second", "C6").others
     assert c6.verdict == NOT_RUN, "no clip of clutter-translation"
 
 
@@ -155,12 +163,12 @@ def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evide
 
 
 def test_nothing_run_of_the_other_readings_is_said_so(evidence):
-    own, _ = evidence
+    whole, _ = evidence
     without = [
-        dataclasses.replace(each, rows=tuple(row for row in each.rows if row["model"] != FALLING))
-        for each in own.replicates
+        dataclasses.replace(replicate, rows=tuple(row for row in replicate.rows if row["model"] != FALLING))
+        for replicate in whole.replicates
     ]
-    bare = dataclasses.replace(own, shows=[], moved={}, replicates=without)
+    bare = dataclasses.replace(whole, shows=[], moved={}, replicates=without)
     for chapter in chapters(bare):
         for row in chapter.rows:
             if chapter.reading.id != "whole_crossing":
@@ -192,16 +200,16 @@ def test_a_mechanism_is_named_where_its_experiment_was_run(evidence):
      (-1, -1, "fails", "fails")],
 )  # fmt: skip
 def test_what_hangs_on_unknown_constants_is_not_judged_whichever_way_it_comes_out(own, other, verdict, settled):
-    found = compared([Check("own part", own, 0)], [Check("other part", other, 0)], "emd", "m", "", 3)
-    assert (found.verdict, found.n, found.measured) == (verdict, 3, "m")
-    assert found.settled().verdict == settled, "with the constants assumed"
-    assert "own part (needs above 0)" in found.decided
-    assert [check.reading for check in found.checks] == [own, other], "what was asked is kept, whatever decides"
-    assert (f"with those assumed {settled}: other part" in found.decided) == (verdict == "unknown constants")
+    outcome = compared([Check("own part", own, 0)], [Check("other part", other, 0)], "emd", "m", "", 3)
+    assert (outcome.verdict, outcome.n, outcome.measured) == (verdict, 3, "m")
+    assert outcome.settled().verdict == settled, "with the constants assumed"
+    assert "own part (needs above 0)" in outcome.decided
+    assert [check.reading for check in outcome.checks] == [own, other], "what was asked is kept, whatever decides"
+    assert (f"with those assumed {settled}: other part" in outcome.decided) == (verdict == "unknown constants")
 
 
 def test_the_claims_about_other_models_are_those_that_take_them():
-    assert set(comparing()) == {claim for claim, each in CLAIMS.items() if each.models & set(ASSUMED)}
+    assert set(comparing()) == {claim for claim, declaration in CLAIMS.items() if declaration.models & set(ASSUMED)}
     asked = {claim.id for name in STUDIES for claim in find_study(name).claims}
     assert asked == set(comparing())
 
@@ -223,7 +231,7 @@ def test_a_study_of_constants_says_with_which_a_claim_holds():
     size = len(clips)
     shares = {key: dataclasses.replace(share, trials=range(size)) for key, share in plan.shares.items()}
     counts = Counts(dataclasses.replace(plan, shares=shares), rows)
-    assert {label: found.verdict for label, found in outcomes(counts, "C26").items()} == {
+    assert {label: outcome.verdict for label, outcome in outcomes(counts, "C26").items()} == {
         "spacing=4": "holds",
         "spacing=1": "fails",
     }

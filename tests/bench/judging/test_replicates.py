@@ -39,8 +39,8 @@ def translation(spikes):
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_no_claim_about_the_robot_holds_of_a_network_that_never_answers(claim):
     silent = silent_trials(claim)
-    found = outcome(claim, silent, T, all_rows=[*silent, translation(0)])
-    assert found.verdict == ("silent model" if CLAIMS[claim].silent_passes else "fails"), found.measured
+    judged = outcome(claim, silent, T, all_rows=[*silent, translation(0)])
+    assert judged.verdict == ("silent model" if CLAIMS[claim].silent_passes else "fails"), judged.measured
 
 
 @pytest.mark.parametrize("claim", clips_claims.paper_claims())
@@ -55,8 +55,8 @@ def test_no_claim_about_clips_holds_of_a_network_that_never_answers(claim):
 
     rows = [silent(row) for row in enough(claim)]
     moving = silent({**enough("C1")[0], "motion": "rightward"})
-    found = clips_claims.judge(claim, rows, T_CLIPS, [*rows, moving])
-    assert found.verdict == ("silent model" if clips_claims.find(claim).silent_passes else "fails"), found.measured
+    judged = clips_claims.judge(claim, rows, T_CLIPS, [*rows, moving])
+    assert judged.verdict == ("silent model" if clips_claims.find(claim).silent_passes else "fails"), judged.measured
 
 
 def crossings(**spikes):
@@ -84,9 +84,9 @@ def crossings(**spikes):
 )
 def test_c13_is_kept_by_a_silent_model_unless_it_answers_at_the_paper_s_own_speeds(shown, verdict):
     silent = silent_trials("C13")
-    found = outcome("C13", silent, T, all_rows=[*silent, *shown])
-    assert found.verdict == verdict and "not checked" not in found.measured
-    assert found.decided.endswith("answered") == (verdict == "silent model")
+    judged = outcome("C13", silent, T, all_rows=[*silent, *shown])
+    assert judged.verdict == verdict and "not checked" not in judged.measured
+    assert judged.decided.endswith("answered") == (verdict == "silent model")
 
 
 def test_c13_is_not_checked_for_silence_where_nothing_moves_across():
@@ -130,14 +130,14 @@ def test_a_claim_about_clips_needs_answers_at_the_paper_s_own_speeds(claim, show
     best = "unknown constants" if clips_claims.find(claim).of_dsnn else "holds"
     assert clips_claims.judge(claim, rows, T_CLIPS, shown).verdict == (best if answers else "silent model")
     other = {**crossing_clip(0.9), "model": "dsn2017"}
-    said = clips_claims.judge(claim, rows, T_CLIPS, [other])
-    assert said.verdict == best and "not checked against translation" in said.measured
+    judged = clips_claims.judge(claim, rows, T_CLIPS, [other])
+    assert judged.verdict == best and "not checked against translation" in judged.measured
 
 
 def test_a_claim_of_one_s_own_may_be_kept_by_a_silent_model_too():
     mine = Claim(
         id="mine", says="silent", judge=lambda rows, threshold: Outcome("holds", "0"), silent_passes=True, least=1
-    )  # fmt: skip
+    )
     assert outcome(mine, [translation(0)], T).verdict == "silent model"
     assert outcome(mine, [translation(1)], T).verdict == "holds"
 
@@ -158,13 +158,13 @@ def rows_of(specs, **changes):
     ]  # fmt: skip
 
 
-def made(count, repeats=5):
+def planned_rows(count, repeats=5):
     plan = design(count, repeats)
     return plan, rows_of(plan.specs)
 
 
 def test_replicate_r_is_the_whole_design_at_seed_plus_r():
-    plan, _ = made(3)
+    plan, _ = planned_rows(3)
     size = len(plan.specs) // 3
     cases = [plan.specs[size * number : size * (number + 1)] for number in range(3)]
     for seed, case in enumerate(cases):
@@ -172,18 +172,18 @@ def test_replicate_r_is_the_whole_design_at_seed_plus_r():
         assert {spec.experiment for spec in case} == set(registry.paper_experiments())
     first, second, third = ({spec.seed for spec in case} for case in cases)
     assert not first & second and not second & third
-    shown = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0]}
-    assert shown[registry.answering()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
+    labels = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0]}
+    assert labels[registry.answering()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
     alone = design(1, 1, among=["dsnn", "emd"])
     assert {m.label for spec in alone.specs for m in spec.settings.models} == {"dsnn"}
 
 
 def test_the_count_has_replicate_0_and_the_rate_all_trials():
-    cases, rows = made(3)
+    cases, rows = planned_rows(3)
     one = next(row for row in rows if row["experiment"] == "general" and row["angle_deg"] == 0.0)
     one["spikes"] = 2  # in replicate 0
-    found = {claim.id: claim for claim in claims.verdicts(every(cases, rows), [])}
-    c13, whole = found["C13"], claims.pooled(every(cases, rows))
+    verdicts = {claim.id: claim for claim in claims.verdicts(every(cases, rows), [])}
+    c13, whole = verdicts["C13"], claims.pooled(every(cases, rows))
     assert (c13.outcome.verdict, c13.count) == ("fails", Count(2, 1))
     low, high = proportion_interval(1, 60)
     share = replicates.rate("C13", whole["C13"])
@@ -192,15 +192,15 @@ def test_the_count_has_replicate_0_and_the_rate_all_trials():
     assert c13.outcome.n == 20, "the straight trials of replicate 0, of three experiments"
     assert c13.experiment == "general, angular-approach, angular-recession"
     assert not replicates.rate("C15", whole["C15"]), "a claim about means has no such rate"
-    assert all(claim.count.replicates == 3 for claim in found.values() if claim.experiment)
-    assert set(whole) == {claim.id for claim in found.values() if claim.experiment}
-    assert "lgmd1" in found["C21"].outcome.measured
+    assert all(claim.count.replicates == 3 for claim in verdicts.values() if claim.experiment)
+    assert set(whole) == {claim.id for claim in verdicts.values() if claim.experiment}
+    assert "lgmd1" in verdicts["C21"].outcome.measured
 
 
 @pytest.mark.parametrize("experiment", ["general", "angular-approach", "angular-recession"])
 def test_c13_is_of_every_straight_trial_of_a_replicate(experiment):
     """One spike in any of its experiments refutes it; one in an oblique trial does not."""
-    cases, rows = made(1)
+    cases, rows = planned_rows(1)
     for angle, verdict in ((0.0, "fails"), (15.0, "holds")):
         there = [row for row in rows if row["experiment"] == experiment and row["angle_deg"] == angle]
         if there:
@@ -210,15 +210,15 @@ def test_c13_is_of_every_straight_trial_of_a_replicate(experiment):
 
 
 def test_a_silent_model_s_c13_is_judged_in_no_replicate():
-    cases, rows = made(2)
+    cases, rows = planned_rows(2)
     silent = [{**row, "spikes": 0} for row in rows]
-    found = {claim.id: claim for claim in claims.verdicts(every(cases, silent), [])}
-    assert found["C13"].count == Count(0, 0, {"silent model": 2})
+    verdicts = {claim.id: claim for claim in claims.verdicts(every(cases, silent), [])}
+    assert verdicts["C13"].count == Count(0, 0, {"silent model": 2})
 
 
 def test_a_replicate_with_a_trial_missing_is_not_whole():
     """It is not judged in the claims that its experiment answers for, and in no other."""
-    cases, rows = made(2)
+    cases, rows = planned_rows(2)
     lost = next(row for row in rows if row["experiment"] == "general" and row["motion"] == "translation")
     kept = [row for row in rows if row is not lost]
     whole, part = ({c.id: c for c in claims.verdicts(every(cases, r), [])} for r in (rows, kept))
@@ -230,7 +230,7 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
 
 @pytest.mark.parametrize(("failing", "lost"), [("lgmd1", "lgmd2"), ("lgmd2", "lgmd1")])
 def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_other(failing, lost):
-    cases, rows = made(1)
+    cases, rows = planned_rows(1)
     flat = [{**row, "spikes": 1} if row["model"] == failing else row for row in rows if row["model"] != lost]
     (c21,) = [claim for claim in claims.verdicts(every(cases, flat), []) if claim.id == "C21"]
     assert c21.outcome.verdict == "fails" and f"{lost} not shown" in c21.outcome.measured

@@ -13,7 +13,11 @@ from experiments.bench.judging.verdict import Verdict
 CHECKS = (Check("3 spikes", 3.0, 2.0, unit="spikes"), Check("no number", math.nan, (0.4, 0.6), "within", scale=0.1))
 OUTCOMES = {
     "many": [Outcome("holds", "3 spikes", "delta 1", 9, "3 (needs 2)", 3, 0, checks=CHECKS)] * 20,
-    "mixed": [Outcome("fails", "m"), Outcome("holds", "m"), *(Outcome.unjudged("w", reason=each) for each in REASONS)],
+    "mixed": [
+        Outcome("fails", "m"),
+        Outcome("holds", "m"),
+        *(Outcome.unjudged("w", reason=reason) for reason in REASONS),
+    ],
     "on equal terms": [Outcome("fails", "m", equal=Outcome("holds", "again", checks=CHECKS)), Outcome("holds", "m")],
     "broken": [Outcome("not shown", "its judge failed", trouble="line 3")],
 }
@@ -22,15 +26,15 @@ OUTCOMES = {
 @pytest.mark.parametrize("name", OUTCOMES)
 @pytest.mark.parametrize("random", [True, False])
 def test_what_is_written_is_read_back(name, random):
-    made = Verdict.of(("C1", "says", "source"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
-    content = json.loads(json.dumps(document([made, made]), allow_nan=False))
+    verdict = Verdict.of(("C1", "says", "source"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
+    content = json.loads(json.dumps(document([verdict, verdict]), allow_nan=False))
     assert content["version"] == VERSION and len(content["claims"]) == 2
-    assert content["claims"][0]["word"] == made.count.word
+    assert content["claims"][0]["word"] == verdict.count.word
     first, second = verdicts(content)
     for again in (first, second):
-        assert str(again) == str(made), "NaN is not equal to itself"
+        assert str(again) == str(verdict), "NaN is not equal to itself"
     if name == "on equal terms":
-        assert made.equal == Count(1, 0, {"not shown": 1}, random)
+        assert verdict.equal == Count(1, 0, {"not shown": 1}, random)
 
 
 BEFORE = {
@@ -70,9 +74,9 @@ NOT_HELD = {"verdict": "vacuous", "replicates": 5, "replicates_held": 1, "replic
     ],
 )  # fmt: skip
 def test_a_file_of_the_version_before_is_read_with_todays_words(changes, first, count):
-    (found,) = verdicts(json.loads(json.dumps([{**BEFORE, **changes}])))
-    assert (found.outcome.verdict, found.count, found.count.word) == (first, count, count.word)
-    assert found.outcome.n == 25 and (found.id, found.source) == ("C17", "robot-sys-ar")
+    (verdict,) = verdicts(json.loads(json.dumps([{**BEFORE, **changes}])))
+    assert (verdict.outcome.verdict, verdict.count, verdict.count.word) == (first, count, count.word)
+    assert verdict.outcome.n == 25 and (verdict.id, verdict.source) == ("C17", "robot-sys-ar")
 
 
 @pytest.mark.parametrize(

@@ -34,9 +34,9 @@ def test_parts_are_told_by_name_and_those_that_decide_say_why():
 
 def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     outcomes = [Outcome("fails", "first", decided="d"), Outcome("holds", "second"), Outcome.unjudged("third")]
-    found = Verdict.of(("C1", "says", "source"), outcomes, model="dsnn")
-    assert found.outcome is outcomes[0]
-    assert found.count == Count(1, 1, {"not shown": 1})
+    verdict = Verdict.of(("C1", "says", "source"), outcomes, model="dsnn")
+    assert verdict.outcome is outcomes[0]
+    assert verdict.count == Count(1, 1, {"not shown": 1})
     broken = Outcome("not shown", "m", trouble="line 3")
     assert Verdict.of(("C1", "says", "source"), [outcomes[1], broken]).trouble == "line 3"
 
@@ -51,6 +51,6 @@ def test_a_verdict_that_its_count_contradicts_is_refused(word):
 
 
 def test_an_outcome_that_is_withheld_keeps_what_was_measured():
-    found = Outcome("holds", "3 spikes", decided="3 (needs 2)").withheld("a trial failed").noting(["", "other code"])
-    assert (found.verdict, found.judged, found.deciding) == ("not shown", False, "a trial failed")
-    assert found.measured == "a trial failed; measured: 3 spikes; other code"
+    outcome = Outcome("holds", "3 spikes", decided="3 (needs 2)").withheld("a trial failed").noting(["", "other code"])
+    assert (outcome.verdict, outcome.judged, outcome.deciding) == ("not shown", False, "a trial failed")
+    assert outcome.measured == "a trial failed; measured: 3 spikes; other code"

@@ -36,10 +36,10 @@ def test_the_atlas_is_one_page_and_goes_on(tmp_path, capsys):
 
 @pytest.mark.parametrize("models", [["dsnn"], ["hybrid", "lplc2", "emd"]])
 def test_a_figure_of_failed_models_says_so(models):
-    made = plan(atlas.experiment(models), (), (), None, 0)
-    drawn = atlas_figure.draw(made, SERIES_SCHEMA.empty_table())
+    run_plan = plan(atlas.experiment(models), (), (), None, 0)
+    drawn = atlas_figure.draw(run_plan, SERIES_SCHEMA.empty_table())
     drawn.draw_without_rendering()
     assert len(drawn.axes) == 12 * (1 + len(models))
-    said = [text.get_text() for axes in drawn.axes for text in axes.texts]
-    assert said == ["failed"] * (12 * len(models))
+    labels = [text.get_text() for axes in drawn.axes for text in axes.texts]
+    assert labels == ["failed"] * (12 * len(models))
     assert all(np.isfinite(axes.get_xlim()).all() for axes in drawn.axes)

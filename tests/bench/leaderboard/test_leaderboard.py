@@ -192,7 +192,7 @@ def test_ranking_by_direction_then_auc_then_name():
         ("a", 0.8, 0.5),
         ("gone", None, None),
     ]
-    assert [s.name for s in ranked(standing(*each) for each in given)] == ["d", "c", "a", "b", "loom", "gone"]
+    assert [s.name for s in ranked(standing(*row) for row in given)] == ["d", "c", "a", "b", "loom", "gone"]
 
 
 def test_trials_and_clips_are_what_the_help_says():
@@ -201,7 +201,7 @@ def test_trials_and_clips_are_what_the_help_says():
     plain, clutter = clip_experiments(["dsnn"])
     assert (len(plain.clips), plain.repeats, len(clutter.clips), clutter.repeats) == (24, 1, 16, 5)
     for experiment in (plain, clutter):
-        assert all(each.build(0).shape == (180, 320) for each in experiment.clips)
+        assert all(clip_spec.build(0).shape == (180, 320) for clip_spec in experiment.clips)
     assert [clip.build(0).params for clip in plain.clips] == [clip.build(9).params for clip in plain.clips]
 
 
@@ -247,8 +247,8 @@ def written(folder, name="leaderboard.csv"):
 
 def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     (colias.folder / "my_model.py").write_text(example())
-    own, out = str(colias.folder / "my_model.py"), colias.folder / "out"
-    done = colias("leaderboard", "--repeats", "1", "--only", "--model", "lgmd1", "--model", own, "--out", "out")
+    user_model, out = str(colias.folder / "my_model.py"), colias.folder / "out"
+    done = colias("leaderboard", "--repeats", "1", "--only", "--model", "lgmd1", "--model", user_model, "--out", "out")
     assert done.returncode == 0, done.stderr
     assert "gradient" in done.stdout and "Sorted by" in done.stdout and "robot: 18 trials" in done.stderr
     assert "\N{HORIZONTAL ELLIPSIS}" not in done.stdout, "the tables fit"
@@ -267,7 +267,7 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     assert pq.read_table(out / "looming-plain" / "trials.parquet").num_rows == 48
 
     (out / "leaderboard.csv").unlink()
-    board.run(out, ["lgmd1", own], 1, 0, Resources(0))
+    board.run(out, ["lgmd1", user_model], 1, 0, Resources(0))
     assert capsys.readouterr().err.count(" of them done already") == 5
     assert (written(out), written(out, "looming.csv")) == (first, looming)
     with pytest.raises(UsageError, match=r"--model is lgmd1, gradient there and emd now"):
@@ -275,11 +275,15 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
 
 
 def fewer(models):
-    return tuple(dataclasses.replace(each, clips=each.clips[::5]) for each in clip_experiments(models))
+    return tuple(
+        dataclasses.replace(experiment, clips=experiment.clips[::5]) for experiment in clip_experiments(models)
+    )
 
 
 def fewer_looming(models):
-    return tuple(dataclasses.replace(each, clips=each.clips[::9]) for each in looming_experiments(models))
+    return tuple(
+        dataclasses.replace(experiment, clips=experiment.clips[::9]) for experiment in looming_experiments(models)
+    )
 
 
 def test_the_number_of_workers_changes_nothing_but_the_times(tmp_path, monkeypatch):

@@ -63,10 +63,14 @@ def test_the_clips_are_what_the_help_says():
     plain, moving = looming_experiments(["lgmd1"])
     assert (len(plain.clips), plain.repeats, len(moving.clips), moving.repeats) == (48, 1, 32, 5)
     for experiment in (plain, moving):
-        assert all(each.build(0).shape == (72, 99) for each in experiment.clips)
-    alone = [each.build(0) for each in moving.clips if "before" not in each.name and "grating" not in each.name]
-    assert [len(each) for each in alone] == [151] * 4, "backgrounds of five seconds"
-    assert all(frame.truth.box is None for each in alone for frame in each)
+        assert all(clip_spec.build(0).shape == (72, 99) for clip_spec in experiment.clips)
+    alone = [
+        clip_spec.build(0)
+        for clip_spec in moving.clips
+        if "before" not in clip_spec.name and "grating" not in clip_spec.name
+    ]
+    assert [len(frames) for frames in alone] == [151] * 4, "backgrounds of five seconds"
+    assert all(frame.truth.box is None for frames in alone for frame in frames)
 
 
 def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
@@ -136,5 +140,5 @@ def test_ranking_by_the_areas_then_by_what_is_answered():
         return Standing(name, dict.fromkeys(MEASURES) | given)
 
     given = [standing("c", 0.5, 0.9), standing("b", 0.9, 0.2), standing("a", 0.9, 0.8), standing("d", 0.9, None)]
-    assert [each.name for each in ranked(given)] == ["a", "b", "d", "c"]
+    assert [model.name for model in ranked(given)] == ["a", "b", "d", "c"]
     assert LOOMING.ranked is ranked and DIRECTION.table != LOOMING.table

@@ -94,11 +94,11 @@ def watch(page: Any) -> list[float]:
     answers: list[float] = []
     show = page.show
 
-    def shown(view: Any, rate: float) -> None:
+    def record_and_show(view: Any, rate: float) -> None:
         answers.append(getattr(next(iter(view.answers.values())), "hs", 0.0))
         show(view, rate)
 
-    page.show = shown
+    page.show = record_and_show
     return answers
 
 
@@ -214,8 +214,8 @@ def test_footage_on_the_page(tmp_path: Path):
 @needs_viser
 @pytest.mark.filterwarnings("default")
 def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path: Path):
-    own = tmp_path / "mine.py"
-    own.write_text(
+    user_experiment = tmp_path / "mine.py"
+    user_experiment.write_text(
         "from experiments import Experiment, Translation\n"
         "EXPERIMENT = Experiment('mine', 'two speeds', Translation((6.0, 12.0), (8.0,)), 'speed_cm_s', 1)\n"
     )
@@ -224,11 +224,11 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
         "from experiments import Behaviour\n"
         "BEHAVIOUR = Behaviour('turn', 'turns', 'Fixation', lambda rng: lambda seen: (-0.2, 0.2), 'neural', 'dsnn')\n"
     )
-    with serving(PORT + 5, lambda: ArenaSession(["dsnn"], experiment=str(own), behaviour="")) as page:
+    with serving(PORT + 5, lambda: ArenaSession(["dsnn"], experiment=str(user_experiment), behaviour="")) as page:
         until(lambda: page.session.number > 3)
         labels = page.driving.condition.options
-        assert len(labels) == len(page.session.conditions(str(own))) and "12 cm/s" in labels[-1]
-        page.inputs.ask(lambda: page.session.show(str(own), len(labels) - 1))
+        assert len(labels) == len(page.session.conditions(str(user_experiment))) and "12 cm/s" in labels[-1]
+        page.inputs.ask(lambda: page.session.show(str(user_experiment), len(labels) - 1))
         until(lambda: page.driving.condition.value == labels[-1])
         assert page.session.spec.condition.speed_cm_s == 12.0
         page.inputs.ask(lambda: page.session.show("../mine.py"))

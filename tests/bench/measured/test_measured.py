@@ -30,7 +30,7 @@ FRAMES = 30
 
 
 def colias(*arguments) -> int:
-    return main.command([str(each) for each in arguments])
+    return main.command([str(argument) for argument in arguments])
 
 
 def written(folder, speeds=(20, 30), repeats=2, name="log.csv", lines=None):
@@ -102,8 +102,8 @@ def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys, tracked):
         assert after.pop("provenance") == "log of a simulated run"
         assert all(after[name] is None for name in lost)
         assert after == {name: None if name in lost else value for name, value in before.items()}
-    own = [name for name in simulated.frames.column_names if tracked or name not in POSES]
-    assert back.frames.select(own).equals(simulated.frames.select(own))
+    columns = [name for name in simulated.frames.column_names if tracked or name not in POSES]
+    assert back.frames.select(columns).equals(simulated.frames.select(columns))
     summaries = [[row for row in run.summary.to_pylist() if row["quantity"] not in lost] for run in (simulated, back)]
     assert summaries[0] == summaries[1] and summaries[0]
     verdicts = [run.claims.to_pylist() for run in (simulated, back)]
@@ -127,8 +127,8 @@ def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):
     with pytest.raises(UsageError, match=r"no column hs or looming.*--model dsnn"):
         taken(log, tmp_path / "none")
     # The whole log has the answers too: the robot's own and the model's on its frames stand side by side.
-    own = tmp_path / "log" / "log.csv", tmp_path / "both", "--frames", tmp_path / "log" / "frames", "--model", "dsnn"
-    both = taken(*own, "--no-recordings")
+    whole = tmp_path / "log" / "log.csv", tmp_path / "both", "--frames", tmp_path / "log" / "frames", "--model", "dsnn"
+    both = taken(*whole, "--no-recordings")
     assert both.models == ["dsnn", "dsnn@frames"]
     assert set(both.trials["provenance"].to_pylist()) == {
         "log of a simulated run", "frames from the log of a simulated run"
@@ -205,9 +205,9 @@ WRONG = {
 
 @pytest.mark.parametrize("what", WRONG)
 def test_each_fault_is_one_line_and_nothing_is_written(what, tmp_path):
-    lines, said = WRONG[what]
+    lines, message = WRONG[what]
     log = written(tmp_path, lines=lines)
-    with pytest.raises(UsageError, match=said) as refused:
+    with pytest.raises(UsageError, match=message) as refused:
         taken(log, tmp_path / "run")
     assert "\n" not in str(refused.value) and str(refused.value).startswith(f"{log}, line ")
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
@@ -374,12 +374,12 @@ def test_a_figure_of_mechanism_takes_a_tracker(tmp_path):
 
 def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp_path):
     """Made-up spikes of 4 trials of each speed: one model has most at 6 cm/s (C15), the other no more than at 4."""
-    log, made = tmp_path / "log.csv", {"dsnn": (3, 9, 20, 12), "dsn2017": (3, 9, 9, 12)}
+    log, spikes_by_model = tmp_path / "log.csv", {"dsnn": (3, 9, 20, 12), "dsn2017": (3, 9, 9, 12)}
     with log.open("w", newline="") as file:
         lines = csv.writer(file)
         lines.writerow(["trial", "model", "speed_cm_s", "time_s", "hs", "hs_spikes"])
         for trial in range(16):
-            for model, spikes in made.items():
+            for model, spikes in spikes_by_model.items():
                 here = trial, model, (2, 4, 6, 10)[trial % 4]
                 lines.writerows([*here, (i + 1) / 30, 0.5, int(i < spikes[trial % 4])] for i in range(FRAMES))
     assert colias("import", log, "--out", tmp_path / "run", "--quiet", "--no-recordings") == 0
@@ -398,8 +398,8 @@ def test_two_robots_compare_as_independent_samples(tmp_path, capsys):
     slow.write_text("\n".join(line if i % 2 else line[: line.rindex(",")] + ",0" for i, line in enumerate(text[1:])))
     slow.write_text("\n".join([text[0], *slow.read_text().splitlines()]))
     other = taken(slow, tmp_path / "other", "--no-recordings")
-    found = experiments.compare(one, other)
-    rows = found.results.to_pylist()
+    comparison = experiments.compare(one, other)
+    rows = comparison.results.to_pylist()
     assert len(rows) == 2 and all(row["test"].startswith("Mann-Whitney") for row in rows)
     assert colias("compare", one.folder, other.folder) == 0
     assert "seed" not in capsys.readouterr().out
@@ -415,8 +415,8 @@ def test_two_models_of_one_log_are_paired(tmp_path):
     other = [f"{line[: line.rindex(',')]},0" for line in lines]
     log.write_text("\n".join([
         f"model,{head}",
-        *(f"{name},{line}" for i, own in enumerate(by_trial)
-          for name, part in (("dsnn", own), ("dsn2017", other[i * FRAMES : (i + 1) * FRAMES])) for line in part),
+        *(f"{name},{line}" for i, rows in enumerate(by_trial)
+          for name, part in (("dsnn", rows), ("dsn2017", other[i * FRAMES : (i + 1) * FRAMES])) for line in part),
     ]))  # fmt: skip
     run = taken(log, tmp_path / "run", "--no-recordings")
     assert run.models == ["dsnn", "dsn2017"]

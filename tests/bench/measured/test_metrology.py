@@ -58,15 +58,15 @@ def measured_noise(camera: CameraConfig) -> dict[str, float]:
 
 
 def test_noise_comes_back():
-    found = measured_noise(NOISY)
-    for name, value in found.items():
+    measured = measured_noise(NOISY)
+    for name, value in measured.items():
         assert value == pytest.approx(getattr(NOISY, name), rel=0.05)
 
 
 @pytest.mark.parametrize("constant", ["shot_noise", "read_noise"])
 def test_noise_off_by_a_tenth_is_measured_so(constant):
-    found = measured_noise(dataclasses.replace(NOISY, **{constant: 1.1 * getattr(NOISY, constant)}))
-    assert found[constant] != pytest.approx(getattr(NOISY, constant), rel=0.05)
+    measured = measured_noise(dataclasses.replace(NOISY, **{constant: 1.1 * getattr(NOISY, constant)}))
+    assert measured[constant] != pytest.approx(getattr(NOISY, constant), rel=0.05)
 
 
 @cache
@@ -121,17 +121,17 @@ def test_the_exposure_loop_comes_back():
     loop = exposure_loop(settlings(LOOP))
     for interval, end in ((loop.low, LOOP.ae_target - LOOP.ae_zone), (loop.high, LOOP.ae_target + LOOP.ae_zone)):
         assert interval is not None and interval[0] <= end <= interval[1] < interval[0] + 1.5
-    found = constants(loop)
+    measured = constants(loop)
     for name, tolerance in TOLERANCE.items():
-        assert found[name] == pytest.approx(getattr(LOOP, name), rel=tolerance), name
+        assert measured[name] == pytest.approx(getattr(LOOP, name), rel=tolerance), name
 
 
 @pytest.mark.parametrize("constant", TOLERANCE)
 def test_a_loop_off_by_a_tenth_is_measured_so(constant):
     value = getattr(LOOP, constant)
     wrong = value + 1 if isinstance(value, int) else 1.1 * value
-    found = constants(exposure_loop(settlings(dataclasses.replace(LOOP, **{constant: wrong}))))
-    assert found[constant] != pytest.approx(value, rel=TOLERANCE[constant])
+    measured = constants(exposure_loop(settlings(dataclasses.replace(LOOP, **{constant: wrong}))))
+    assert measured[constant] != pytest.approx(value, rel=TOLERANCE[constant])
 
 
 def test_a_fixed_pattern_is_told_from_temporal_noise_and_shading():
@@ -141,8 +141,8 @@ def test_a_fixed_pattern_is_told_from_temporal_noise_and_shading():
     pattern = rng.normal(0, 1.5, lit.shape)
     for strength in (0.0, 1.0):
         frames = lit + strength * pattern + rng.normal(0, 2.0, (100, *lit.shape))
-        found = fixed_pattern(np.rint(frames).astype(np.uint8))
-        assert found == pytest.approx(1.5 * strength, rel=0.03, abs=0.1)
+        measured = fixed_pattern(np.rint(frames).astype(np.uint8))
+        assert measured == pytest.approx(1.5 * strength, rel=0.03, abs=0.1)
 
 
 def test_frames_that_show_something_else_are_refused():
@@ -197,7 +197,7 @@ def test_pixels_that_clip_at_times_are_left_out(share):
     assert line.dark_sd == pytest.approx(3.0, rel=0.15)
 
 
-def shown(folder, capsys, *options: str) -> tuple[dict[str, str], str, list[str]]:
+def run_camera(folder, capsys, *options: str) -> tuple[dict[str, str], str, list[str]]:
     """The settings that ``colias camera`` prints, its table, and its notes."""
     assert main.command(["camera", str(folder), *options]) == 0
     out, err = capsys.readouterr()
@@ -210,7 +210,7 @@ def test_a_folder_is_known_by_the_beginning_of_its_name(names, tmp_path, capsys)
     """As help and page say: ``still*``. Two kinds of noise are fitted together, whatever follows the kind."""
     for name, read in zip(names, (4.0, 1.0), strict=True):
         write_pictures(tmp_path / name, grey(read=read), ".png")
-    settings, _, notes = shown(tmp_path, capsys)
+    settings, _, notes = run_camera(tmp_path, capsys)
     both = photon_transfer([noise_levels(grey(read=read)) for read in (4.0, 1.0)])
     assert float(settings["read_noise"]) == pytest.approx(both.read_noise(1.0), abs=0.001) and notes == []
 
@@ -221,7 +221,7 @@ def test_folders_of_every_kind_are_found_together(tmp_path, capsys):
     write_pictures(tmp_path / "edge0", crossing(ROLLING), ".pgm")
     write_pictures(tmp_path / "dark", grey(), ".png")
     (tmp_path / ".thumbnails").mkdir()
-    settings, table, notes = shown(tmp_path, capsys, "--fps", "5")
+    settings, table, notes = run_camera(tmp_path, capsys, "--fps", "5")
     assert list(settings) == ["shot_noise", "read_noise", "row_time_us"] and "fixed pattern" in table
     assert len(notes) == 1 and notes[0].startswith("note: ") and notes[0].endswith("still*, flat*, edge*, loop*: dark")
 
@@ -235,18 +235,18 @@ def test_pictures_come_in_the_order_of_their_numbers(tmp_path, capsys):
     for number, frame in enumerate([*edge[:1]] * 9 + [*edge], start=1):
         cv2.imwrite(str(tmp_path / "edge-padded" / "edge" / f"{number:03d}.png"), frame)
         cv2.imwrite(str(tmp_path / "edge-plain" / "edge" / f"{number}.PNG"), frame)
-    found = [shown(tmp_path / name, capsys, "--fps", "5")[0] for name in ("edge-padded", "edge-plain")]
-    assert found[0] == found[1] and "row_time_us" in found[0]
+    settings = [run_camera(tmp_path / name, capsys, "--fps", "5")[0] for name in ("edge-padded", "edge-plain")]
+    assert settings[0] == settings[1] and "row_time_us" in settings[0]
     cv2.imwrite(str(tmp_path / "edge-plain" / "edge" / "99.jpg"), frames[0])
     with pytest.raises(UsageError, match=r"99\.jpg: legal are pictures that keep every grey level: \.pgm, \.png"):
-        shown(tmp_path / "edge-plain", capsys)
+        run_camera(tmp_path / "edge-plain", capsys)
 
 
 @pytest.mark.parametrize("kind", ["still", "flat"])
 @pytest.mark.parametrize(("change", "told"), [({}, False), ({"drift": 0.1}, True), ({"flicker": 0.02}, True)], ids=str)
 def test_greys_that_change_are_told_from_noise(kind, change, told, tmp_path, capsys):
     write_pictures(tmp_path / f"{kind}-1", grey(60, **change), ".png")
-    _, table, notes = shown(tmp_path, capsys)
+    _, table, notes = run_camera(tmp_path, capsys)
     assert ("change of" in table) is told
     assert len(notes) == told
     assert all(note.startswith(f"note: {tmp_path / kind}-1: its greys drift or flicker") for note in notes)
@@ -292,7 +292,7 @@ def test_the_command_says_what_is_not_certain_of_a_loop(tmp_path, capsys):
     frames = settlings(LOOP)
     for number in (0, 14):
         write_pictures(tmp_path / f"loop{number}", frames[number], ".pgm")
-    settings, table, notes = shown(tmp_path, capsys)
+    settings, table, notes = run_camera(tmp_path, capsys)
     assert settings == {} and table.count("not certain") == 2
     assert len(notes) == 1 and "2 folders loop*" in notes[0] and "take more" in notes[0]
 

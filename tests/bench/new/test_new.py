@@ -36,8 +36,8 @@ def folder(tmp_path, monkeypatch):
 
 def commands(text: str) -> list[list[str]]:
     """The commands that a file's comments name."""
-    found = re.findall(r"colias ((?:[\w./=-]*[\w/=])(?: [\w./=-]*\w)*)", "\n".join(re.findall(r"^# .*", text, re.M)))
-    return [line.split() for line in found]
+    lines = re.findall(r"colias ((?:[\w./=-]*[\w/=])(?: [\w./=-]*\w)*)", "\n".join(re.findall(r"^# .*", text, re.M)))
+    return [line.split() for line in lines]
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -32,7 +32,7 @@ def described(folder, kind="trials"):
 
 
 def colias(*arguments) -> int:
-    return main.command([str(each) for each in arguments])
+    return main.command([str(argument) for argument in arguments])
 
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
@@ -141,8 +141,8 @@ def test_columns_have_one_type_and_no_pickles(tmp_path):
     assert kinds == {"n": "f", "word": "U", "yes": "b", "none": "f", "1.x": "i"}
     assert fields(["dsnn.n_con", "dsnn-n_con", "1.x", "_y"]) == ["dsnn_n_con", "dsnn_n_con_2", "c_1_x", "c__y"]
     for kind in ("csv", "npz", "mat"):
-        (made,) = write({"odd": table}, tmp_path, kind)
-        assert made.stat().st_size
+        (file,) = write({"odd": table}, tmp_path, kind)
+        assert file.stat().st_size
 
 
 @pytest.fixture
@@ -151,26 +151,26 @@ def filmed(tmp_path):
     described(tmp_path / "run", "sweep")
     described(tmp_path / "run" / "part")
     for place, frames in (("recordings/trial-0003", 3), ("part/recordings/trial-0000", 5)):
-        own = np.full((frames, 12, 16), 40 * frames, np.uint8)
+        images = np.full((frames, 12, 16), 40 * frames, np.uint8)
         times = timelines(np.arange(frames) / 30, np.arange(frames))
         path = tmp_path / "run" / f"{place}.rrd"
         path.parent.mkdir(parents=True)
-        data = recorded(lambda s, o=own, t=times: video(s, "camera", o, t), rrb.Blueprint(rrb.Spatial2DView()), "x")
+        data = recorded(lambda s, o=images, t=times: video(s, "camera", o, t), rrb.Blueprint(rrb.Spatial2DView()), "x")
         path.write_bytes(data)
     return tmp_path / "run"
 
 
 @pytest.mark.skipif(importlib.util.find_spec("imageio_ffmpeg") is None, reason="needs the extra [video]")
 def test_a_video_of_every_recording_or_of_one(filmed, tmp_path):
-    def made(*more):
+    def exported(*more):
         assert colias("export", filmed, "--to", "mp4", "--out", tmp_path / "out", "--force", "--quiet", *more) == 0
-        found = sorted((tmp_path / "out").rglob("*.*"))
-        return {str(path.relative_to(tmp_path / "out")): len(decoded(path)) for path in found}
+        videos = sorted((tmp_path / "out").rglob("*.*"))
+        return {str(path.relative_to(tmp_path / "out")): len(decoded(path)) for path in videos}
 
-    assert made() == {"part/trial-0000.mp4": 5, "trial-0003.mp4": 3}
-    assert made("--trial", "3") == {"trial-0003.mp4": 3}
+    assert exported() == {"part/trial-0000.mp4": 5, "trial-0003.mp4": 3}
+    assert exported("--trial", "3") == {"trial-0003.mp4": 3}
     with pytest.raises(UsageError, match=r"--trial 7: .* no recording of it \(recorded: 3"):
-        made("--trial", "7")
+        exported("--trial", "7")
 
 
 def test_one_trial_s_frames(filmed, tmp_path):
@@ -211,10 +211,10 @@ def test_frames_are_the_pictures_of_the_recordings(tmp_path):
         data = recorded(write_to, rrb.Blueprint(rrb.Spatial2DView()), name)
         (tmp_path / "run" / "recordings" / f"{name}.rrd").write_bytes(data)
     assert colias("export", tmp_path / "run", "--frames", tmp_path / "out", "--quiet") == 0
-    made = sorted(str(path.relative_to(tmp_path / "out")) for path in (tmp_path / "out").rglob("*.png"))
+    paths = sorted(str(path.relative_to(tmp_path / "out")) for path in (tmp_path / "out").rglob("*.png"))
     folders = ("trial-0000/camera", "trial-0000/camera_ov7670", "trial-0001")
-    assert made == [f"{folder}/{number:06d}.png" for folder in folders for number in range(3)]
-    read = [cv2.imread(str(tmp_path / "out" / path), cv2.IMREAD_UNCHANGED) for path in made]
+    assert paths == [f"{folder}/{number:06d}.png" for folder in folders for number in range(3)]
+    read = [cv2.imread(str(tmp_path / "out" / path), cv2.IMREAD_UNCHANGED) for path in paths]
     np.testing.assert_array_equal(read[:3], frames)
     np.testing.assert_array_equal(read[3:6], frames[::-1])
     single = tmp_path / "run" / "recordings" / "trial-0001.rrd"

@@ -159,12 +159,12 @@ def test_a_runs_tables(speed):
     assert "dsnn.n_con" not in usual.trials.column_names
     assert changed.trials["dsnn.n_con"].to_pylist() == [6, None] * 4
     row = next(row for row in usual.summary.to_pylist() if row["quantity"] == "spikes")
-    own = [t["spikes"] for t in usual.trials.to_pylist() if t["speed_cm_s"] == row["speed_cm_s"]]
-    assert row["n"] == 2 and row["mean"] == sum(own) / 2 and row["far_cm"] is None
+    spikes = [t["spikes"] for t in usual.trials.to_pylist() if t["speed_cm_s"] == row["speed_cm_s"]]
+    assert row["n"] == 2 and row["mean"] == sum(spikes) / 2 and row["far_cm"] is None
     assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "not judged: C15, C29"
     assert usual.failures.num_rows == 0 and usual.recordings == []
-    said = "speed, seed 0; experiment.speeds_cm_s=20,30; not judged: C15, C29; 4 of 4 trials"
-    assert repr(usual) == f"<Run {usual.folder}: {said}>"
+    text = "speed, seed 0; experiment.speeds_cm_s=20,30; not judged: C15, C29; 4 of 4 trials"
+    assert repr(usual) == f"<Run {usual.folder}: {text}>"
     assert "<td>C15</td>" in usual._repr_html_()
     assert experiments.load(usual.folder) == usual
 
@@ -323,11 +323,11 @@ def test_settings_of_numpy_are_the_plain_numbers(tmp_path):
 @pytest.mark.parametrize("what", WRONG)
 def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    call, said = WRONG[what]
+    call, message = WRONG[what]
     with pytest.raises(ValueError) as refused:
         call()
     assert isinstance(refused.value, experiments.UsageError)
-    assert said in str(refused.value) and "\n" not in str(refused.value)
+    assert message in str(refused.value) and "\n" not in str(refused.value)
     assert list(tmp_path.iterdir()) == []
 
 

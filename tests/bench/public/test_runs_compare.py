@@ -19,7 +19,7 @@ FAST = {"experiment.speeds_cm_s": [20, 30]}
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def runs_folder(tmp_path_factory):
     """Three runs of the same trials: by defaults, under another light and gain, and half a run at another seed."""
     folder = tmp_path_factory.mktemp("runs")
     experiments.run("speed", settings=FAST, out=folder / "a", **QUICK)
@@ -30,9 +30,9 @@ def made(tmp_path_factory):
     return folder
 
 
-def test_runs(made, colias):
-    table = experiments.runs(made)
-    rows = {row["run"].removeprefix(f"{made}/"): row for row in table.to_pylist()}
+def test_runs(runs_folder, colias):
+    table = experiments.runs(runs_folder)
+    rows = {row["run"].removeprefix(f"{runs_folder}/"): row for row in table.to_pylist()}
     assert sorted(rows) == ["a", "b", "part/c"]
     assert rows["a"]["changed"] == "experiment.speeds_cm_s=20,30" and rows["a"]["models"] == "dsnn"
     assert (rows["b"]["seed"], rows["b"]["done"], rows["b"]["planned"], rows["b"]["failures"]) == (0, 6, 6, 0)
@@ -43,45 +43,48 @@ def test_runs(made, colias):
     assert rows["part/c"]["models"] == "dsnn:n_con=4"
     assert rows["part/c"]["changed"] == "dsnn.n_con=4, experiment.speeds_cm_s=20,30"
     assert all(row["trouble"] is None for row in rows.values())
-    done = colias("runs", str(made))
+    done = colias("runs", str(runs_folder))
     assert done.returncode == 0 and "part/c" in done.stdout and "dsnn.n_con=4" in done.stdout and not done.stderr
 
 
-def test_runs_tell_when_they_were_begun_and_by_what_commit(made, tmp_path, monkeypatch, capsys):
+def test_runs_tell_when_they_were_begun_and_by_what_commit(runs_folder, tmp_path, monkeypatch, capsys):
     """The time is the run's own, whatever becomes of its files; of an older folder it is the file's, and marked."""
     began = datetime.datetime.now(datetime.UTC) - datetime.timedelta(minutes=30)
     for name in ("copied", "older"):
-        shutil.copytree(made / "a", tmp_path / name)
+        shutil.copytree(runs_folder / "a", tmp_path / name)
         os.utime(tmp_path / name / "experiment.json", (0, 0))
-    text = json.loads((made / "a" / "experiment.json").read_text())
+    text = json.loads((runs_folder / "a" / "experiment.json").read_text())
     assert datetime.datetime.fromisoformat(text["begun"]).utcoffset() == datetime.timedelta()
     (tmp_path / "older" / "experiment.json").write_text(json.dumps({k: v for k, v in text.items() if k != "begun"}))
     os.utime(tmp_path / "older" / "experiment.json", (0, 0))
     older, copied = experiments.runs(tmp_path).to_pylist()
     assert (older["when_from"], copied["when_from"]) == ("mtime", "begun")
     assert older["when"].year == 1970 and copied["when"] > began
-    assert copied["when"] == experiments.load(made / "a").begun and experiments.load(tmp_path / "older").begun is None
-    assert copied["commit"] == older["commit"] == experiments.load(made / "a").commit
+    assert (
+        copied["when"] == experiments.load(runs_folder / "a").begun
+        and experiments.load(tmp_path / "older").begun is None
+    )
+    assert copied["commit"] == older["commit"] == experiments.load(runs_folder / "a").commit
     assert str(copied["commit"])[:12] == str(text["source"]["commit"])[:12]
     monkeypatch.setattr(terminal.out_console, "width", 200)
     assert cli_main.command(["runs", str(tmp_path)]) == 0
     header, first, second = capsys.readouterr().out.splitlines()[:3]
     assert header.split() == ["run", "begun", "experiment", "seed", "trials", "models", "changed", "verdicts", "commit"]
     assert " (mtime)  speed " in first and "(mtime)" not in second and " speed " in second
-    found = experiments.compare(tmp_path / "copied", tmp_path / "older")
-    assert found.parameters.num_rows == 0, "when a run was begun is no parameter"
+    comparison = experiments.compare(tmp_path / "copied", tmp_path / "older")
+    assert comparison.parameters.num_rows == 0, "when a run was begun is no parameter"
 
 
 @pytest.mark.parametrize("begun", [3, "yesterday", "2026-01-01T00:00:00", None])
-def test_a_time_that_is_none_is_the_files(made, tmp_path, begun):
-    text = json.loads((made / "a" / "experiment.json").read_text())
+def test_a_time_that_is_none_is_the_files(runs_folder, tmp_path, begun):
+    text = json.loads((runs_folder / "a" / "experiment.json").read_text())
     (tmp_path / "experiment.json").write_text(json.dumps({**text, "begun": begun}))
     (row,) = experiments.runs(tmp_path).to_pylist()
     assert (row["when_from"], row["trouble"]) == ("mtime", None)
 
 
-def test_going_on_keeps_the_time(made, tmp_path):
-    shutil.copytree(made / "a", tmp_path / "out")
+def test_going_on_keeps_the_time(runs_folder, tmp_path):
+    shutil.copytree(runs_folder / "a", tmp_path / "out")
     file = tmp_path / "out" / "experiment.json"
     text = json.loads(file.read_text())
     file.write_text(json.dumps({**text, "begun": "2001-01-01T00:00:00+00:00"}))
@@ -102,8 +105,8 @@ FINDINGS = [
 
 @pytest.mark.parametrize("width", [40, 80])
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_word_is_broken_at_any_width(command, width, made, monkeypatch, capsys):
-    monkeypatch.chdir(made)
+def test_no_word_is_broken_at_any_width(command, width, runs_folder, monkeypatch, capsys):
+    monkeypatch.chdir(runs_folder)
     monkeypatch.setattr(doctor_run, "examine", lambda out: FINDINGS)
 
     def printed(columns):
@@ -130,10 +133,10 @@ def test_a_pipe_is_as_wide_as_columns_says(colias):
     assert max(map(len, narrow.splitlines())) <= 60 and narrow.split() == unknown.split() == wide.split()
 
 
-def test_damaged_folders_are_named_and_not_fatal(made, colias):
+def test_damaged_folders_are_named_and_not_fatal(runs_folder, colias):
     folder = colias.folder / "runs"
-    shutil.copytree(made / "a", folder / "a")
-    shutil.copytree(made / "a", folder / "nothing said")
+    shutil.copytree(runs_folder / "a", folder / "a")
+    shutil.copytree(runs_folder / "a", folder / "nothing said")
     (folder / "nothing said" / "experiment.json").unlink()
     for name, text in {"cut": "{", "list": "[]", "odd": '{"experiment": {}, "seed": 0, "trials": 3}'}.items():
         (folder / name).mkdir()
@@ -141,10 +144,10 @@ def test_damaged_folders_are_named_and_not_fatal(made, colias):
     (folder / "empty").mkdir()
     done = colias("runs")
     assert done.returncode == 0 and done.stdout.startswith("run: a ")
-    said = done.stderr.splitlines()
-    assert len(said) == 4 and all(line.startswith("damaged: runs/") for line in said), said
+    errors = done.stderr.splitlines()
+    assert len(errors) == 4 and all(line.startswith("damaged: runs/") for line in errors), errors
     for name in ("cut", "list", "odd", "nothing said"):
-        assert any(line.startswith(f"damaged: runs/{name}: ") for line in said)
+        assert any(line.startswith(f"damaged: runs/{name}: ") for line in errors)
 
 
 def test_no_runs_at_all(colias):
@@ -155,51 +158,60 @@ def test_no_runs_at_all(colias):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "no runs in runs\n")
 
 
-def test_comparing_two_runs(made, colias):
-    found = experiments.compare(made / "a", experiments.load(made / "b"))
-    differing = {row["parameter"]: (row["first"], row["second"]) for row in found.parameters.to_pylist()}
+def test_comparing_two_runs(runs_folder, colias):
+    comparison = experiments.compare(runs_folder / "a", experiments.load(runs_folder / "b"))
+    differing = {row["parameter"]: (row["first"], row["second"]) for row in comparison.parameters.to_pylist()}
     assert differing == {"models": ('["dsnn"]', '["dsnn", "emd"]'), "dsnn.n_con": ("8", "4")}
-    rows = found.results.to_pylist()
+    rows = comparison.results.to_pylist()
     assert [(row["speed_cm_s"], row["model"], row["against"], row["n"]) for row in rows] == [
         (20.0, "dsnn", "dsnn", 3), (30.0, "dsnn", "dsnn", 3),
     ]  # fmt: skip
     for row in rows:
         means = []
         for name in ("a", "b"):
-            own = [r["spikes"] for r in experiments.load(made / name).trials.to_pylist()
+            spikes = [r["spikes"] for r in experiments.load(runs_folder / name).trials.to_pylist()
                    if (r["speed_cm_s"], r["model"]) == (row["speed_cm_s"], "dsnn")]  # fmt: skip
-            means.append(sum(own) / 3)
+            means.append(sum(spikes) / 3)
         assert (row["mean_first"], row["mean_second"]) == pytest.approx(means)
         assert row["mean_difference"] == pytest.approx(means[0] - means[1])
         assert row["p"] <= row["p_holm"] <= 1
-    assert found.note == "" and found.code == ""
-    assert "2 parameters differ; 2 paired tests" in repr(found) and "<td>dsnn.n_con</td>" in found._repr_html_()
-    done = colias("compare", str(made / "a"), str(made / "b"))
+    assert comparison.note == "" and comparison.code == ""
+    assert (
+        "2 parameters differ; 2 paired tests" in repr(comparison) and "<td>dsnn.n_con</td>" in comparison._repr_html_()
+    )
+    done = colias("compare", str(runs_folder / "a"), str(runs_folder / "b"))
     assert done.returncode == 0 and "dsnn.n_con" in done.stdout and "p after Holm" in done.stdout, done.stderr
 
 
-def test_one_model_each_under_other_labels(made):
-    found = experiments.compare(made / "a", made / "part" / "c")
-    differing = {row["parameter"]: (row["first"], row["second"]) for row in found.parameters.to_pylist()}
+def test_one_model_each_under_other_labels(runs_folder):
+    comparison = experiments.compare(runs_folder / "a", runs_folder / "part" / "c")
+    differing = {row["parameter"]: (row["first"], row["second"]) for row in comparison.parameters.to_pylist()}
     assert differing == {"models": ('["dsnn"]', '["dsnn:n_con=4"]'), "seed": ("0", "1"), "dsnn.n_con": ("8", "4")}
-    assert found.results.num_rows == 0
-    assert found.note.startswith("nothing to pair: no trial of the one") and "the seeds are 0 and 1" in found.note
+    assert comparison.results.num_rows == 0
+    assert (
+        comparison.note.startswith("nothing to pair: no trial of the one")
+        and "the seeds are 0 and 1" in comparison.note
+    )
 
 
-def test_the_same_run_twice(made, colias):
-    done = colias("compare", str(made / "a"), str(made / "a"))
+def test_the_same_run_twice(runs_folder, colias):
+    done = colias("compare", str(runs_folder / "a"), str(runs_folder / "a"))
     assert done.returncode == 0 and "no parameter differs" in done.stdout and "+0.0" in done.stdout
 
 
-def test_nothing_in_common(made, colias, tmp_path):
+def test_nothing_in_common(runs_folder, colias, tmp_path):
     clips = experiments.run("clean", out=tmp_path / "clips", **{**QUICK, "repeats": 1})
-    found = experiments.compare(made / "a", clips)
-    assert "nothing to pair: " in found.note and "speed and clean" in found.note and found.results.num_rows == 0
+    comparison = experiments.compare(runs_folder / "a", clips)
+    assert (
+        "nothing to pair: " in comparison.note
+        and "speed and clean" in comparison.note
+        and comparison.results.num_rows == 0
+    )
     same = experiments.compare(clips, clips)
     assert same.results.num_rows == 12 and same.parameters.num_rows == 0
-    done = colias("compare", str(made / "a"), str(clips.folder))
+    done = colias("compare", str(runs_folder / "a"), str(clips.folder))
     assert done.returncode == 0 and "nothing to pair" in done.stderr
-    done = colias("compare", str(made / "a"), "no")
+    done = colias("compare", str(runs_folder / "a"), "no")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("colias: no: no readable experiment.json there")
 

@@ -67,14 +67,14 @@ def verdict(claim, count, **more):
 def result(tmp_path_factory):
     """A reproduction as `reproduce` returns it, without runs, with claims of every count in turn."""
     told = {claim: verdict(claim, COUNTS[place % len(COUNTS)]) for place, claim in enumerate(claim_ids(PAPER))}
-    made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
+    reading_chapters = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
     plan = study_run.planned(dataclasses.replace(SENSITIVITY, repeats=5))
     moved, folder = Counts(plan, rows_of(plan.specs)), tmp_path_factory.mktemp("report")
     Files(folder).write_json("sensitivity.json", moved.described())
-    own = [verdict("B1", Count(0, 1))]
+    behaviour_verdicts = [verdict("B1", Count(0, 1))]
     return Reproduction(
-        folder, FULL, 0, list(told.values()), {}, [], [], moved, [], own,
-        {}, {"versions": {"colias-sim": "0"}}, made,
+        folder, FULL, 0, list(told.values()), {}, [], [], moved, [], behaviour_verdicts,
+        {}, {"versions": {"colias-sim": "0"}}, reading_chapters,
     )  # fmt: skip
 
 
@@ -110,12 +110,12 @@ def page(text):
 
 def tiles(page):
     """Claim -> (sign and word of its tile, its class, where it leads)."""
-    found = {}
+    by_claim = {}
     for at in page.of("tile"):
         _, attrs, _ = page.elements[at]
         claim, word = (page.elements[at + offset][2].strip() for offset in (2, 3))
-        found[claim] = (word, attrs["class"], attrs["href"])
-    return found
+        by_claim[claim] = (word, attrs["class"], attrs["href"])
+    return by_claim
 
 
 def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, page, capsys):
@@ -125,8 +125,8 @@ def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, pa
     content = json.loads(to_json(stored_verdicts.document(result.claims)))
     assert {claim.id: claim.count.label for claim in stored_verdicts.verdicts(content)} == labels
     show_claims(result.claims, {})
-    shown = capsys.readouterr().out
-    in_table = dict(re.findall(r"^(C\d+) +(holds|fails|sometimes|not judged|-)  ", shown, re.MULTILINE))
+    printed = capsys.readouterr().out
+    in_table = dict(re.findall(r"^(C\d+) +(holds|fails|sometimes|not judged|-)  ", printed, re.MULTILINE))
     judged = {claim.id: claim.count for claim in result.claims if claim.experiment}
     assert in_table == {claim: count.label if count.kind != "counted" else "-" for claim, count in judged.items()}
     scale = dataclasses.asdict(result.scale)
@@ -136,25 +136,25 @@ def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, pa
     readme = blocks(results)["verdicts"]
     rows = dict(re.findall(r"^\| (C\d+) \| .* \| (\w+|-) \| [^|]* \|$", readme, re.MULTILINE))
     assert rows == {claim.id: claim.count.word or "-" for claim in result.claims}
-    (total,) = {readme.partition(". A replicate")[0], " ".join(shown.partition("\n\n")[2].split("\n\n")[0].split())}
+    (total,) = {readme.partition(". A replicate")[0], " ".join(printed.partition("\n\n")[2].split("\n\n")[0].split())}
     first = re.search(r'<p class="lead">(.*?)</p>', html.unescape(report.page(result)))[1]
     lead = " ".join(re.sub("<[^>]*>", "", first).split())
     assert lead == f"{total}."
 
 
 def test_every_claim_has_a_tile_that_leads_to_its_evidence(result, page):
-    found = tiles(page)
+    by_claim = tiles(page)
     counts = {claim.id: claim.count for claim in (*result.claims, *result.own_claims)}
-    assert list(found) == list(counts)
+    assert list(by_claim) == list(counts)
     cards = {}
     for at in page.of("claim"):  # a folded one has its id inside, so that a link to it unfolds it
         inside = next(attrs for _, attrs, _ in page.elements[at:] if "id" in attrs)
         cards[inside["id"]] = page.elements[at][1]["class"]
-    for claim, (text, style, target) in found.items():
+    for claim, (text, style, target) in by_claim.items():
         count = counts[claim]
         assert text == f"{SIGNS[count.kind]} {count.label}" and style.split() == ["tile", count.kind]
         assert target == f"#{claim}" and cards[claim].split() == ["claim", count.kind]
-    assert list(cards) == list(found)
+    assert list(cards) == list(by_claim)
 
 
 def test_the_first_screen_says_why_claims_do_not_hold(result, text):
@@ -187,10 +187,10 @@ def test_links_lead_somewhere_and_no_id_comes_twice(text, page):
 
 def own_experiment(folder, name):
     """A run of an experiment of one's own, with a figure."""
-    made = plan(dataclasses.replace(registry.load("speed"), name=name), ["dsnn"], (), 1, 0)
+    run_plan = plan(dataclasses.replace(registry.load("speed"), name=name), ["dsnn"], (), 1, 0)
     (folder / name).mkdir(parents=True)
     (folder / name / "figure.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    return made, Report(folder / name, "speed_cm_s", "spikes", rows_of(made.specs()), [], [], [], "", [], [])
+    return run_plan, Report(folder / name, "speed_cm_s", "spikes", rows_of(run_plan.specs()), [], [], [], "", [], [])
 
 
 def test_an_own_experiment_may_be_called_like_anything_on_the_page(result, page, tmp_path):
@@ -201,15 +201,15 @@ def test_an_own_experiment_may_be_called_like_anything_on_the_page(result, page,
     assert {"claims", "top", "onboard", "C1"} <= set(names)
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    own = [own_experiment(tmp_path, name) for name in names]
-    played = Played(own[0][1].folder.with_name("behave-a"), "colias_sim/Fixation-v0", [Standing("still", {}, [])],
+    runs = [own_experiment(tmp_path, name) for name in names]
+    played = Played(runs[0][1].folder.with_name("behave-a"), "colias_sim/Fixation-v0", [Standing("still", {}, [])],
                     pa.table({}), [])  # fmt: skip
-    shown = Page(report.page(dataclasses.replace(result, folder=tmp_path, runs=own, behaviours=[played])))
-    ids = [attrs["id"] for _, attrs, _ in shown.elements if "id" in attrs]
-    assert sorted(each for each in set(ids) if ids.count(each) > 1) == []
+    new_page = Page(report.page(dataclasses.replace(result, folder=tmp_path, runs=runs, behaviours=[played])))
+    ids = [attrs["id"] for _, attrs, _ in new_page.elements if "id" in attrs]
+    assert sorted(page_id for page_id in set(ids) if ids.count(page_id) > 1) == []
     assert {f"experiment-{name}" for name in names} <= set(ids)
-    assert sum(attrs.get("class") == "plate" for _, attrs, _ in shown.elements) == len(names) + 2
-    targets = {attrs["href"][1:] for tag, attrs, _ in shown.elements if tag == "a" and attrs["href"].startswith("#")}
+    assert sum(attrs.get("class") == "plate" for _, attrs, _ in new_page.elements) == len(names) + 2
+    targets = {attrs["href"][1:] for tag, attrs, _ in new_page.elements if tag == "a" and attrs["href"].startswith("#")}
     assert targets <= set(ids)
 
 
@@ -259,9 +259,9 @@ def test_a_reading_that_all_claims_share_is_told_once_outside_its_chapter(text):
 @pytest.mark.parametrize("claim", claim_ids(PAPER))
 def test_sources_are_the_paper_s_own_numbers(claim, text):
     source = words(claim).source
-    said = cited(source)
-    assert re.search(r"(Fig|Eq)\. \d", said) and not any(label in said for label in numbers() if "-" in label)
-    assert f"The paper ({said})" in text and f"({source})" not in text
+    citation = cited(source)
+    assert re.search(r"(Fig|Eq)\. \d", citation) and not any(label in citation for label in numbers() if "-" in label)
+    assert f"The paper ({citation})" in text and f"({source})" not in text
 
 
 def test_figures_are_numbered_in_the_paper_s_order():
@@ -280,7 +280,7 @@ STYLE = files("experiments.bench.reproduction").joinpath("page/style.css").read_
 def schemes():
     """The named colours of the light and of the dark scheme."""
     light, dark = re.findall(r":root \{(.*?)\}", STYLE, re.DOTALL)
-    return {name: dict(re.findall(r"--([\w-]+): (#\w{6})", own)) for name, own in (("light", light), ("dark", dark))}
+    return {name: dict(re.findall(r"--([\w-]+): (#\w{6})", css)) for name, css in (("light", light), ("dark", dark))}
 
 
 def luminance(colour):
@@ -307,8 +307,8 @@ def test_text_can_be_read_in_both_schemes(scheme):
     for word in MEANINGS:
         grounds[f"{word}-ink"] = (f"{word}-ground", "ground")
     grounds["text"] += tuple(f"{word}-ground" for word in MEANINGS)
-    for ink, own in grounds.items():
-        for ground in own:
+    for ink, backgrounds in grounds.items():
+        for ground in backgrounds:
             assert contrast(colours[ink], colours[ground]) >= 4.5, (scheme, ink, ground)
 
 
@@ -328,8 +328,8 @@ SOMETIMES = Count(3, 2)
 
 def dressed(result, claim, folder, count=SOMETIMES, experiment="speed", **more):
     """The card of one claim that came to a count."""
-    own = dataclasses.replace(verdict(claim, count), experiment=experiment)
-    (card,) = cards(dataclasses.replace(result, claims=[own], folder=folder, **more))
+    claim_verdict = dataclasses.replace(verdict(claim, count), experiment=experiment)
+    (card,) = cards(dataclasses.replace(result, claims=[claim_verdict], folder=folder, **more))
     return card
 
 
@@ -356,7 +356,7 @@ def test_other_detectors_stand_in_the_card_of_c21_alone(result, tmp_path):
 
 
 def test_the_rate_of_trials_is_told_of_claims_about_every_single_one(result, tmp_path):
-    about_trials = {claim for claim, own in robot_claims().items() if own.of_every_trial}
+    about_trials = {claim for claim, declaration in robot_claims().items() if declaration.of_every_trial}
     assert {"C13", "C14"} <= about_trials < set(robot_claims())
     for claim in robot_claims():
         whole = Outcome("fails", "0.3", n=50, broken=4)
@@ -413,8 +413,8 @@ def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path
     assert re.search(r'<th class="whole">ov7670, open loop</th><td class="cell holds[^"]*">2 of 2<br>', text)
     assert "How the stimulus moved" in text and 'href="#fidelity"' in text
     assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td[^>]*><span class=\"chip fails\">", text)
-    found = stored(tmp_path)
-    assert (len(found.maps), len(found.models)) == (1, 1)
+    stored_parts = stored(tmp_path)
+    assert (len(stored_parts.maps), len(stored_parts.models)) == (1, 1)
     assert read(tmp_path / "models", "model_claims")["claims"] and read(tmp_path, "nothing") is None
 
 
@@ -437,15 +437,15 @@ def drawn_section(result, folder, parts):
 
 
 def test_the_report_names_the_renderer_and_its_reference_frame(result, tmp_path):
-    said = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE], [SEEN]), "replicates": ([LLVMPIPE], [SEEN])})
-    assert said.count(LLVMPIPE) == 1 and "software" in said and "differ" not in said
-    assert f"reference frame {SEEN}, known from {KNOWN[SEEN]}" in said
+    section = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE], [SEEN]), "replicates": ([LLVMPIPE], [SEEN])})
+    assert section.count(LLVMPIPE) == 1 and "software" in section and "differ" not in section
+    assert f"reference frame {SEEN}, known from {KNOWN[SEEN]}" in section
 
 
 def test_a_card_s_frames_are_not_called_software_and_an_unknown_hash_is_told(result, tmp_path):
-    said = drawn_section(result, tmp_path, {"speed": ([CARD], ["0123456789abcdef"])})
-    assert CARD in said and "software" not in said
-    assert "reference frame 0123456789ab, not known" in said
+    section = drawn_section(result, tmp_path, {"speed": ([CARD], ["0123456789abcdef"])})
+    assert CARD in section and "software" not in section
+    assert "reference frame 0123456789ab, not known" in section
 
 
 @pytest.mark.parametrize(
@@ -454,14 +454,14 @@ def test_a_card_s_frames_are_not_called_software_and_an_unknown_hash_is_told(res
 )
 def test_parts_that_were_drawn_differently_are_told_apart(result, tmp_path, hash_, told):
     parts = {"distance": ([LLVMPIPE], [SEEN]), "speed": ([CARD], [hash_]), "a/map": ([LLVMPIPE], [SEEN])}
-    said = drawn_section(result, tmp_path, parts)
-    assert said.count(told) == 1
-    assert f"a/map, distance: {LLVMPIPE}" in said and f"speed: {CARD}" in said
+    section = drawn_section(result, tmp_path, parts)
+    assert section.count(told) == 1
+    assert f"a/map, distance: {LLVMPIPE}" in section and f"speed: {CARD}" in section
 
 
 def test_one_part_that_two_machines_drew_is_told_too(result, tmp_path):
-    said = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE, CARD], [SEEN, "0123456789ab"])})
-    assert "2 reference frames" in said and LLVMPIPE in said and CARD in said
+    section = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE, CARD], [SEEN, "0123456789ab"])})
+    assert "2 reference frames" in section and LLVMPIPE in section and CARD in section
 
 
 def test_notes_that_are_not_there_or_damaged_are_left_out(result, tmp_path):

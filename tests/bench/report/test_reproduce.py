@@ -77,7 +77,7 @@ def counted_in_table(text):
 def test_every_claim_is_answered(reproduced):
     run, done = reproduced
     folder = run / "out"
-    claims, own = (
+    claims, behaviours = (
         verdicts(json.loads((folder / f"{name}.json").read_text())) for name in ("claims", "behaviours")
     )  # fmt: skip
     pooled = json.loads((folder / "pooled.json").read_text())
@@ -99,7 +99,7 @@ def test_every_claim_is_answered(reproduced):
     assert all(claim.outcome.decided for claim in judged), "the number that decided stands beside every verdict"
     assert not any(claim.outcome.decided for claim in claims if claim.id in left_out)
     assert "colias watch" in claims[11].outcome.measured
-    assert [(claim.id, claim.count.kind) for claim in own] == [(f"B{i}", "unjudged") for i in range(1, 5)]
+    assert [(claim.id, claim.count.kind) for claim in behaviours] == [(f"B{i}", "unjudged") for i in range(1, 5)]
     column = counted_in_table(done.stdout)
     for claim in robot:
         assert f"held in {claim.count.holds} of 2 short replicates" in column[claim.id]
@@ -239,15 +239,15 @@ def test_a_claim_is_judged_on_the_trials_of_its_own_experiments_throughout():
     plan = design()
     assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
 
-    def found(rows):
-        (own,) = every(plan, rows)
-        return replicates.judged("C13", own).verdict, replicates.pooled("C13", [own, own]).verdict
+    def c13_verdicts(rows):
+        (replicate,) = every(plan, rows)
+        return replicates.judged("C13", replicate).verdict, replicates.pooled("C13", [replicate, replicate]).verdict
 
     silent = rows_of(plan.specs)
-    assert found(silent) == ("holds", "holds")
+    assert c13_verdicts(silent) == ("holds", "holds")
     for place, verdict in (("distance", "holds"), ("general", "fails"), ("angular-recession", "fails")):
         spiking = [row | ({"spikes": 3} if row["experiment"] == place else {}) for row in silent]
-        assert found(spiking) == (verdict, verdict)
+        assert c13_verdicts(spiking) == (verdict, verdict)
 
 
 def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
@@ -264,24 +264,24 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert [scale.replicates for scale in (USUAL, FULL)] == [5, 40]
     assert all(scale.whole and scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL))
     assert not QUICK.whole and QUICK.name == "short replicate"
-    made = planned(USUAL, 7)
-    assert (made.others.seed, made.others.replicates) == (8, 4), "replicate 0 is not run twice"
-    whole = sum(len(plan.specs()) for plan in made.paper())
-    assert len(made.others.specs) == 4 * whole
-    shown = sum(len(plan.specs()) for plan in made.plans) - whole
-    every_trial = whole * 5 + len(made.moves.specs) + shown
-    assert made.amount().startswith(f"{every_trial} trials with the robot ({whole} in replicate 0, ")
-    assert {plan.repeats for plan in made.offline} == {1, 5}
+    planned_runs = planned(USUAL, 7)
+    assert (planned_runs.others.seed, planned_runs.others.replicates) == (8, 4), "replicate 0 is not run twice"
+    whole = sum(len(plan.specs()) for plan in planned_runs.paper())
+    assert len(planned_runs.others.specs) == 4 * whole
+    shown_trials = sum(len(plan.specs()) for plan in planned_runs.plans) - whole
+    every_trial = whole * 5 + len(planned_runs.moves.specs) + shown_trials
+    assert planned_runs.amount().startswith(f"{every_trial} trials with the robot ({whole} in replicate 0, ")
+    assert {plan.repeats for plan in planned_runs.offline} == {1, 5}
 
 
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
     monkeypatch.setattr(registry, "answering", dict)
-    said = {claim.id: claim.outcome.measured for claim in paper_claims.verdicts([], [])}
-    assert "footage" in said["C12"] and "footage" not in said["C15"]
-    assert said["C15"] == "none of the experiments here declares this claim"
+    measured = {claim.id: claim.outcome.measured for claim in paper_claims.verdicts([], [])}
+    assert "footage" in measured["C12"] and "footage" not in measured["C15"]
+    assert measured["C15"] == "none of the experiments here declares this claim"
 
 
 def test_a_replicate_with_no_trial_is_not_judged():
-    (own,) = every(design(1, 1), [])
-    assert {replicates.judged(claim, own).verdict for claim in registry.answering()} == {"not shown"}
+    (replicate,) = every(design(1, 1), [])
+    assert {replicates.judged(claim, replicate).verdict for claim in registry.answering()} == {"not shown"}

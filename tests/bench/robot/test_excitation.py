@@ -48,11 +48,11 @@ def expanding():
 
 def answers(clip):
     """HS of every model that the figure needs."""
-    found = {}
+    hs_by_model = {}
     for label, model in NETWORKS.items():
         network = model.build(SHAPE)
-        found[label] = np.array([network.step(frame).hs for frame in clip])
-    return found
+        hs_by_model[label] = np.array([network.step(frame).hs for frame in clip])
+    return hs_by_model
 
 
 def trial_of(clip):
@@ -72,7 +72,7 @@ def by_the_equations(clip):
     q = NETWORKS[WHOLE].network
     reference, alphas, gain = ReferenceDSNN(SHAPE, q), [alpha(tau, q.dt) for tau in q.delays()], alpha(q.tau_mp, q.dt)
     delays = {name: [np.zeros(SHAPE) for _ in alphas] for name in ("f_on", "f_off")}
-    sums, found = np.zeros(2), []
+    sums, series = np.zeros(2), []
     for frame in clip:
         maps = reference.step(frame, maps=True).maps
         now = np.zeros(2)
@@ -82,8 +82,8 @@ def by_the_equations(clip):
             e = layers.correlate(f, delays[name], q.d, 0.0, axis=1)
             now += e, e - layers.correlate(f, delays[name], q.d, 1.0, axis=1)
         sums = sums + gain * (now - sums)
-        found.append(sums / (4.0 * SHAPE[0] * SHAPE[1] * q.k_sig))
-    return np.array(found).T
+        series.append(sums / (4.0 * SHAPE[0] * SHAPE[1] * q.k_sig))
+    return np.array(series).T
 
 
 def near(measured, expected):
@@ -100,15 +100,15 @@ def test_excitation_and_inhibition_are_those_of_the_equations():
 
 
 def test_excitation_less_weighted_inhibition_of_each_pathway_is_hs():
-    found = answers(noise())
+    hs_by_model = answers(noise())
     hs = {0.0: 0.0, W_I: 0.0, 1.0: 0.0}
     for excited, opposed in zip(EXCITED, OPPOSED, strict=True):
-        e, difference = before_sigmoid(found[excited]), before_sigmoid(found[opposed])
+        e, difference = before_sigmoid(hs_by_model[excited]), before_sigmoid(hs_by_model[opposed])
         assert np.abs(e - difference).max() > 0.1, "inhibition has a part in it"
         for w_i in hs:
             hs[w_i] = hs[w_i] + np.tanh(2.0 * (e - w_i * (e - difference))) / 2.0
-    assert near(hs[W_I], found[WHOLE]) and near(hs[1.0], found[BALANCED])
-    assert not near(hs[0.0], found[WHOLE]), "the law can fail"
+    assert near(hs[W_I], hs_by_model[WHOLE]) and near(hs[1.0], hs_by_model[BALANCED])
+    assert not near(hs[0.0], hs_by_model[WHOLE]), "the law can fail"
 
 
 def test_a_mirrored_clip_swaps_excitation_and_inhibition():
@@ -143,27 +143,27 @@ def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
 
 @pytest.mark.parametrize("motion", ["approach", "recession"])
 def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
-    judged, shown = (
-        each
+    judged, mechanism = (
+        run_plan
         for name in (f"angular-{motion}", f"{motion}-mechanism")
-        for each in planned(QUICK, 5).plans
-        if each.experiment.name == name
+        for run_plan in planned(QUICK, 5).plans
+        if run_plan.experiment.name == name
     )
-    assert [model.label for model in shown.settings.models] == list(NEEDED), "and no other models"
-    one, other = ([(spec.seed, spec.condition) for spec in each.specs()] for each in (judged, shown))
+    assert [model.label for model in mechanism.settings.models] == list(NEEDED), "and no other models"
+    one, other = ([(spec.seed, spec.condition) for spec in run_plan.specs()] for run_plan in (judged, mechanism))
     assert one == other
-    assert dataclasses.replace(shown.settings, models=()) == dataclasses.replace(judged.settings, models=())
+    assert dataclasses.replace(mechanism.settings, models=()) == dataclasses.replace(judged.settings, models=())
 
 
 def test_the_models_differ_in_what_they_say_and_in_nothing_else():
     usual = NETWORKS[WHOLE].network
-    said = {
+    expected_changes = {
         WHOLE: {}, BALANCED: {"w_i": 1.0},
         EXCITED[0]: {"off": False, "w_i": 0.0}, EXCITED[1]: {"on": False, "w_i": 0.0},
         OPPOSED[0]: {"off": False, "w_i": 1.0}, OPPOSED[1]: {"on": False, "w_i": 1.0},
     }  # fmt: skip
     assert {label: model.network for label, model in NETWORKS.items()} == {
-        label: dataclasses.replace(usual, **changes) for label, changes in said.items()
+        label: dataclasses.replace(usual, **changes) for label, changes in expected_changes.items()
     }
 
 
@@ -181,17 +181,17 @@ def test_the_table_holds_what_the_figure_draws(run):
     assert {row["angle_deg"] for row in table} == {-30.0, 0.0} and {row["n"] for row in table} == {2}
     drawn = run.figure()
     for column, angle in enumerate((-30.0, 0.0)):
-        own = [row for row in table if row["angle_deg"] == angle]
+        angle_rows = [row for row in table if row["angle_deg"] == angle]
         sums, potential = drawn.axes[column], drawn.axes[2 + column]
         for line, name in zip(sums.get_lines(), ("excitation", "weighted_inhibition"), strict=True):
-            assert line.get_ydata() == pytest.approx([row[name] for row in own])
-        ours = [line.get_ydata() for line in potential.get_lines() if len(line.get_xdata()) == len(own)]
+            assert line.get_ydata() == pytest.approx([row[name] for row in angle_rows])
+        ours = [line.get_ydata() for line in potential.get_lines() if len(line.get_xdata()) == len(angle_rows)]
         singles, means = ours[:2], ours[2:]
         assert np.mean(singles, axis=0) == pytest.approx(means[1])
-        assert means[0] == pytest.approx([row["hs_w_i_1"] for row in own])
-        assert means[1] == pytest.approx([row["hs"] for row in own])
+        assert means[0] == pytest.approx([row["hs_w_i_1"] for row in angle_rows])
+        assert means[1] == pytest.approx([row["hs"] for row in angle_rows])
         (left,) = potential.collections
-        assert left.get_paths()[0].vertices[:, 1].max() == pytest.approx(max(row["residue"] for row in own))
+        assert left.get_paths()[0].vertices[:, 1].max() == pytest.approx(max(row["residue"] for row in angle_rows))
     assert "excitation E" in (run.folder / "figure.svg").read_text()
 
 
@@ -215,13 +215,13 @@ def test_pathways_are_not_compared_as_if_they_were_models(run):
 
 
 def test_the_claims_say_the_mechanism(run):
-    found = courses(run.trials.to_pylist(), run.frames, W_I)
+    angle_courses = courses(run.trials.to_pylist(), run.frames, W_I)
     verdicts = [words(claim).verdict(Outcome("holds", "")) for claim in ("C13", "C17", "C19")]
     there, name = ["recession-mechanism"], "recession-mechanism"
-    c13, c17, (_, c19) = (cards.mechanism_of(verdict, there, {name: found}) for verdict in verdicts)
+    c13, c17, (_, c19) = (cards.mechanism_of(verdict, there, {name: angle_courses}) for verdict in verdicts)
     assert c17 == ("none", "not judged"), "C17 is about approach, which was not shown"
     assert c13[0] == name
-    for course in found:
+    for course in angle_courses:
         assert f"{course.firing()} of 2 trials fire, with w_i = 1 {course.firing(balanced=True)}" in c19
         excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)
                                   for name in ("excitation", "inhibition"))  # fmt: skip

@@ -53,9 +53,9 @@ def test_only_the_name_of_a_preset_is_an_eye():
 
 
 def test_the_eyes_have_size_and_clock_in_common():
-    made = both(planned("camera.width=50", "camera.fps=25"))
-    result = run_trial(made.specs()[0], keep_media=True)
-    assert {each.shape[1:] for each in result.media.pictures.values()} == {(72, 50)}
+    run_plan = both(planned("camera.width=50", "camera.fps=25"))
+    result = run_trial(run_plan.specs()[0], keep_media=True)
+    assert {frames.shape[1:] for frames in result.media.pictures.values()} == {(72, 50)}
 
 
 def test_the_true_eye_twice_is_refused():

@@ -25,13 +25,13 @@ def ensemble(n, **curves):
     """Crossings of the DSNN and of its variants: a label's values of ``column`` by speed, the DSNN's elsewhere."""
     column = curves.pop("column")
     usual = dict(zip((2, 4, 6, 8, 10, 15, 20), (0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.7), strict=True))
-    found = []
+    trials = []
     for label in (DSNN, *VARIANTS):
         values = {**{s: v * (1.0 if label == DSNN else 0.2) for s, v in usual.items()}, **curves.get(label, {})}
         for speed, value in values.items():
-            own = rows({speed: [0] * n}, "speed_cm_s", model=label, **{column: value})
-            found += [row | {"trial": 100 * speed + index} for index, row in enumerate(own)]
-    return found
+            crossings = rows({speed: [0] * n}, "speed_cm_s", model=label, **{column: value})
+            trials += [row | {"trial": 100 * speed + index} for index, row in enumerate(crossings)]
+    return trials
 
 
 FASTER = {"dsnn:d=2": {20: 0.9}, "dsnn:n_con=1": {8: 0.9}, "dsnn:n_con=2": {8: 0.9}, "dsnn:n_con=4": {10: 0.9}}
@@ -173,9 +173,9 @@ def test_a_difference_of_counts_below_a_spike_a_trial_is_none(claim, column, lea
         return rows({level: [mean] * 4 for level, mean in counts.items()}, column)
 
     assert outcome(claim, trials(least), T).verdict == "holds"
-    found = outcome(claim, trials({level: 0.3 * mean for level, mean in least.items()}), T)
-    assert found.verdict == "fails" and "+0.3 against" in found.decided and "(needs +1 or more)" in found.decided
-    assert min(check.reading for check in found.checks if check.asks == "+1 or more") == pytest.approx(0.3)
+    judged = outcome(claim, trials({level: 0.3 * mean for level, mean in least.items()}), T)
+    assert judged.verdict == "fails" and "+0.3 against" in judged.decided and "(needs +1 or more)" in judged.decided
+    assert min(check.reading for check in judged.checks if check.asks == "+1 or more") == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(
@@ -249,9 +249,9 @@ def test_c24_is_of_every_speed_and_of_the_threshold():
     silent = outcome("C24", ensemble(4, column="peak_hs", dsnn=as_often), T)
     assert silent.verdict == "fails", "higher nowhere"
     high = ensemble(4, column="peak_hs", **{"dsnn:n_con=1": {s: 0.25 for s in (4, 6, 8, 10, 15, 20)}})
-    found = outcome("C24", high, T)
+    judged = outcome("C24", high, T)
     assert (
-        found.verdict == "fails" and "passes T = 0.2 at 6 of 7 speeds (needs more than N_con = 1: 6)" in found.decided
+        judged.verdict == "fails" and "passes T = 0.2 at 6 of 7 speeds (needs more than N_con = 1: 6)" in judged.decided
     )
 
 
@@ -285,7 +285,7 @@ def test_c30_asks_for_a_move_with_both(peaks, verdict):
 def test_c29_holds_if_it_does_in_both_windows(column):
     trials = enough("C29", 4)
     as_many = [row | {column: 60} if row["speed_cm_s"] == 10 else row for row in trials]
-    found = outcome("C29", as_many, T)
-    assert found.verdict == "fails" and "60.0 spikes at 6 cm/s, +0.0 against 60.0 at 10" in found.decided
+    judged = outcome("C29", as_many, T)
+    assert judged.verdict == "fails" and "60.0 spikes at 6 cm/s, +0.0 against 60.0 at 10" in judged.decided
     whole = [row | {"spikes": 0} for row in trials]
     assert outcome("C29", whole, T).verdict == "holds", "not the count of the whole crossing"

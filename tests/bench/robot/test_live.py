@@ -84,8 +84,8 @@ def test_what_arrives_is_the_trial(tmp_path):
         column(path, "/camera", "Image:buffer").reshape(result.media.pictures[""].shape), result.media.pictures[""]
     )
     for name, images in result.media.maps.items():
-        shown = column(path, f"/maps/{name}", "SegmentationImage:buffer").reshape(images.shape)
-        np.testing.assert_array_equal(shown, images)
+        received = column(path, f"/maps/{name}", "SegmentationImage:buffer").reshape(images.shape)
+        np.testing.assert_array_equal(received, images)
     place = column(path, "/scene/stimulus", "Transform3D:translation")
     np.testing.assert_allclose(place[:, 0], result.columns.stimulus_x_cm, rtol=1e-6)
 

@@ -73,14 +73,14 @@ def test_a_part_counts_its_own_frames():
     hs, spikes = np.linspace(-0.5, 0.5, count), np.arange(count, dtype=np.int64) - count // 2
     zero, none = np.zeros(count), np.zeros(count, np.int64)
     series = ResponseSeries(hs, zero, spikes, none, zero, none, zero)
-    found = measure(series, "hs", parts, CAMERA.fps)
-    assert found.spikes_in_view == np.abs(spikes[parts.in_view]).sum()
-    assert found.rate_in_view_hz == pytest.approx(found.spikes_in_view / seconds(parts.in_view))
-    assert found.mean_hs_near_axis == pytest.approx(hs[parts.near_axis].mean())
-    assert found.spikes_in_window == np.abs(spikes[parts.common]).sum() > found.spikes_in_inner_window
+    measured = measure(series, "hs", parts, CAMERA.fps)
+    assert measured.spikes_in_view == np.abs(spikes[parts.in_view]).sum()
+    assert measured.rate_in_view_hz == pytest.approx(measured.spikes_in_view / seconds(parts.in_view))
+    assert measured.mean_hs_near_axis == pytest.approx(hs[parts.near_axis].mean())
+    assert measured.spikes_in_window == np.abs(spikes[parts.common]).sum() > measured.spikes_in_inner_window
     silent = measure(series, "", parts, CAMERA.fps)  # a model that does not spike has no count, which 0 would be
     assert (silent.spikes_in_view, silent.rate_in_view_hz, silent.spikes_in_window) == (None, None, None)
-    assert silent.mean_hs_near_axis == found.mean_hs_near_axis
+    assert silent.mean_hs_near_axis == measured.mean_hs_near_axis
 
 
 def test_an_approach_has_no_crossing_s_parts():
@@ -88,25 +88,25 @@ def test_an_approach_has_no_crossing_s_parts():
     count = 30
     parts = windows(condition, CAMERA, np.arange(count) / 30, np.full(count, 90.0), np.full(count, 9.0))
     zero, none = np.zeros(count), np.zeros(count, np.int64)
-    found = measure(ResponseSeries(zero, zero, none, none, zero, none, zero), "hs", parts, CAMERA.fps)
-    assert dataclasses.astuple(found) == (0, None, None, None, None, None), "and was never in view"
+    measured = measure(ResponseSeries(zero, zero, none, none, zero, none, zero), "hs", parts, CAMERA.fps)
+    assert dataclasses.astuple(measured) == (0, None, None, None, None, None), "and was never in view"
 
 
 # --- the experiments --------------------------------------------------------------------------------------------------
 
 
 def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
-    made = plan(registry.load("ensembles"), registry.load("ensembles").models, (), 1, 0)
-    models = {model.label: model.network for model in made.settings.models}
+    run_plan = plan(registry.load("ensembles"), registry.load("ensembles").models, (), 1, 0)
+    models = {model.label: model.network for model in run_plan.settings.models}
     assert list(models) == ["dsnn", *VARIANTS]
     usual = models["dsnn"]
     assert (usual.n_con, usual.d, usual.tau_s) == (8, 1, (10.0, 200.0))
-    said = {
+    expected_changes = {
         **{label: {"n_con": n} for n, label in CONNECTIONS.items()}, WIDER: {"d": 2}, FALLING: {"tau_s": (200.0, 10.0)},
         **{label: {"tau_s": (float(delay), float(delay))} for delay, label in FIXED.items()},
         **{label: {"n_con": n, "k_sig": 0.01 * n / 8} for n, label in PER_CORRELATOR.items()},
     }  # fmt: skip
-    assert {label: dataclasses.replace(usual, **changes) for label, changes in said.items()} == models
+    assert {label: dataclasses.replace(usual, **changes) for label, changes in expected_changes.items()} == models
     assert all(len(set(models[label].delays())) == 1 for label in FIXED.values())
 
 
@@ -120,8 +120,8 @@ def test_every_claim_finds_its_models_speeds_and_experiment():
     assert {claim: registry.answering()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
         "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
     }  # fmt: skip
-    (own,) = [each for each in planned(QUICK, 0).plans if each.experiment.name == "ensembles"]
-    assert [model.label for model in own.settings.models] == ["dsnn", *VARIANTS]
+    (ensembles,) = [run_plan for run_plan in planned(QUICK, 0).plans if run_plan.experiment.name == "ensembles"]
+    assert [model.label for model in ensembles.settings.models] == ["dsnn", *VARIANTS]
 
 
 @pytest.fixture(scope="module")
@@ -136,9 +136,9 @@ def test_a_trial_s_parts_are_those_of_its_frames(run):
     """Reckoned again from the frames' positions."""
     frames = run.frames.to_pylist()
     for row in run.trials.to_pylist():
-        own = [frame for frame in frames if (frame["trial"], frame["model"]) == (row["trial"], row["model"])]
-        seen = [frame for frame in own if abs(frame["stimulus_bearing_deg"]) <= CAMERA.hfov_deg / 2]
-        near = [frame["hs"] for frame in own if abs(frame["stimulus_y_cm"]) <= 3.5]
+        model_frames = [frame for frame in frames if (frame["trial"], frame["model"]) == (row["trial"], row["model"])]
+        seen = [frame for frame in model_frames if abs(frame["stimulus_bearing_deg"]) <= CAMERA.hfov_deg / 2]
+        near = [frame["hs"] for frame in model_frames if abs(frame["stimulus_y_cm"]) <= 3.5]
         assert row["seconds_in_view"] == pytest.approx(len(seen) / CAMERA.fps)
         assert row["spikes_in_view"] == sum(abs(frame["hs_spikes"]) for frame in seen) <= row["spikes"]
         assert row["rate_in_view_hz"] == pytest.approx(row["spikes_in_view"] / row["seconds_in_view"])
@@ -149,9 +149,9 @@ def test_a_trial_s_parts_are_those_of_its_frames(run):
 
 def test_the_tables_of_a_run_of_variants(run):
     assert run.models == ["dsnn", *VARIANTS]
-    found = {row["id"]: row for row in run.claims.to_pylist()}
-    assert list(found) == ["C24", "C25", "C30"], "each once, not once for each model"
-    assert all(row["model"] == "" and row["outcome"] == "not shown" for row in found.values())
+    claims = {row["id"]: row for row in run.claims.to_pylist()}
+    assert list(claims) == ["C24", "C25", "C30"], "each once, not once for each model"
+    assert all(row["model"] == "" and row["outcome"] == "not shown" for row in claims.values())
     assert {row["quantity"] for row in run.summary.to_pylist()} >= {"seconds_in_view", "mean_hs_near_axis", "spikes"}
     pairs = pyarrow.csv.read_csv(run.folder / "comparisons.csv").to_pylist()
     assert {row["model"] for row in pairs} == {"dsnn"} and len(pairs) == 2 * len(VARIANTS)

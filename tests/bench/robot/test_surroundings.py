@@ -112,10 +112,10 @@ def test_a_run_in_an_arena_is_repeated_from_its_copies_alone(tmp_path, monkeypat
     cv2.imwrite("tex/own.png", np.full((8, 8), 90, np.uint8))
     (tmp_path / "own.py").write_text(OWN)
     settings = {"scene.shell_picture": "tex/own.png"}
-    made = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
-    noted = json.loads((made.folder / "experiment.json").read_text())
+    first_run = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
+    noted = json.loads((first_run.folder / "experiment.json").read_text())
     assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
-    assert set(made.trials.column("scene.shell_picture").to_pylist()) == {"own.png"}
+    assert set(first_run.trials.column("scene.shell_picture").to_pylist()) == {"own.png"}
     for path in ("own.py", "tex/own.png"):
         (tmp_path / path).unlink()
     assert main.command(["rerun", "there", "--trust", "--quiet", "--out", "again", "--workers", "1"]) == 0

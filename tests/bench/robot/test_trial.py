@@ -118,8 +118,8 @@ def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_
     (potential,) = rows.filter(content=f"/potential/{name}/{channel}", is_static=False).to_chunks()
     batch = potential.to_record_batch()
     column = next(c for c in batch.schema.names if "Scalars" in c)
-    shown = np.concatenate(batch[column].to_pylist())
-    np.testing.assert_array_equal(shown, getattr(result.answers[0].series, channel))
+    recorded = np.concatenate(batch[column].to_pylist())
+    np.testing.assert_array_equal(recorded, getattr(result.answers[0].series, channel))
 
 
 def test_spikes_of_a_looming_detector_are_its_looming_spikes():
@@ -250,7 +250,7 @@ def test_light_and_wall_vary_with_the_seed_and_switch_off():
     def first_frames(**scene):
         quiet = CameraConfig(shot_noise=0, read_noise=0)
         specs = [spec(30.0, seed=s, camera=quiet, scene=SceneConfig(**scene)) for s in (1, 2)]
-        return [run_trial(each, keep_media=True).media.pictures[""][0] for each in specs]
+        return [run_trial(trial_spec, keep_media=True).media.pictures[""][0] for trial_spec in specs]
 
     varied, fixed = first_frames(), first_frames(light_sd=0, turn_wall=False)
     assert not np.array_equal(*varied)

@@ -374,6 +374,7 @@ OVER = ("--over", "dsnn.n_con=4,8")
         (("general", "--over", "dsnn.d.first=1,2"), "dsnn.d has one value"),
         (("general", "--over", "dsnn.tau_s.last=100,x"), "number"),
         (("general", "--over", "dsnn.d=1,2", "--over", "dsnn.d+dsnn.n_p=1,2"), "moved twice"),
+        (("general", "--over", "dsnn.d+=1,2"), "--over dsnn.d+: a parameter is missing beside '+'"),
         (("general", "--over", "dsnn.tau_s=1", "--over", "dsnn.tau_s.first=1,2"), "moved twice"),
         (("general", "--over", "scene.arena=bright,brigth"), "nearest: bright"),
         (("general", *OVER, "--over", "dsnn.n_con=6"), "twice"),

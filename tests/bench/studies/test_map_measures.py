@@ -280,7 +280,7 @@ NET = ("--over", "dsnn.n_con=4,8")
         (("general,clutter-translation", *NET), "general has a robot and clutter-translation is off-line"),
         (("general", "--over", "cluttered.grey=0,255"), "no parameter 'cluttered.grey'"),
     ],
-)  # fmt: skip
+)
 def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError) as caught:

@@ -362,7 +362,7 @@ def test_refusals_name_the_value_and_what_is_legal(trial, folder):
         ([run, "--trial", "7", "--out", out, "--frames", "4"], "--frames 4: .*--out NAME.png"),
         ([run, "--trial", "7", "--out", out[:-3] + "png", "--frames", "40"], r"--frames 40: legal is 1 \.\. 12"),
         ([run, "--trial", "7", "--out", out[:-3] + "png", "--size", "900x200"], "--size 900x200: the panels of 6"),
-    ]  # fmt: skip
+    ]
     for arguments, pattern in cases:
         told = refused(*arguments)
         assert re.search(pattern, told), (arguments, told)

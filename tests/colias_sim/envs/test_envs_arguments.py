@@ -66,8 +66,8 @@ def test_a_users_type_checker_sees_them(tmp_path):
          tmp_path / "mine.py"],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    said = [line.rpartition("[")[2] for line in done.stdout.splitlines() if "mine.py" in line and "error" in line]
-    assert said == ["arg-type]", "call-arg]", "arg-type]"], done.stdout + done.stderr
+    codes = [line.rpartition("[")[2] for line in done.stdout.splitlines() if "mine.py" in line and "error" in line]
+    assert codes == ["arg-type]", "call-arg]", "arg-type]"], done.stdout + done.stderr
 
 
 # Actions.

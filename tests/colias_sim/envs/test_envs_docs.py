@@ -30,5 +30,5 @@ def test_the_docstring_is_a_whole_page(name):
     *_, info = episode(env, seed=0)[1]
     env.close()
     for key in info:
-        said = key.removeprefix("reward_")
-        assert f"`{said}`" in page, f"info's {key}"
+        documented_key = key.removeprefix("reward_")
+        assert f"`{documented_key}`" in page, f"info's {key}"

@@ -31,9 +31,12 @@ every_factor = pytest.mark.parametrize("factor", FACTORS)
 def told(name: str = FIXATION, steps: int = 8, seed: int = 3, **options: Any) -> list[Any]:
     """An episode of an env with the robot's eye, without the names of what was drawn."""
     env = bare(name, **{"camera": EYE, "robots": 2, **options})
-    found = episode(env, seed=seed, steps=steps)
+    transitions = episode(env, seed=seed, steps=steps)
     env.close()
-    return [(found[0][0], {key: value for key, value in found[0][1].items() if key != "randomised"}), *found[1:]]
+    return [
+        (transitions[0][0], {key: value for key, value in transitions[0][1].items() if key != "randomised"}),
+        *transitions[1:],
+    ]
 
 
 @functools.cache
@@ -41,8 +44,8 @@ def plainly() -> list[Any]:
     return told()
 
 
-def happened(found: list[Any]) -> str:
-    return fingerprint([rest for _, *rest in found])
+def happened(transitions: list[Any]) -> str:
+    return fingerprint([rest for _, *rest in transitions])
 
 
 def test_every_factor_is_tested():
@@ -152,11 +155,11 @@ def test_an_end_is_as_the_setting_of_that_name(factor, value, options):
     env._randomisation._ranges = {factor: (value * 0.9,) * 2}
     episode(env, seed=2, steps=3)
     env._randomisation._ranges = {factor: (value, value)}
-    found = episode(env, seed=3, steps=8)
+    transitions = episode(env, seed=3, steps=8)
     env.close()
-    found[0][1].pop("randomised")
+    transitions[0][1].pop("randomised")
     expected = told(OPTOMOTOR, robots=0, **options)
-    assert fingerprint(found) == fingerprint(expected)
+    assert fingerprint(transitions) == fingerprint(expected)
 
 
 def test_mass_and_motor_gain_leave_the_model_as_if_compiled_so():
@@ -186,11 +189,11 @@ def test_a_wall_s_contrast_is_that_of_a_scene_made_so_to_every_eye():
     env.reset(seed=1)
     plain = bare(OPTOMOTOR, camera="ideal", noise=0.0)
     plain.reset(seed=1)
-    made = compile_model(SceneConfig(arena="drum", wall_contrast=0.4), RobotConfig(), CameraConfig(),
-                         {"observer": "colias"}, "observer")  # fmt: skip
-    np.testing.assert_array_equal(env._sim.model.tex_data, made.tex_data)
+    model = compile_model(SceneConfig(arena="drum", wall_contrast=0.4), RobotConfig(), CameraConfig(),
+                          {"observer": "colias"}, "observer")  # fmt: skip
+    np.testing.assert_array_equal(env._sim.model.tex_data, model.tex_data)
     band = slice(20, 36)  # the wall alone
-    faint, full = (each.luma[band].astype(float) for each in (env, plain))
+    faint, full = (drum_env.luma[band].astype(float) for drum_env in (env, plain))
     assert np.ptp(faint) == pytest.approx(0.4 * np.ptp(full), rel=0.1)
     assert np.ptp(env.render()[band].astype(float)) == pytest.approx(np.ptp(faint), rel=0.1)
     env.close()
@@ -235,7 +238,7 @@ def test_presets_by_name_by_settings_and_as_configurations_are_one():
         (CameraConfig.preset("ov7670"), RobotConfig.preset("colias4")),
         (dataclasses.asdict(CameraConfig.preset("ov7670")), dataclasses.asdict(RobotConfig.preset("colias4"))),
     )]  # fmt: skip
-    assert len({fingerprint(each) for each in same}) == 1
+    assert len({fingerprint(transitions) for transitions in same}) == 1
     assert fingerprint(told(camera="default", steps=4)) != fingerprint(same[0])
 
 

@@ -50,12 +50,12 @@ def test_the_observer_s_view_is_what_its_camera_sees(contexts):
         render_width=99, render_height=72,
     )  # fmt: skip
     env.reset(seed=0)
-    shown = env.render().astype(float) @ (0.299, 0.587, 0.114)
+    picture = env.render().astype(float) @ (0.299, 0.587, 0.114)
     luma = env.luma.astype(float)
     env.close()
-    alike = np.corrcoef(shown.ravel(), luma.ravel())[0, 1]
+    alike = np.corrcoef(picture.ravel(), luma.ravel())[0, 1]
     assert alike > 0.98
-    for other in (shown[:, ::-1], shown[::-1], np.roll(shown, 3, 0), np.roll(shown, 3, 1)):
+    for other in (picture[:, ::-1], picture[::-1], np.roll(picture, 3, 0), np.roll(picture, 3, 1)):
         assert np.corrcoef(other.ravel(), luma.ravel())[0, 1] < alike - 0.01
 
 

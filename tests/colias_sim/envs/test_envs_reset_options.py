@@ -174,7 +174,7 @@ BAD: list[tuple[Any, str]] = [
     ({"poses": {"target": np.zeros((3, 2))}}, "target=array.*: expected three numbers"),
     ([1], r"options=\[1\]\): expected a mapping"),
     *((empty, "options=.*: expected a mapping") for empty in ([], (), "", 0, False, set(), np.array([]))),
-]  # fmt: skip
+]
 BAD_SEEDS = (True, np.True_, -1, 1.5, np.float64(2.0), "3", [1], (), {}, np.array([3]))
 
 
@@ -183,8 +183,8 @@ def test_a_bad_option_is_named_with_what_is_legal_and_changes_nothing():
     env.reset(seed=0)
     expected = fingerprint([env.reset()])
     env.reset(seed=0)
-    for options, said in BAD:
-        with pytest.raises(ValueError, match=said) as caught:
+    for options, message in BAD:
+        with pytest.raises(ValueError, match=message) as caught:
             env.reset(seed=5, options=options)
         assert "\n" not in str(caught.value)
     for seed in BAD_SEEDS:

@@ -48,8 +48,8 @@ def test_is_single_envs() -> None:
     for _ in range(5):
         seconds = [single.step(action)[0] for single, action in zip(singles, taken, strict=True)]
         assert_same(env.step(taken)[0], np.stack(seconds))
-    for each in (env, *singles):
-        each.close()
+    for open_env in (env, *singles):
+        open_env.close()
 
 
 def test_gymnasiums_own_vector_envs_work_too() -> None:

@@ -21,9 +21,9 @@ OPTIONS = {"observation": "state", "render_mode": "rgb_array", "render_width": 3
 
 @pytest.fixture(params=[0, 1, 2], ids="workers={}".format, scope="module")
 def made(request: pytest.FixtureRequest) -> Iterator[gym.vector.VectorEnv]:
-    made = gym.make_vec(FIXATION, COUNT, workers=request.param, **OPTIONS)
-    yield made
-    made.close()
+    envs = gym.make_vec(FIXATION, COUNT, workers=request.param, **OPTIONS)
+    yield envs
+    envs.close()
 
 
 @pytest.fixture
@@ -34,35 +34,35 @@ def env(made: gym.vector.VectorEnv) -> gym.vector.VectorEnv:
 
 @pytest.fixture(scope="module")
 def theirs() -> Iterator[gym.vector.VectorEnv]:
-    made = gym.make_vec(FIXATION, COUNT, "sync", **OPTIONS)
-    made.reset(seed=3)
-    yield made
-    made.close()
+    envs = gym.make_vec(FIXATION, COUNT, "sync", **OPTIONS)
+    envs.reset(seed=3)
+    yield envs
+    envs.close()
 
 
 def test_what_the_envs_have_and_give(env: Any, theirs: Any) -> None:
     for name in ("poses", "state", "wheels", "np_random_seed", "metadata", "render_mode", "action_space"):
         ours = env.get_attr(name)
         assert isinstance(ours, tuple) and len(ours) == COUNT
-        assert [repr(each) for each in ours] == [repr(each) for each in theirs.get_attr(name)]
-        assert [repr(each) for each in env.call(name)] == [repr(each) for each in ours]
+        assert [repr(attribute) for attribute in ours] == [repr(attribute) for attribute in theirs.get_attr(name)]
+        assert [repr(attribute) for attribute in env.call(name)] == [repr(attribute) for attribute in ours]
     assert_same(env.call("render"), theirs.call("render"))
     assert_same(env.call("has_wrapper_attr", "luma"), theirs.call("has_wrapper_attr", "luma"))
     assert env.np_random_seed == theirs.np_random_seed == (3, 4, 5)
-    assert [each.bit_generator.state for each in env.np_random] == [
-        each.bit_generator.state for each in theirs.np_random
+    assert [generator.bit_generator.state for generator in env.np_random] == [
+        generator.bit_generator.state for generator in theirs.np_random
     ]
 
 
 def test_what_they_are_set_to(env: Any) -> None:
-    for values, found in [
+    for values, expected in [
         ([1, "two", None], (1, "two", None)),
         ((1, 2, 3), (1, 2, 3)),
         ("abc", ("abc",) * COUNT),
         (np.arange(3), (np.arange(3),) * COUNT),
     ]:
         assert env.set_attr("mark", values) is None
-        assert_same(env.get_attr("mark"), found)
+        assert_same(env.get_attr("mark"), expected)
     env.set_attr("mark", lambda *args, **kwargs: (args, kwargs))
     assert env.call("mark", 1, a=2) == (((1,), {"a": 2}),) * COUNT
     assert env.get_attr("mark") == (((), {}),) * COUNT

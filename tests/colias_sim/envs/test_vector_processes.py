@@ -104,14 +104,14 @@ class Failing:
 def test_a_failing_worker_is_one_error_and_the_end(how: str, frame: int) -> None:
     raised: dict[str, type[Exception]] = {"kill": RuntimeError, "lose": ConnectionResetError}
     expected = raised.get(how, colias_sim.GLUnavailable)
-    said = r"envs 0\.\.1 died, signal SIGKILL" if how == "kill" else "no picture"
+    message = r"envs 0\.\.1 died, signal SIGKILL" if how == "kill" else "no picture"
     if frame == 0:
-        with pytest.raises(expected, match=said):
+        with pytest.raises(expected, match=message):
             make(2, workers=1, observation="neural", model=Failing(how, frame))
         return
     env = make(2, workers=1, observation="neural", model=Failing(how, frame))
     env.reset(seed=0)
-    with pytest.raises(expected, match=said) as caught:
+    with pytest.raises(expected, match=message) as caught:
         for action in actions(5, 2):
             env.step(action)
     assert how == "kill" or "envs 0..1" in "".join(caught.value.__notes__)
@@ -250,7 +250,7 @@ def test_a_process_has_no_other_ones_files() -> None:
     assert after.stdout.count("\n") == before.stdout.count("\n")
     for env in envs:
         env.set_attr("sockets", sockets)
-        assert [len(found) for found in env.call("sockets")] == [2, 2]  # its pipe and its board
+        assert [len(open_sockets) for open_sockets in env.call("sockets")] == [2, 2]  # its pipe and its board
         env.close()
 
 

@@ -73,13 +73,13 @@ for one, other in zip(play()[1], story(0)[1], strict=True):
 PLAIN, GUARDED = SCRIPT + "play()\n", SCRIPT + "if __name__ == '__main__':\n    play()\n"
 
 
-def ran(folder: Path, *arguments: str, text: str | None = None, said: str = "played\n") -> None:
+def ran(folder: Path, *arguments: str, text: str | None = None, output: str = "played\n") -> None:
     """The interpreter did its work without a complaint, and the script's top level ran once."""
     done = subprocess.run(
         [sys.executable, "-W", "error", *arguments],
         env=ENVIRONMENT, cwd=folder, input=text, capture_output=True, text=True, timeout=120,
     )  # fmt: skip
-    assert (done.stderr, done.stdout, done.returncode) == ("", said, 0)
+    assert (done.stderr, done.stdout, done.returncode) == ("", output, 0)
     assert (folder / "runs.txt").read_text() == "once\n"
 
 
@@ -107,7 +107,7 @@ def test_a_heredoc_with_more_to_read(tmp_path: Path) -> None:
     (tmp_path / "beside.py").write_text(greedy)
     script = PLAIN + "print(sys.stdin.read(), end='')"
     (tmp_path / "script.py").write_text(script)
-    ran(tmp_path, "script.py", text="mine\n", said="played\nmine\n")
+    ran(tmp_path, "script.py", text="mine\n", output="played\nmine\n")
 
 
 def test_a_module_of_a_package(tmp_path: Path) -> None:

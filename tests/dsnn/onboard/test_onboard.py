@@ -27,7 +27,7 @@ RAM, RING = 256 * 1024, 3 * 2 * 72 * 99
 """Bytes: of the robot's processor (192 kB and 64 kB), and of three frames of YUV422."""
 
 
-def said(model, frames):
+def all_answers(model, frames):
     """All that a model answers, its maps too: equal only where every bit is."""
     answers = [model.step(frame, maps=True) for frame in frames]
     return [
@@ -45,12 +45,12 @@ def test_c_is_its_specification_to_the_bit(seed, extreme, shape, count):
     params = onboard(rng, extreme)
     frames, more = (np.rint(_frames(rng, count, *shape)).astype(np.uint8) for _ in range(2))
     code, specification = (OnboardDSNN(shape, params, form=form) for form in ("native", "numpy"))
-    assert said(code, frames) == said(specification, frames)
+    assert all_answers(code, frames) == all_answers(specification, frames)
     code.reset()
     specification.reset()
-    again = said(code, more)
-    assert again == said(specification, more)
-    assert again == said(OnboardDSNN(shape, params, form="native"), more), "a reset forgets everything"
+    again = all_answers(code, more)
+    assert again == all_answers(specification, more)
+    assert again == all_answers(OnboardDSNN(shape, params, form="native"), more), "a reset forgets everything"
 
 
 @built
@@ -59,8 +59,8 @@ def test_the_forms_agree_at_the_robot_s_size(name):
     flicker = np.random.default_rng(2).integers(0, 2, (6, 72, 99)).astype(np.uint8) * 255
     there = crossing(count=15)
     frames = np.concatenate([there, there[:, :, ::-1], flicker])
-    code = said(OnboardDSNN((72, 99), ROBOT[name], form="native"), frames)
-    assert code == said(OnboardDSNN((72, 99), ROBOT[name], form="numpy"), frames)
+    code = all_answers(OnboardDSNN((72, 99), ROBOT[name], form="native"), frames)
+    assert code == all_answers(OnboardDSNN((72, 99), ROBOT[name], form="numpy"), frames)
     silent = name == "grey-levels"  # the control, of which nothing is left
     assert silent or {-1, 1} <= {np.sign(hs_spikes) for _, _, hs_spikes, *_ in code}
 

@@ -119,9 +119,9 @@ def test_a_budget_says_so_in_one_line(without_tools, tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError, match="no compiler"):
         main.command(["firmware", "budget", *options])
-    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: ")]
-    assert len(said) == notes
-    for line in said:
+    note_lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: ")]
+    assert len(note_lines) == notes
+    for line in note_lines:
         assert "tau_s up to 3000 ms" in line and f"stands still at up to {SHARE}" in line and "2,166 ms" in line
 
 

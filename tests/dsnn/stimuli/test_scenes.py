@@ -29,10 +29,10 @@ def noise(exponent, seed=0):
 def test_a_scene_has_the_spectrum_and_contrast_of_natural_images(kind):
     photograph = contrasts(panorama("photograph", SHAPE, 0).view(0.0)).rms
     for seed in (1, 2, 3):
-        made = scene(kind, SHAPE, seed)
-        assert made.shape == SHAPE and made.dtype == np.uint8
-        assert PUBLISHED[0] < spectrum_slope(made) < PUBLISHED[1]
-        assert photograph / 2 < contrasts(made).rms < 2 * photograph
+        picture = scene(kind, SHAPE, seed)
+        assert picture.shape == SHAPE and picture.dtype == np.uint8
+        assert PUBLISHED[0] < spectrum_slope(picture) < PUBLISHED[1]
+        assert photograph / 2 < contrasts(picture).rms < 2 * photograph
 
 
 def test_the_photograph_has_a_natural_spectrum_and_white_noise_has_none():
@@ -49,11 +49,11 @@ def test_a_slope_is_that_of_noise_whose_slope_is_known(exponent):
 
 def test_contrasts_are_those_of_a_picture_whose_contrasts_are_known():
     stripes = np.tile(np.repeat(np.array([50, 150], np.uint8), 4), (64, 8))
-    found = contrasts(stripes)
-    assert found.rms == pytest.approx(0.5)
-    assert found.michelson == pytest.approx(0.5)
-    assert found.log_rms == pytest.approx(np.log(3) / 2)
-    assert found.local_range == pytest.approx(1.0)
+    contrast = contrasts(stripes)
+    assert contrast.rms == pytest.approx(0.5)
+    assert contrast.michelson == pytest.approx(0.5)
+    assert contrast.log_rms == pytest.approx(np.log(3) / 2)
+    assert contrast.local_range == pytest.approx(1.0)
 
 
 def step_at_border(picture):
@@ -66,19 +66,19 @@ def step_at_border(picture):
 @pytest.mark.parametrize("kind", SCENES)
 def test_a_scene_meets_itself_without_a_seam(kind):
     """The step where it does is any step's; where half a scene would meet itself it stands out."""
-    made = [scene(kind, (60, 240), seed) for seed in range(20)]
-    assert 0.2 < np.mean([step_at_border(each) for each in made]) < 0.8  # 0.5 +- 0.065 of any column
-    assert np.mean([step_at_border(each[:, :120]) for each in made]) > 0.85
+    pictures = [scene(kind, (60, 240), seed) for seed in range(20)]
+    assert 0.2 < np.mean([step_at_border(picture) for picture in pictures]) < 0.8  # 0.5 +- 0.065 of any column
+    assert np.mean([step_at_border(picture[:, :120]) for picture in pictures]) > 0.85
 
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_equal_seeds_give_equal_bytes_and_others_another_scene(kind):
-    made = scene(kind, (90, 160), 5)
+    picture = scene(kind, (90, 160), 5)
     np.random.default_rng(0).random(3)
-    np.testing.assert_array_equal(made, scene(kind, (90, 160), 5))
+    np.testing.assert_array_equal(picture, scene(kind, (90, 160), 5))
     other = scene(kind, (90, 160), 6)
-    assert abs(np.corrcoef(made[:, :80].ravel(), other[:, :80].ravel())[0, 1]) < 0.9
-    assert (made != other).mean() > 0.5
+    assert abs(np.corrcoef(picture[:, :80].ravel(), other[:, :80].ravel())[0, 1]) < 0.9
+    assert (picture != other).mean() > 0.5
 
 
 @pytest.mark.parametrize(

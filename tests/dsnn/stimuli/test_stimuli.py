@@ -471,9 +471,9 @@ def test_jitter_of_nothing_changes_nothing():
 def test_what_is_wrong_is_said_in_one_line(name, changes, says):
     with pytest.raises(ValueError) as raised:
         stimulus(name, **changes)
-    said = str(raised.value)
-    assert "\n" not in said
-    assert all(part in said for part in says), said
+    message = str(raised.value)
+    assert "\n" not in message
+    assert all(part in message for part in says), message
 
 
 def test_a_negative_seed_or_jitter_is_refused():

@@ -100,7 +100,7 @@ class _Worker:
             self._process.start()
         theirs.close()
         self.ended = False
-        """Whether it is known to have ended. `multiprocessing.Process.is_alive` is wrong while another thread asks."""
+        """True if it is known to have ended. `multiprocessing.Process.is_alive` is wrong while another thread asks."""
         self._watcher = threading.Thread(target=self._watch, daemon=True)
         try:
             self._watcher.start()
@@ -133,7 +133,7 @@ class _Worker:
         self._pipe.close()
 
     def _watch(self) -> None:
-        """Once the process has ended, let nothing that it started keep `do` waiting for the rest of an answer."""
+        """Wait until the process has ended, then let nothing that it started keep `do` waiting for an answer's rest."""
         self._process.join()
         self.ended = True
         _kill_group(self._process.pid)

@@ -1,1 +1,1 @@
-"""What the report shows, section by section, and the templates (``*.html.j2``, ``style.css``) that show it."""
+"""The sections of the report, and the templates (``*.html.j2``, ``style.css``) that show them."""

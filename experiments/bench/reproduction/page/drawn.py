@@ -1,4 +1,4 @@
-"""What drew the frames of a reproduction: the renderers and reference frames that its parts note."""
+"""Origins of a reproduction's frames: the renderers and reference frames that its parts note."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from experiments.bench.store.description import NAME, PIXELS, RENDERERS, noted
 from experiments.bench.studies.stored import read
 
 SHOWN_DIGITS = 12
-"""Of a reference frame's hash."""
+"""Digits of a reference frame's hash that are shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,14 +32,14 @@ class ReferenceFrame:
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """What drew some parts of a reproduction.
+    """Parts of a reproduction that were drawn alike, and the origin of their frames.
 
     Parameters
     ----------
     parts
         Their folders, inside the reproduction's.
     renderers, frames
-        Of their frames. Several: the parts were gone on with where something else draws.
+        Those of their frames. Several: the parts were continued where something else draws.
     """
 
     parts: tuple[str, ...]
@@ -49,12 +49,12 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """What drew all frames of a reproduction.
+    """The origins of all frames of a reproduction.
 
     Parameters
     ----------
     groups
-        Parts that were drawn alike stand together. Empty: no part notes what drew it.
+        Parts that were drawn alike stand together. Empty: no part notes an origin.
     differs
         In one line what differs between its frames' origins; empty where one renderer drew all.
     """
@@ -64,7 +64,7 @@ class Drawing:
 
 
 def drawing(folder: Path) -> Drawing:
-    """Return what drew the frames of a reproduction.
+    """Return the origins of a reproduction's frames.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.reproduce import Reproduction
 
 Filter = Literal["kept", "broken", "unjudged"]
-"""Whether a claim holds, or held in all replicates of few; or fails in any without a word that it holds; or has no
-word for want of replicates that could be judged."""
+"""Choices of the page's filter: a claim holds, or held in all replicates of few; it fails in any, without a word that
+it holds; no replicate of it could be judged, or too few for a word."""
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 SILENT = "The model hardly answers translations either, so that it keeps the claim by being silent."
 UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
@@ -63,7 +63,7 @@ class Tile:
 
     @property
     def detail(self) -> str:
-        """What the label leaves open: the count behind a word, or why replicates were not judged."""
+        """The detail beside the label: the count behind a word, or why replicates were not judged."""
         reasons = ", ".join(f"{reason} in {number}" for reason, number in self.count.unjudged.items())
         if self.count.half is not None:
             return f"unknown constants; the DSNN's half: {self.count.half.label}"
@@ -76,7 +76,7 @@ class Tile:
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a claim does not hold, in one line."""
+    """A claim that does not hold, and the cause in one line."""
 
     tile: Tile
     cause: str
@@ -104,18 +104,18 @@ class EyeRow:
 
 @dataclass(frozen=True, slots=True)
 class Amount:
-    """On how much the verdicts rest.
+    """The amount of trials, clips and episodes that the verdicts rest on.
 
     Parameters
     ----------
     replicates, first, last
-        How many there are with the robot, and the seeds of the first and the last.
-    each, trials
+        Number of replicates with the robot, and the seeds of the first and the last.
+    in_each, trials
         Trials with the robot in one replicate, and in all of them.
     moves
-        How many things were moved, in one replicate each.
+        Number of things moved, in one replicate each.
     clips
-        Clips shown, replicates of them among these.
+        Clips shown, those of replicates included.
     episodes
         Episodes of behaviours.
     """

@@ -1,4 +1,4 @@
-"""What the robot saw: camera frames out of the recordings of replicate 0."""
+"""Pictures of what the robot saw: camera frames out of the recordings of replicate 0."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from experiments.bench.store.places import regular
 from experiments.bench.store.rows import recording_name
 
 SHARES = (0.1, 0.5, 0.9)
-"""Of the time in which the stimulus is in view: where frames are taken."""
+"""Shares of the time in which the stimulus is in view, at which frames are taken."""
 MOST = 5
 """Conditions of one experiment that are shown."""
 GAP_PX = 2
@@ -116,7 +116,7 @@ def _seen(folder: Path, trial: int, half_deg: float) -> list[tuple[int, float]]:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the robot saw in one experiment: its name, what a frame is, in words, and strips of frames, or none."""
+    """Pictures of one experiment: its name, the format of a frame in words, and strips of frames, or none."""
 
     name: str
     frame: str
@@ -124,7 +124,7 @@ class Seen:
 
 
 def seen(plan: Plan, folder: Path) -> Seen:
-    """Return what the robot saw in an experiment; ``folder`` is that of its run."""
+    """Return the pictures of what the robot saw in an experiment; ``folder`` is that of its run."""
     camera = plan.settings.camera
     frame = (
         f"{camera.width}x{camera.height} grey pixels, {camera.hfov_deg:g} degrees wide, {camera.fps:g} frames a second"

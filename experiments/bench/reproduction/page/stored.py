@@ -1,7 +1,7 @@
-"""What other commands left in a reproduction's folder, or in folders inside it: studies, maps, models' claims.
+"""Maps and models' claims that other commands left in a reproduction's folder, or in folders inside it.
 
-``colias study NAME --out REPORT/NAME`` and ``colias map --out REPORT/NAME`` put them there. A file that cannot be read
-is left out.
+``colias study model-claims --out REPORT/NAME`` and ``colias map --out REPORT/NAME`` put them there. A file that cannot
+be read is left out.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ModelClaim:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What was found.
+    """The maps and the models' claims found in the folder of a reproduction.
 
     Parameters
     ----------

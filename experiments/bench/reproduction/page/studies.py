@@ -15,7 +15,7 @@ LONG = 60
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """In how many replicates a claim held at one point of a study.
+    """The count of replicates in which a claim held at one point of a study.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Cell:
     detail
         The interval of the share of replicates, and why some could not be judged.
     same
-        Whether it is that of the first row.
+        Whether the count is that of the first row.
     """
 
     style: str
@@ -112,7 +112,7 @@ def _style(word: str) -> str:
 
 
 def _only(row: Mapping[str, Any], reasons: Mapping[str, int]) -> str:
-    """What a claim came to in all replicates, where that is the same in all; else nothing."""
+    """Return the outcome of a claim in all replicates, in a word; empty where they differ."""
     words = [word for word in ("holds", "fails") if row[word]] + list(reasons)
     return words[0] if len(words) == 1 else ""
 

@@ -21,7 +21,7 @@ Setting = Mapping[str, str]
 LOG_FROM = 100.0
 """Ratio of the ends of a range from which it is searched by its logarithm."""
 TO = ".."
-"""What stands between the ends of a range."""
+"""Text between the ends of a range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Range:
 
     @property
     def log(self) -> bool:
-        """Whether it is searched by its logarithm: both ends are above 0, and `LOG_FROM` apart or farther."""
+        """True if it is searched by its logarithm: both ends are above 0, and their ratio is `LOG_FROM` or more."""
         return not self.choices and self.low > 0.0 and self.high / self.low >= LOG_FROM
 
     @property

@@ -175,7 +175,8 @@ def _turns(turns: Axes, fitted: Fitted | Optimum) -> None:
     shares = np.array([[row[key] for key in keys] for row in rows.values()])
     turns.imshow(shares, cmap=SCALE, vmin=0.0, vmax=1.15, aspect="auto")
     _cells(turns, shares, [[f"{share:.2f}" for share in row] for row in shares], 0.6)
-    turns.set_xticks(range(len(keys)), [plain(key.partition(".")[2]) for key in keys], rotation=20, ha="right")
+    names = ["+".join(dict.fromkeys(key.partition(".")[2] for key in part.keys)) for part in fitted.box.ranges]
+    turns.set_xticks(range(len(names)), list(map(plain, names)), rotation=20, ha="right")
     turns.set_yticks(range(len(rows)), [plain(name) for name in rows])
     turns.set_title("what each turns on, as a share", fontsize=8, loc="left")
 

@@ -1,4 +1,4 @@
-"""What a fit is: a study, a box in place of its grid, what is made large, and how much is searched and judged anew."""
+"""Declaration of a fit: a study, a box in place of its grid, goals, and how much is searched and judged anew."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from experiments.bench.studies.study import Study, make_tuples
 Sampler = Literal["tpe", "random"]
 """``tpe``: Optuna's tree-structured Parzen estimator; ``random``: every value alike."""
 SLACK, KEPT = "slack", "kept"
-"""What is made large of claims: the least slack over claims and replicates, or the number of claims kept."""
+"""Goals of claims, made large: the least slack over claims and replicates, or the number of claims kept."""
 OF_CLAIMS = (SLACK, KEPT)
 LEADERBOARD, TUNING = "leaderboard", "tuning"
-"""In place of experiments: the clips and trials of the leaderboard, whose scores are made large, or tuning curves."""
+"""Boards in place of experiments: the clips and trials of the leaderboard, whose scores are made large, or tuning
+curves."""
 BOARDS = (LEADERBOARD, TUNING)
 TOGETHER = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
@@ -40,7 +41,7 @@ class Goal:
 
     @property
     def of_claims(self) -> bool:
-        """Whether claims decide it."""
+        """True if it is a number of claims, not a measure."""
         return self.name in OF_CLAIMS
 
     def signed(self, value: float) -> float:
@@ -70,12 +71,12 @@ class Fit:
     held_out
         Replicates in which the winner and the ten next best are judged anew.
     sampler
-        What chooses the settings.
+        The sampler that chooses the settings.
     search_repeats
         Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
         anew always has. Fewer make a search quicker, and its slack rougher.
     maximise, minimise
-        What is made large, and small: ``slack`` or ``kept`` of claims, the study's measures, columns of the
+        The goals, made large, and small: ``slack`` or ``kept`` of claims, the study's measures, columns of the
         leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
 
     Raises
@@ -134,15 +135,15 @@ class Fit:
 
     @property
     def of_claims(self) -> bool:
-        """Whether claims decide what is made large, not measures."""
+        """True if the goal is a number of claims, not a measure."""
         return self.goals[0].of_claims
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """What is made large or small, in order."""
+        """The goals in order: those made large, then those made small."""
         return (*map(Goal, self.maximise), *(Goal(name, least=True) for name in self.minimise))
 
     @property
     def board(self) -> str:
-        """Which of `BOARDS` the fit is to; empty where it is to a study."""
+        """The one of `BOARDS` that the fit is to; empty where it is to a study."""
         return next((name for name in self.study.experiments if name in BOARDS), "")

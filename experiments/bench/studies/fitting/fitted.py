@@ -1,4 +1,4 @@
-"""What a fit comes to, in numbers, tables and sentences."""
+"""The result of a fit to claims, in numbers, tables and sentences."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from experiments.bench.studies.fitting.scores import Score, word
 
 @dataclass(frozen=True)
 class Fitted(FitResult[Score]):
-    """What a fit to claims comes to."""
+    """The result of a fit to claims."""
 
     @property
     def claims(self) -> tuple[str, ...]:
@@ -25,13 +25,13 @@ class Fitted(FitResult[Score]):
 
     @property
     def share(self) -> Count:
-        """In how many settings of the sample every claim is kept: the share of the box, with its interval."""
+        """The count of the sample's settings in which every claim is kept: the share of the box, with its interval."""
         kept = sum(score.holds for score in self.sample)
         return Count(kept, len(self.sample) - kept)
 
     @property
     def word(self) -> str:
-        """What the winner comes to: ``fitted``; ``not fitted``; or ``no word``, of too few replicates judged anew."""
+        """The verdict on the winner: ``fitted``; ``not fitted``; or ``no word``, of too few replicates judged anew."""
         counted = self.anew[0].count()
         if self.winner.holds and counted.word == "holds":
             return "fitted"
@@ -40,7 +40,7 @@ class Fitted(FitResult[Score]):
 
     @property
     def luck(self) -> float:
-        """How much of the winner's least slack, in the mean of replicates, is not there at seeds never searched."""
+        """The part of the winner's least slack, in the mean of replicates, that is lost at seeds never searched."""
         return float(np.mean(self.winner.least) - np.mean(self.anew[0].least))
 
     def pairs(self) -> list[dict[str, Any]]:

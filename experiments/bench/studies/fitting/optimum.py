@@ -1,7 +1,8 @@
-"""What a fit to measures comes to: the winner or the front, judged anew, and how much of the gain was luck."""
+"""The result of a fit to measures: the winner or the front, judged anew, and how much of the gain was luck."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from experiments.bench.studies.fitting.result import FitResult, setting_words
 from experiments.bench.studies.fitting.scores import Reading
 
 AS_IS = "as it is"
-"""What the model without a setting is called."""
+"""Name of the model without a setting."""
 
 
 def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
@@ -26,7 +27,7 @@ def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
     searched
         The settings.
     goals
-        What is made large or small.
+        The goals, made large or small.
 
     Returns
     -------
@@ -46,11 +47,11 @@ def front(searched: Sequence[Reading], goals: Sequence[Goal]) -> list[int]:
 
 @dataclass(frozen=True)
 class Optimum(FitResult[Reading]):
-    """What a fit to measures comes to."""
+    """The result of a fit to measures."""
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """What is made large or small."""
+        """The goals of the fit, made large or small."""
         return self.fit.goals
 
     def luck(self, goal: Goal) -> float | None:
@@ -67,7 +68,9 @@ class Optimum(FitResult[Reading]):
             In the goal's unit; above 0 where the search promised too much; ``None`` where a value is not known.
         """
         before, after = self.winner.numbers[goal.name], _mean(self.anew[0], goal)
-        return None if after is None or np.isnan(before) else goal.signed(before - after)
+        if after is None or np.isnan(before):
+            return None
+        return 0.0 if math.isclose(before, after, rel_tol=1e-12) else goal.signed(before - after)
 
     def gain(self, goal: Goal) -> float | None:
         """Return how much better the winner is than the model as it is, both at seeds never searched.

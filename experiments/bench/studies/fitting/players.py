@@ -1,6 +1,6 @@
-"""What plays the settings of a fit: a study, the leaderboard, or tuning curves.
+"""The player of a fit's settings, by a study, the leaderboard, or tuning curves.
 
-Each batch of settings is a run of its own kind, so what plays, counts and goes on is what does so everywhere.
+Each batch of settings is a run of one of these kinds, and is played, counted and continued as any other run of it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from experiments.bench.tuning.preferences import Preferences
 
 AXIS = "setting"
 APART = 1000
-"""What lies between the seeds of two replicates of a leaderboard or of curves, whose repeats count on from them."""
+"""Distance between the seeds of two replicates of a leaderboard or of curves, whose repeats count on from them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Player:
     Parameters
     ----------
     fit
-        What is asked.
+        The fit.
     out
         The fit's folder.
     resources
@@ -61,7 +61,7 @@ class Player:
     def play(
         self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool, *, anew: bool = False
     ) -> list[Score] | list[Reading]:
-        """Play settings; return what each comes to, in their order.
+        """Play settings; return the score or the measures of each, in their order.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class Player:
         replicates
             How many.
         pool
-            What plays them.
+            The workers that play them.
         anew
             Whether they are judged anew, by whole replicates.
         """

@@ -1,4 +1,4 @@
-"""What any fit comes to: the fields that a fit to claims and a fit to measures share, and their words."""
+"""The result of any fit: the fields that a fit to claims and a fit to measures share, and their words."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.scores import Reading, Score
 
 Scored = TypeVar("Scored", Score, Reading)
-"""What a setting was given: slacks of claims, or measures."""
+"""Result of one setting: slacks of claims, or measures."""
 
 
 @dataclass(frozen=True)
 class FitResult(Generic[Scored]):
-    """What a fit comes to: settings searched, the best of them judged anew, and a sample of the box."""
+    """The result of a fit: settings searched, the best of them judged anew, and a sample of the box."""
 
     fit: Fit
-    """What was asked for."""
+    """The fit that was asked for."""
     box: Box
     """The parameters that are free, and their ranges."""
     seed: int
@@ -33,7 +33,7 @@ class FitResult(Generic[Scored]):
     sample: tuple[Scored, ...]
     """The settings that fill the box evenly."""
     looks: int
-    """How often settings were judged at those seeds, with this time."""
+    """Number of times that settings were judged at those seeds, this one included."""
     importance: dict[str, dict[str, float]]
     """Claim or measure -> parameter -> its share of what varies; empty is all claims together, or the first goal."""
     failures: tuple[Failure, ...]

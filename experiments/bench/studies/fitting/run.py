@@ -1,7 +1,7 @@
 """Run a fit: search the box, judge the best at seeds that the search never saw, and sample the whole box evenly.
 
-Each batch of settings is a study of its own, with one axis whose levels are the settings: what plays, counts and goes
-on is the engine of studies.
+Each batch of settings is a study of its own, with one axis whose levels are the settings: the engine of studies plays,
+counts and continues it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from experiments.bench.studies.fitting.scores import Reading, Score
 from experiments.bench.studies.plan import StudyPlan
 
 TEST, SAMPLE = 1_000_000, 2_000_000
-"""What is added to the seed of the search for the seeds of the judging anew, and of the sample."""
+"""Numbers added to the seed of the search for the seeds of the judging anew, and of the sample."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a setting comes to: the slack of each claim in each replicate, in smallest differences; or measures."""
+"""Scores of a setting: the slack of each claim in each replicate, in smallest differences; or measures."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def _relative(check: Check) -> float:
 
 @dataclass(frozen=True)
 class Score:
-    """What one setting comes to.
+    """The outcomes of one setting's claims, and their slacks.
 
     Parameters
     ----------
     setting
         The setting.
     outcomes
-        Id of a claim -> what it comes to in each replicate.
+        Id of a claim -> its outcome in each replicate.
     """
 
     setting: Setting
@@ -80,7 +80,7 @@ class Score:
         return sum(map(self.holds_claim, self.outcomes))
 
     def rank(self, goal: Goal) -> tuple[float, float, float]:
-        """Return what settings are put in order by: whether all holds, the goal, and the mean slack of the claims.
+        """Return the key that settings are sorted by: whether all holds, the goal, and the mean slack of the claims.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class Score:
 
     @property
     def holds(self) -> bool:
-        """Whether every claim holds in every replicate."""
+        """True if every claim holds in every replicate."""
         return all(map(self.holds_claim, self.outcomes))
 
     def count(self, claim: str = "") -> Count:
@@ -116,7 +116,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Reading:
-    """What one setting comes to in measures.
+    """The measures of one setting.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Ask Optuna for settings, batch by batch, and tell it what they come to.
+"""Ask Optuna for settings, batch by batch, and tell it their values.
 
 The sampler is made anew for each batch, seeded by the seed of the fit and the batch's number, and batches are asked
 and told in their order. So equal seeds give equal settings, whatever plays them; and a fit that was cut short asks
@@ -33,7 +33,7 @@ class Search:
     sampler
         ``tpe``: the tree-structured Parzen estimator; ``random``: every value alike.
     goals
-        What is made large or small.
+        The goals, made large or small.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Search:
         return [{part.key: part.text(trial.params[part.key]) for part in self._box.ranges} for trial in self._asked]
 
     def tell(self, scores: Sequence[Score | Reading]) -> None:
-        """Tell what the settings of the last batch come to, in their order; one without a value counts as failed."""
+        """Tell the values of the last batch's settings, in their order; a setting without a value counts as failed."""
         for trial, score in zip(self._asked, scores, strict=True):
             for name, number in score.numbers.items():
                 trial.set_user_attr(name, number)
