@@ -77,7 +77,7 @@ def table() -> Table:
             session.step()
         return FRAMES
 
-    def shown(page: Page, frames: int = FRAMES) -> int:
+    def show_frames(page: Page, frames: int = FRAMES) -> int:
         for _ in range(frames):
             page.inputs.heed()
             page.show(session.step(), 1.0)
@@ -85,13 +85,13 @@ def table() -> Table:
 
     try:
         with looking(pages[1]):
-            work = {ALONE: alone, SHOWN: partial(shown, pages[0]), SEEN: partial(shown, pages[1])}
+            work = {ALONE: alone, SHOWN: partial(show_frames, pages[0]), SEEN: partial(show_frames, pages[1])}
             times = interleaved(work, ROUNDS)
             for name in work:
                 best, ratio = times.us(name), times.ratio(name, ALONE)
                 result.add_row(name, f"{best / 1000:.2f}", f"{1e6 / best:.0f}", f"{ratio:.2f}")
             before = _resident_mb()
-            shown(pages[1], LONG)
+            show_frames(pages[1], LONG)
             result.add_row(f"memory after {LONG} more frames", f"{_resident_mb() - before:+.1f} MB", "", "")
     finally:
         for page in pages:

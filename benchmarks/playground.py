@@ -36,7 +36,7 @@ MOVES = """(async () => {
 
 def table() -> Table:
     """Return the times of `TRIALS` in both windows."""
-    made = Table("window", "trial", "frames", "first drawn, ms", "redrawn, ms", "slowest", title="playground")
+    times = Table("window", "trial", "frames", "first drawn, ms", "redrawn, ms", "slowest", title="playground")
     with tempfile.TemporaryDirectory() as profile, browser(Path(profile)) as tab:
         for window, size in WINDOWS.items():
             for trial in TRIALS:
@@ -46,8 +46,8 @@ def table() -> Table:
                 frames = 1 + int(tab.ask("document.getElementById('scrubber').max"))
                 taken = tab.ask(MOVES)
                 middle, slowest = statistics.median(taken), max(taken)
-                made.add_row(window, trial, str(frames), f"{first:.0f}", f"{middle:.0f}", f"{slowest:.0f}")
-    return made
+                times.add_row(window, trial, str(frames), f"{first:.0f}", f"{middle:.0f}", f"{slowest:.0f}")
+    return times
 
 
 if __name__ == "__main__":

@@ -174,8 +174,8 @@ def _decoded(path: Path, data: bytes) -> str:
 class _Reader:
     """Collects the files that an arena names, and refuses those outside of its folder."""
 
-    def __init__(self, path: Path, own: bool) -> None:
-        self._path, self._folder, self._own = path, path.parent, own
+    def __init__(self, path: Path, user_arena: bool) -> None:
+        self._path, self._folder, self._own = path, path.parent, user_arena
         self.includes: dict[str, bytes] = {}
         self.assets: dict[str, bytes] = {}
         self.files: dict[Path, str] = {}

@@ -114,14 +114,14 @@ def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
     tuple of Obstacle
         Every geom of the arena that collides and is as low as a hull, but for floor and wall's fence.
     """
-    found = []
+    at_hull_height = []
     for geom, points in _placed(model):
         if not model.geom_contype[geom] or model.geom(geom).name == "floor":
             continue
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
         if low < HULL_TOP and high > HULL_BOTTOM:
-            found.append(Obstacle(called(model, geom), outline(points), high))
-    return tuple(found)
+            at_hull_height.append(Obstacle(called(model, geom), outline(points), high))
+    return tuple(at_hull_height)
 
 
 def things(model: mujoco.MjModel) -> list[int]:

@@ -122,9 +122,9 @@ def unread(text: str, runs: Sequence[Path]) -> list[str]:
         for head, cell in zip(heads, cells, strict=True):
             values = [float(value) for row in _narrowed(of_name, head) for value in row if _is_number(value)]
             for number in SHOWN.finditer(CODE.sub("", cell)):
-                shown, unit = float(number[0].rstrip(" %,").replace(",", "")), 100.0 if number[2] else 1.0
+                cell_number, unit = float(number[0].rstrip(" %,").replace(",", "")), 100.0 if number[2] else 1.0
                 half = 0.5 * 10.0 ** -len(number[1] or "") * (1 + 1e-9)
-                if not any(abs(unit * value - shown) <= half for value in values):
+                if not any(abs(unit * value - cell_number) <= half for value in values):
                     missing.append(f"{number[0]} of {name}")
     return missing
 
@@ -249,8 +249,8 @@ def as_text(sources: Mapping[str, Mapping[str, Any]]) -> str:
 def unfit(sources: Mapping[str, Mapping[str, Any]], root: Path) -> str:
     """Say which picture or table is of no run, or is not what was noted of its run; empty where all are."""
     there = contents(root)
-    shown = [(name, place, digest) for name, source in sources.items() for place, digest in source["shows"].items()]
-    for name, place, digest in shown:
+    entries = [(name, place, digest) for name, source in sources.items() for place, digest in source["shows"].items()]
+    for name, place, digest in entries:
         if place not in there:
             return f"docs/ does not show {place}, which sources.json notes of {name}"
         if there[place] != digest:
@@ -261,7 +261,7 @@ def unfit(sources: Mapping[str, Mapping[str, Any]], root: Path) -> str:
     for page in sorted((root / "docs").glob("*.md")):
         for head in unrecorded(page.read_text(encoding="utf-8")):
             return f"docs/{page.name}: the table {head} is of no run; put it between markers, or say why ({WITHOUT}...)"
-    without = sorted(set(there) - {place for _, place, _ in shown})
+    without = sorted(set(there) - {place for _, place, _ in entries})
     return f"docs/sources.json notes no run of {', '.join(without)}" if without else ""
 
 

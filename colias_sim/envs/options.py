@@ -40,7 +40,7 @@ FPS = 30.0
 def _apparatus(kind: type[T]) -> Callable[[Any], T]:
     """Make a check that turns a preset's name, or a mapping of settings, into an instance of ``kind``."""
 
-    def made(value: Any) -> T:
+    def convert(value: Any) -> T:
         if isinstance(value, kind):
             return value
         if isinstance(value, Mapping):
@@ -49,7 +49,7 @@ def _apparatus(kind: type[T]) -> Callable[[Any], T]:
             return checked(kind, fields | {name: given for name, given in value.items() if name != PRESET})
         return cast(T, _preset(kind, value))
 
-    return made
+    return convert
 
 
 def _preset(kind: Any, name: Any) -> Any:

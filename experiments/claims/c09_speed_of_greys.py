@@ -12,7 +12,7 @@ from experiments.bench.clips.judging import (
     peaks_by_speed,
     rises,
     rows_of,
-    shown,
+    rows_with_object,
 )
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.verdict import Outcome
@@ -20,7 +20,7 @@ from experiments.bench.judging.verdict import Outcome
 
 def judge(rows: Rows, threshold: float) -> Outcome:
     """Judge every step of speed."""
-    of_dsnn = shown(rows)
+    of_dsnn = rows_with_object(rows)
     texts, good = [], 0
     checks: list[Check] = []
     greys = levels(of_dsnn, "grey")

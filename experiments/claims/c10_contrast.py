@@ -7,14 +7,22 @@ from itertools import pairwise
 import numpy as np
 
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.clips.judging import CONTRAST_GRID, LEAST_GREYS, Rows, levels, outcome_of, rows_of, shown
+from experiments.bench.clips.judging import (
+    CONTRAST_GRID,
+    LEAST_GREYS,
+    Rows,
+    levels,
+    outcome_of,
+    rows_of,
+    rows_with_object,
+)
 from experiments.bench.judging.checks import Check, exceeds
 from experiments.bench.judging.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
     """Judge at each speed by itself; the background's mean is that of the rows that the object passes."""
-    of_dsnn = shown(rows)
+    of_dsnn = rows_with_object(rows)
     greys = levels(of_dsnn, "grey")
     ground = float(np.mean([row["background_mean"] for row in of_dsnn]))
     nearest = min(greys, key=lambda grey: abs(grey - ground))

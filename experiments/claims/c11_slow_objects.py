@@ -6,7 +6,16 @@ import numpy as np
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.equal_terms import MATCHED
-from experiments.bench.clips.judging import CONTRAST_GRID, DSNN, EMD, Rows, compared, rows_of, shown, strongest
+from experiments.bench.clips.judging import (
+    CONTRAST_GRID,
+    DSNN,
+    EMD,
+    Rows,
+    compared,
+    rows_of,
+    rows_with_object,
+    strongest,
+)
 from experiments.bench.judging.checks import MARGIN, does_not_exceed, exceeds
 from experiments.bench.judging.verdict import Outcome
 
@@ -20,7 +29,9 @@ def judge(rows: Rows, threshold: float) -> Outcome:
     texts, checks = [], {}
     for model, speeds, should in ((EMD, (40.0, 60.0), False), (DSNN, None, True)):
         behind = max(strongest(row, "hs") for row in rows_of(rows, model, object="absent"))
-        moved = [strongest(row, "hs") for row in shown(rows, model) if speeds is None or row["speed"] in speeds]
+        moved = [
+            strongest(row, "hs") for row in rows_with_object(rows, model) if speeds is None or row["speed"] in speeds
+        ]
         above = float(np.mean([value - behind >= MARGIN["potential"] for value in moved]))
         reach = f"{min(moved):.3f} to {max(moved):.3f} with an object"
         texts.append(f"{model}: {reach}, up to {behind:.3f} without ({above:.0%} above)")
@@ -28,7 +39,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
         check = exceeds if should else does_not_exceed
         checks[model] = [check(weakest, min(moved), behind, "without", "potential", scale=max(behind, threshold))]
     measured = f"|HS| of {texts[0]} at 40 and 60 px/s; of {texts[1]} at all speeds"
-    return compared(checks[DSNN], checks[EMD], EMD, measured, "", len(shown(rows)))
+    return compared(checks[DSNN], checks[EMD], EMD, measured, "", len(rows_with_object(rows)))
 
 
 CLAIM = ClipClaim(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from experiments.bench.clips import judging as clips
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.clips.judging import CONTRAST_GRID, LEAST_GREYS, shown
+from experiments.bench.clips.judging import CONTRAST_GRID, LEAST_GREYS, rows_with_object
 from experiments.bench.judging.checks import Check, exceeds
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
@@ -54,7 +54,9 @@ def on_robot(rows: Rows, threshold: float) -> Outcome:
 
 def on_clips(rows: Rows, threshold: float) -> Outcome:
     """Judge the off-line part: every clip of the contrast grid."""
-    grid = {model: {row["clip"]: float(row["peak_hs"]) for row in shown(rows, model)} for model in (DSNN, *FEWER)}
+    grid = {
+        model: {row["clip"]: float(row["peak_hs"]) for row in rows_with_object(rows, model)} for model in (DSNN, *FEWER)
+    }
     checks = [
         exceeds(f"{clip}: peak HS {peak:.3f}", peak, grid[model][clip], f"of {model}", "potential", scale=threshold)
         for model in FEWER

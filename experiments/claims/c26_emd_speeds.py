@@ -14,7 +14,7 @@ from experiments.bench.clips.judging import (
     levels,
     rises,
     rows_of,
-    shown,
+    rows_with_object,
     strongest,
 )
 from experiments.bench.judging.checks import MARGIN, Check
@@ -26,10 +26,10 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 
     The DSNN's peaks are of HS, as in C9; the EMD's of |HS|, as in C11: the background drives its HS the other way.
     """
-    greys = levels(shown(rows), "grey")
+    greys = levels(rows_with_object(rows), "grey")
     peaks: dict[str, Rows] = {
-        DSNN: shown(rows),
-        EMD: [{**row, "peak_hs": strongest(row, "hs")} for row in shown(rows, EMD)],
+        DSNN: rows_with_object(rows),
+        EMD: [{**row, "peak_hs": strongest(row, "hs")} for row in rows_with_object(rows, EMD)],
     }
     checks: dict[str, list[Check]] = {DSNN: [], EMD: []}
     rising, texts = {}, []
@@ -53,7 +53,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
             f"{model}'s peak rises at every step of speed for greys {throughout} (from slowest to fastest {ranges})"
         )
     effect = f"{len(rising[DSNN])} and {len(rising[EMD])} of {len(greys)} greys"
-    return compared(checks[DSNN], checks[EMD], EMD, "; ".join(texts), effect, len(shown(rows)))
+    return compared(checks[DSNN], checks[EMD], EMD, "; ".join(texts), effect, len(rows_with_object(rows)))
 
 
 def _span(rows: Rows) -> str:

@@ -108,8 +108,8 @@ def test_footage_in_the_viewer(tmp_path):
 
 @needs_vulkan
 def test_an_episode_in_the_viewer(tmp_path):
-    made = gym.make("colias_sim/Pursuit-v0", observation="neural", model="hybrid", max_episode_steps=20)
-    env = experiments.RecordRerun(made, tmp_path / "episode.rrd")
+    pursuit = gym.make("colias_sim/Pursuit-v0", observation="neural", model="hybrid", max_episode_steps=20)
+    env = experiments.RecordRerun(pursuit, tmp_path / "episode.rrd")
     env.reset(seed=0)
     for step in range(20):
         env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))

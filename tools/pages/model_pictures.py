@@ -62,7 +62,7 @@ def kinds(entry: ModelEntry) -> tuple[str, ...]:
     return tuple(kind for kind, channel in (("direction", "hs"), ("looming", "looming")) if channel in entry.channels)
 
 
-def shown(entry: ModelEntry, kind: str) -> Shown:
+def show_standard_clip(entry: ModelEntry, kind: str) -> Shown:
     """Show the standard clip of a kind to a model with its parameters on the robot."""
     (clip,) = [clip for clip in CLIPS if clip.name == STANDARD[kind]]
     built = clip.build(0)

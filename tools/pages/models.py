@@ -60,7 +60,9 @@ def _write_index(folder: Path) -> None:
 
 
 def _write_page(folder: Path, entry: ModelEntry) -> None:
-    pictures = [_picture(folder, model_pictures.shown(entry, kind)) for kind in model_pictures.kinds(entry)]
+    pictures = [
+        _picture(folder, model_pictures.show_standard_clip(entry, kind)) for kind in model_pictures.kinds(entry)
+    ]
     section = family(entry.name)
     offline = entry.preset("offline")
     equations = (EQUATIONS / f"{entry.name}.md").read_text(encoding="utf-8")

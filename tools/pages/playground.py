@@ -108,9 +108,9 @@ RUNS = (
 def write(folder: Path) -> None:
     """Make the runs, and the page `PAGE` in ``folder``; the runs' tables stay beside it for the tests."""
     trials, frames = [], {}
-    for shown in RUNS:
-        run = experiments.run(**arguments(shown.command), out=folder / "runs" / shown.name, quiet=True)
-        for trial, film in _recorded(run, shown):
+    for source_run in RUNS:
+        run = experiments.run(**arguments(source_run.command), out=folder / "runs" / source_run.name, quiet=True)
+        for trial, film in _recorded(run, source_run):
             trials.append(trial)
             frames[trial["id"]] = _base64(packed(film))
         for recording in run.recordings:
@@ -138,16 +138,16 @@ def arguments(command: str) -> dict[str, Any]:
     return {"experiment": name, "repeats": repeats, "settings": settings}
 
 
-def _recorded(run: experiments.Run, shown: Shown) -> Iterable[tuple[dict[str, Any], npt.NDArray[np.uint8]]]:
+def _recorded(run: experiments.Run, source_run: Shown) -> Iterable[tuple[dict[str, Any], npt.NDArray[np.uint8]]]:
     """Yield what the page tells of each trial, and its frames, (T, R, C)."""
     rows = {row["trial"]: row for row in run.trials.to_pylist()}
     (model,) = run.description.get("settings", run.description)["models"]
-    for index, (name, group, title, note) in shown.trials.items():
+    for index, (name, group, title, note) in source_run.trials.items():
         film = camera_frames(run.recordings[index])
         yield {
             "id": name, "group": group, "title": title, "note": note, "count": film.shape[0], "rows": film.shape[1],
             "columns": film.shape[2], "params": model["network"], "spikes": rows[index]["spikes"],
-            "command": shown.command, "speed": rows[index]["speed_cm_s"] if shown.name == "speed" else None,
+            "command": source_run.command, "speed": rows[index]["speed_cm_s"] if source_run.name == "speed" else None,
         }, film  # fmt: skip
 
 

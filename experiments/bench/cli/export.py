@@ -119,7 +119,7 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     from experiments.bench.engine.terminal import count, progress, show_places
     from experiments.bench.store.places import replacing_folder
-    from experiments.bench.video.choice import shown
+    from experiments.bench.video.choice import with_models
     from experiments.bench.video.encoding import require_encoder
     from experiments.bench.video.make import Film, make
     from experiments.bench.video.reading import read
@@ -128,7 +128,7 @@ def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     recordings, reels = _recordings(run, trial, "--to mp4"), {}
     with progress("read", len(recordings), quiet, "recordings") as advance:
         for inside, path in recordings.items():
-            reels[inside] = shown(read(path))
+            reels[inside] = with_models(read(path))
             advance()
     with replacing_folder(place) as part:
         films = {inside: Film(part / inside.with_name(f"{inside.name}.mp4")) for inside in reels}

@@ -71,15 +71,15 @@ def rerun(
     there = Record.read(run)
     _check_digest(there, digest)
     command = _command(there)
-    own, note = copies.digests(run, there.description.get("files")), there.description.get(description.COPIES)
-    if own and note is None:
+    user_files, note = copies.digests(run, there.description.get("files")), there.description.get(description.COPIES)
+    if user_files and note is None:
         raise UsageError(f"{run}: has no copies of the user's own files (an older version made it)")
-    places = copies.check(run, own, note) if own else {}
-    refused = bool(own) and not trust and not copies.made_here(own)
+    places = copies.check(run, user_files, note) if user_files else {}
+    refused = bool(user_files) and not trust and not copies.made_here(user_files)
     if refused or not quiet:
-        _list(run, places, own)
+        _list(run, places, user_files)
     if refused:
-        told = "1 copy of it is" if len(own) == 1 else f"{len(own)} copies of them are"
+        told = "1 copy of it is" if len(user_files) == 1 else f"{len(user_files)} copies of them are"
         raise UsageError(
             f"{run}: its own files are not at their places here, or have changed, and {told} about to be executed, as "
             "listed: read them first, then add --trust"

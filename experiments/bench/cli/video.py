@@ -63,12 +63,12 @@ def video(
     from experiments.bench.engine.errors import printable
     from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.figures.plotting import without_glyph
-    from experiments.bench.video.choice import shown
+    from experiments.bench.video.choice import with_models
     from experiments.bench.video.make import Film, make, not_shown
     from experiments.bench.video.reading import read
     from experiments.bench.video.strip import make_strip
 
-    reel = shown(read(path), model or ())
+    reel = with_models(read(path), model or ())
     if out.suffix == ".png":
         make_strip(reel, out, 6 if frames is None else frames, width_height, caption)
     else:

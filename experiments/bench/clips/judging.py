@@ -63,7 +63,7 @@ def rows_of(rows: Rows, model: str = DSNN, **fixed: Any) -> list[Row]:
     return [row for row in rows if row["model"] == model and all(row[k] == v for k, v in fixed.items())]
 
 
-def shown(rows: Rows, model: str = DSNN) -> list[Row]:
+def rows_with_object(rows: Rows, model: str = DSNN) -> list[Row]:
     """Return those of a model with an object."""
     return rows_of(rows, model, object="present")
 

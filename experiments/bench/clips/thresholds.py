@@ -26,12 +26,14 @@ def owners(thresholds: Thresholds, models: Sequence[str]) -> dict[float, list[st
     return {level: [model for model in levels if levels[model] == level] for level in sorted(set(levels.values()))}
 
 
-def looks(thresholds: Thresholds, models: Sequence[str], shown: Sequence[str] = ()) -> dict[float, dict[str, Any]]:
+def looks(
+    thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = ()
+) -> dict[float, dict[str, Any]]:
     """Return how the line at each threshold is drawn: in its model's colour where it is one model's of several.
 
-    ``shown`` are the models of the whole figure, where ``models`` are some of them.
+    ``figure_models`` are the models of the whole figure, where ``models`` are some of them.
     """
-    by_level, given = owners(thresholds, models), marks(shown or models)
+    by_level, given = owners(thresholds, models), marks(figure_models or models)
     return {
         level: {
             "color": given[names[0]].colour if len(names) == 1 < len(models) else "black",
@@ -42,16 +44,16 @@ def looks(thresholds: Thresholds, models: Sequence[str], shown: Sequence[str] = 
     }
 
 
-def draw(axes: Axes, thresholds: Thresholds, models: Sequence[str], shown: Sequence[str] = ()) -> None:
-    """Draw the thresholds of ``models``, of those ``shown``; of either sign where the axis has both."""
-    for level, look in looks(thresholds, models, shown).items():
+def draw(axes: Axes, thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = ()) -> None:
+    """Draw the thresholds of ``models``, some of ``figure_models``; of either sign where the axis has both."""
+    for level, look in looks(thresholds, models, figure_models).items():
         for sign in (1, -1) if axes.get_ylim()[0] < -level else (1,):
             axes.axhline(sign * level, **look)
 
 
-def keys(thresholds: Thresholds, models: Sequence[str], shown: Sequence[str] = ()) -> list[Line2D]:
+def keys(thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = ()) -> list[Line2D]:
     """Return a key for each threshold of panels that have several models: its value, and which models have it."""
-    several, drawn = len(models) > 1, looks(thresholds, models, shown)
+    several, drawn = len(models) > 1, looks(thresholds, models, figure_models)
     return [
         Line2D(
             [], [], label=_wrapped(f"threshold {level:g}{f' of {_named(names)}' if several else ''}"), **drawn[level]

@@ -119,7 +119,9 @@ def lanes(names: Iterable[str]) -> list[list[str]]:
     looks = marks(names)
     groups: list[list[str]] = []
     for name, mark in looks.items():
-        group = next((each for each in groups if all(looks[other].colour != mark.colour for other in each)), None)
+        group = next(
+            (candidate for candidate in groups if all(looks[other].colour != mark.colour for other in candidate)), None
+        )
         if group is None:
             groups.append(group := [])
         group.append(name)

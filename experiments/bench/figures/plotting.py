@@ -242,8 +242,8 @@ def _enlarge(path: Path, scale: float) -> None:
     """Have an SVG file be drawn ``scale`` times as large, whatever is in it."""
     sides = re.compile(r'width="([\d.]+)pt" height="([\d.]+)pt"')
 
-    def larger(found: re.Match[str]) -> str:
-        width, height = (scale * float(side) for side in found.groups())
+    def larger(match: re.Match[str]) -> str:
+        width, height = (scale * float(side) for side in match.groups())
         return f'width="{width:.6g}pt" height="{height:.6g}pt"'
 
     enlarged = sides.sub(larger, path.read_text(encoding="utf-8"), count=1)

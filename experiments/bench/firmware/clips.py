@@ -91,7 +91,7 @@ def worst(wanted: Firmware) -> Mapping[str, Frames]:
     chosen: dict[str, Frames] = {}
     for clips, count in ((recorded, GOLDEN_SHOWN), (drawn, SHOWN)):
         work = {name: _moving_cells(wanted, frames[:COUNTED_FRAMES]) for name, frames in clips.items()}
-        for name in sorted(work, key=lambda each: -work[each])[: count - len(chosen)]:
+        for name in sorted(work, key=lambda clip: -work[clip])[: count - len(chosen)]:
             chosen[name] = clips[name][:COUNTED_FRAMES]
     return chosen
 

@@ -69,9 +69,9 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         placement, over = computed(wanted)
     else:
         placement, over = measured.built.placement, measured.built.over
-    shown = clips.worst(wanted)
+    chosen_clips = clips.worst(wanted)
     words = {
-        **_words(wanted, assignments, measured), "split": placement.split, "over": over, "shown": list(shown),
+        **_words(wanted, assignments, measured), "split": placement.split, "over": over, "shown": list(chosen_clips),
         "shown_frames": clips.COUNTED_FRAMES,
     }  # fmt: skip
     sources = {name: CHIP_SIDE / name for name in COPIED}
@@ -83,39 +83,39 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         "memory-qemu.ld": memory_script(wanted.chip, placement, large=True),
         "Makefile": render("firmware/templates/Makefile.j2", **words) + "\n",
         "README.md": render("firmware/templates/README.md.j2", **words) + "\n",
-        "experiment.py": render("firmware/templates/experiment.py.j2", clips=list(shown)) + "\n",
-        "measure_frames.h": frames_header(shown, wanted),
-        "measure_frames.c": frames_source(shown),
+        "experiment.py": render("firmware/templates/experiment.py.j2", clips=list(chosen_clips)) + "\n",
+        "measure_frames.h": frames_header(chosen_clips, wanted),
+        "measure_frames.c": frames_source(chosen_clips),
     }
     contents = {name: path.read_bytes() for name, path in sources.items()}
     contents |= {name: text.encode() for name, text in written.items()}
     contents |= {
         f"{FRAMES}/{trial_name(index)}{RAW}": np.ascontiguousarray(frames).tobytes()
-        for index, frames in enumerate(shown.values())
+        for index, frames in enumerate(chosen_clips.values())
     }
     folders = [folder / "include", folder / FRAMES]
     try:
-        for each in folders:
-            each.mkdir(parents=True, exist_ok=True)
+        for subfolder in folders:
+            subfolder.mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
             with places.replacing(folder / name) as partial:
                 partial.write_bytes(content)
     except OSError:
         for name in contents:
             (folder / name).unlink(missing_ok=True)
-        for each in folders:
-            if each.is_dir():
-                each.rmdir()
+        for subfolder in folders:
+            if subfolder.is_dir():
+                subfolder.rmdir()
         raise
 
 
-def frames_header(shown: Mapping[str, clips.Frames], wanted: Firmware) -> str:
+def frames_header(chosen_clips: Mapping[str, clips.Frames], wanted: Firmware) -> str:
     """Return ``measure_frames.h``: which frames the self-measuring program shows."""
-    names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(shown))
+    names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(chosen_clips))
     lines = [
         f"/* Frames that the self-measuring program shows, written by colias-sim:\n{names} */",
         "#ifndef MEASURE_FRAMES_H", "#define MEASURE_FRAMES_H", "", "#include <stdint.h>", "",
-        f"#define MEASURE_TRIALS {len(shown)}u", f"#define MEASURE_FRAMES {clips.COUNTED_FRAMES}u",
+        f"#define MEASURE_TRIALS {len(chosen_clips)}u", f"#define MEASURE_FRAMES {clips.COUNTED_FRAMES}u",
         f"#define MEASURE_FRAME_US {round(1e6 / wanted.network.fps)}u", "",
         f"extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{wanted.shape[0] * wanted.shape[1]}];",
         "", "#endif", "",
@@ -123,9 +123,9 @@ def frames_header(shown: Mapping[str, clips.Frames], wanted: Firmware) -> str:
     return "\n".join(lines)
 
 
-def frames_source(shown: Mapping[str, clips.Frames]) -> str:
+def frames_source(chosen_clips: Mapping[str, clips.Frames]) -> str:
     """Return ``measure_frames.c``: the frames themselves, a line each."""
-    frames = np.concatenate(list(shown.values())).reshape(len(shown) * clips.COUNTED_FRAMES, -1)
+    frames = np.concatenate(list(chosen_clips.values())).reshape(len(chosen_clips) * clips.COUNTED_FRAMES, -1)
     rows = ["{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames]
     begin = f"const uint8_t measure_luma[{len(frames)}][{frames.shape[1]}] = {{"
     return "\n".join(['#include "measure_frames.h"', "", begin, *rows, "};", ""])

@@ -172,8 +172,8 @@ def _record(text: bytes) -> tuple[str, list[str]]:
         raise ValueError(f"{len(stripped) + 2} characters: a record has up to {LONGEST}")
     match = _RECORD.fullmatch(stripped)
     if match is None:
-        shown = short(stripped.decode("ascii", "replace"))
-        raise ValueError(f"{shown} is no record: legal is $kind,field,...*CRC4")
+        line = short(stripped.decode("ascii", "replace"))
+        raise ValueError(f"{line} is no record: legal is $kind,field,...*CRC4")
     content, given = match[1], match[2].decode()
     if int(given, 16) != crc(content):
         raise ValueError(f"the checksum is {crc(content):04X}, the line says {given}: it is damaged")

@@ -133,7 +133,7 @@ class Driving:
         looped = self._session.looped
         if not looped:
             return ("",)
-        return tuple(f"{i}: {each.label()}" for i, each in enumerate(self._session.conditions(looped[0])))
+        return tuple(f"{i}: {condition.label()}" for i, condition in enumerate(self._session.conditions(looped[0])))
 
     def _label(self) -> str:
         looped = self._session.looped

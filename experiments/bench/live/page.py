@@ -226,8 +226,8 @@ class Page:
     def show(self, view: View, rate: float) -> None:
         """Show a frame, at ``rate`` simulated seconds for each second of the clock."""
         with self.server.atomic():
-            if self._drawn_models != (shown := [runner.chosen for runner in self.session.watching]):
-                self._drawn_models = shown
+            if self._drawn_models != (models := [runner.chosen for runner in self.session.watching]):
+                self._drawn_models = models
                 self._draw_models()
             if self.driving:
                 self.driving.show(view)

@@ -199,7 +199,7 @@ def _potentials(
     _level_keys(place, colours, varies, _others(rows, varies, models))
 
 
-def said(level: Any) -> str:
+def level_text(level: Any) -> str:
     """Return a level as axes and keys show it."""
     return level if isinstance(level, str) else f"{level:g}".replace("-", "\N{MINUS SIGN}")
 
@@ -222,7 +222,7 @@ def _condition(row: Mapping[str, Any], names: Sequence[str]) -> str:
 
 
 def _with_unit(level: Any, unit: str) -> str:
-    return f"{said(level)}{'' if unit.startswith('°') else ' '}{unit}".strip()
+    return f"{level_text(level)}{'' if unit.startswith('°') else ' '}{unit}".strip()
 
 
 def _others(rows: Rows, varies: str, models: Sequence[str]) -> dict[str, Any]:
@@ -276,7 +276,7 @@ def _counts(
             _draw_series(axes, one_series, shifted, varies, colours,
                          step=step, extra=0.0 if ordinal else extra[index], ordinal=ordinal, alone=len(series) == 1,
                          dotted=dotted)  # fmt: skip
-        axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=8)
+        axes.set_xticks(list(ticks.values()), [level_text(level) for level in levels], fontsize=8)
         if not ordinal:
             axes.tick_params(axis="x", labelrotation=90 if _crowded(levels, len(panels[0])) else 0)
     for axes in list(panels.flat)[len(groups) :]:
@@ -348,7 +348,7 @@ def _crowded(levels: Sequence[float], across: int) -> bool:
     """Tell whether the numbers of an axis would lie on each other, side by side."""
     gaps = [b - a for a, b in itertools.pairwise(levels)]
     inches = (COUNTS_INCHES if across == 1 else WIDTH / across) - 0.7
-    widest = max(len(said(level)) for level in levels) * LETTER * 8.0 / 72.0 + 0.05
+    widest = max(len(level_text(level)) for level in levels) * LETTER * 8.0 / 72.0 + 0.05
     return bool(gaps) and min(gaps) / sum(gaps) * inches < widest
 
 

@@ -85,9 +85,9 @@ class LiveTrial:
     def _send(self, trial: RunningTrial) -> None:
         first, end = self._sent, len(trial.frames)
         frames, poses, settings = trial.frames[first:end], trial.poses[first:end], self._spec.settings
-        shown = [runner for runner in trial.watching if not runner.trouble]
-        answering = described([runner.chosen for runner in shown])
-        mapped = [runner for runner in shown if runner.maps]
+        runners = [runner for runner in trial.watching if not runner.trouble]
+        answering = described([runner.chosen for runner in runners])
+        mapped = [runner for runner in runners if runner.maps]
         eye = self._eye or ""
         media = collect({eye: frames}, mapped[0].responses[first:end] if mapped else [])
         if self._stream is None:
@@ -95,7 +95,7 @@ class LiveTrial:
         columns, numbers = columns_of(frames, poses, settings), np.arange(first, end)
         recording.send_frames(self._stream, media, columns, numbers)
         labels = [runner.label for runner in trial.watching]
-        for runner, model in zip(shown, answering, strict=True):
+        for runner, model in zip(runners, answering, strict=True):
             series = ResponseSeries.from_responses(runner.responses[first:end])
             send_answers(self._stream, model, labels, series, columns.sim_time_s, numbers)
         ends = [0, -1]

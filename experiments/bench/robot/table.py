@@ -33,8 +33,8 @@ def show(report: Report, recordings: bool) -> None:
         out_console.print(Text.assemble((report.provenance, "b"), ": imported from a log"))
     if report.rows:
         show_table(_conditions_table(report))
-    shown = {row["model"] for row in report.rows} | {verdict.model for verdict in report.verdicts if verdict.model}
-    several = len(shown) > 1  # a model that failed in every trial has no rows, and verdicts all the same
+    models = {row["model"] for row in report.rows} | {verdict.model for verdict in report.verdicts if verdict.model}
+    several = len(models) > 1  # a model that failed in every trial has no rows, and verdicts all the same
     if report.open_loop and report.rows:
         show_table(_driven_table(report))
         out_console.print(report.open_loop)

@@ -182,25 +182,25 @@ def check(folder: Path, files: Mapping[str, str], note: Any) -> dict[str, Path]:
         A file has no copy, a copy has changed, or there is a file that the run did not put there: an import could find
         it. In one line that names the file.
     """
-    found = places(folder, note)
+    copies = places(folder, note)
     left_out = note.get(LEFT_OUT, {})
     for path, expected in files.items():
-        if path not in found:
+        if path not in copies:
             why = left_out.get(path) if isinstance(left_out, Mapping) else None
             raise UsageError(f"{folder}: has no copy of {path}{f': {why}' if why else ''}")
         try:
-            digest = sha256(regular(found[path]))
+            digest = sha256(regular(copies[path]))
         except OSError as error:
-            raise UsageError(f"{found[path]}: cannot be read ({error.strerror})") from None
+            raise UsageError(f"{copies[path]}: cannot be read ({error.strerror})") from None
         if digest != expected:
             differ = f"SHA-256 {digest[:12]}, and {str(expected)[:12]} is noted"
-            raise UsageError(f"{found[path]}: has changed since the run was made ({differ})")
-    known = {found[path] for path in files}
+            raise UsageError(f"{copies[path]}: has changed since the run was made ({differ})")
+    known = {copies[path] for path in files}
     there = sorted((folder / FOLDER).rglob("*")) if files else []
     for place in there:
         if place.is_symlink() or (place not in known and not place.is_dir()):
             raise UsageError(f"{place}: the run did not put this there, and an import could find it: remove it")
-    return {path: found[path] for path in files}
+    return {path: copies[path] for path in files}
 
 
 def made_here(files: Mapping[str, str]) -> bool:

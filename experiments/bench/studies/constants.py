@@ -74,11 +74,11 @@ def outcomes(counts: Counts, claim: str) -> dict[str, Outcome]:
 
 def _told(counts: Counts) -> Tables:
     claims = [claim.id for claim, _ in counts.plan.claims]
-    rows = [{"claim": claim, "over all choices": said(outcomes(counts, claim))} for claim in claims]
+    rows = [{"claim": claim, "over all choices": constants_text(outcomes(counts, claim))} for claim in claims]
     return {"With which constants each claim holds": rows}
 
 
-def said(by_constants: Mapping[str, Outcome]) -> str:
+def constants_text(by_constants: Mapping[str, Outcome]) -> str:
     """Return with which constants a claim holds and with which it does not, in words: a long list is only counted."""
     holding = [constants for constants, outcome in by_constants.items() if outcome.verdict == "holds"]
     others = [constants for constants in by_constants if constants not in holding]

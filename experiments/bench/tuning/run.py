@@ -41,7 +41,7 @@ class TuningPlan:
     models: tuple[ConfiguredModel, ...]
     seed: int
 
-    def shown(self) -> list[tuple[int, Family, Probe]]:
+    def numbered_probes(self) -> list[tuple[int, Family, Probe]]:
         """Return every clip in order, with its number and what it is a point of."""
         points = [(family, probe) for family in self.families for probe in family.probes if self._seen_by(family)]
         return [(index, family, probe) for index, (family, probe) in enumerate(points)]
@@ -50,7 +50,7 @@ class TuningPlan:
         """Return the probes as jobs: each clip to all models that its family is shown to."""
         return [
             Showing(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, self._seen_by(family))
-            for i, family, probe in self.shown()
+            for i, family, probe in self.numbered_probes()
         ]
 
     def _seen_by(self, family: Family) -> tuple[ConfiguredModel, ...]:
@@ -58,7 +58,7 @@ class TuningPlan:
 
     def amount(self) -> str:
         """Say how many clips and frames there are."""
-        probes_shown = self.shown()
+        probes_shown = self.numbered_probes()
         frames = sum(len(probe.clip.build(self.seed + probe.repeat)) for _, _, probe in probes_shown)
         return f"{len(probes_shown)} clips, {frames:,} frames"
 
@@ -82,7 +82,7 @@ class TuningPlan:
             "kind": "tuning",
             "experiment": EXPERIMENT,
             "seed": self.seed,
-            "trials": len(self.shown()),
+            "trials": len(self.numbered_probes()),
             "models": self.models,
             **({"changed": changed} if changed else {}),
             "curves": [described(family) for family in self.families],
@@ -132,7 +132,7 @@ def plan(
         chosen, assigned = watchers(models, assignments, {stimulus.name: stimulus.params}, listed)
         along = of_stimulus(stimulus, assigned.get(stimulus.name, {}), over, seed)
         tuning = TuningPlan((along, *(families(curves) if curves else ())), chosen, seed)
-    if not tuning.shown():
+    if not tuning.numbered_probes():
         raise UsageError(f"--curve {curves[0]}: no model shown answers by looming; name one by --model")
     return tuning
 
@@ -192,7 +192,7 @@ def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
 def evaluated(plan: TuningPlan, folder: RunFolder) -> tuple[list[TuningPoint], list[Preferences]]:
     """Return the answers of the clips in ``folder``, and what each model prefers by them."""
     channels = plan.channels()
-    given = answers(plan.shown(), channels, folder.frames(), plan.seed)
+    given = answers(plan.numbered_probes(), channels, folder.frames(), plan.seed)
     known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
     return given, [preferences(given, model, by) for model, by in known.items()]
 

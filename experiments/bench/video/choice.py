@@ -13,7 +13,7 @@ MOST_MODELS = 8
 """In one picture: each has a panel of its own then, and more would be too small to read."""
 
 
-def shown(reel: Reel, asked: Sequence[str] = ()) -> Reel:
+def with_models(reel: Reel, asked: Sequence[str] = ()) -> Reel:
     """Return a recording with the traces of some of its models.
 
     Parameters

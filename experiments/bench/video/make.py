@@ -115,12 +115,12 @@ def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> 
 
 def frames(reel: Reel, drawer: Drawer, times: Floats) -> Iterator[Picture]:
     """Draw the frames of increasing times, (H, W, 3) uint8 each, reading pictures as they are needed."""
-    shown = [pictures(reel.path, eye) for eye in reel.eyes]
+    sources = [pictures(reel.path, eye) for eye in reel.eyes]
     changed: Iterator[tuple[float, Picture]] = iter(())
-    if shown:
-        shown[0], again = itertools.tee(shown[0])
+    if sources:
+        sources[0], again = itertools.tee(sources[0])
         changed = changes(again)
-    eyes, change = [_Latest(source) for source in shown], _Latest(changed)
+    eyes, change = [_Latest(source) for source in sources], _Latest(changed)
     for time_s in times.tolist():
         yield drawer.frame(time_s, [eye.at(time_s) for eye in eyes], change.at(time_s))
 

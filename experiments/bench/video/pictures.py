@@ -59,12 +59,12 @@ def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
         yield from _decoded(batch, shape)
 
 
-def changes(shown: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
+def changes(timed_pictures: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
     """Turn pictures into what changed since the one before.
 
     Parameters
     ----------
-    shown
+    timed_pictures
         Time and picture, (R, C, 3) uint8, RGB.
 
     Yields
@@ -76,7 +76,7 @@ def changes(shown: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Pic
         did; `STILL` where it stayed, but for the camera's noise.
     """
     before: npt.NDArray[np.int16] | None = None
-    for time_s, picture in shown:
+    for time_s, picture in timed_pictures:
         grey = picture.mean(axis=-1).astype(np.int16)
         change = np.zeros_like(grey) if before is None else grey - before
         before = grey

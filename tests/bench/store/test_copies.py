@@ -39,8 +39,8 @@ def refused(thing: Any, *advice: str, ways: tuple[str, ...] = tuple(WAYS)) -> No
     for way in ways:
         with pytest.raises(TypeError, match="cannot be copied or pickled") as caught:
             WAYS[way](thing)
-        said = str(caught.value)
-        assert "\n" not in said and all(word in said for word in ("make another", *advice)), (way, said)
+        message = str(caught.value)
+        assert "\n" not in message and all(word in message for word in ("make another", *advice)), (way, message)
 
 
 def open_files() -> int:
@@ -98,8 +98,8 @@ def test_a_vector_env_that_cannot_be_copied_says_so_and_goes_on_as_before(worker
 @pytest.fixture
 def simulation() -> Iterator[Simulation]:
     robots = {"observer": "colias", "stimulus": "colias_black", "post": "colias_parked"}
-    with Simulation(camera=SMALL, robots=robots) as made:
-        yield made
+    with Simulation(camera=SMALL, robots=robots) as sim:
+        yield sim
 
 
 def test_a_simulation_and_its_parts_cannot_be_copied(simulation: Simulation) -> None:

@@ -75,7 +75,7 @@ EXPERIMENT = Experiment("fast", "a fast crossing", Translation((30,), (6,)), var
 
 
 def colias(*arguments: object) -> int:
-    return main.command([str(each) for each in arguments])
+    return main.command([str(argument) for argument in arguments])
 
 
 def canary(folder: Path, name: str = "evil.py") -> Path:
@@ -97,14 +97,14 @@ def own_runs(folder: Path) -> dict[str, experiments.Run]:
     tiny = str(folder / "tiny.py")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        made = {
+        runs = {
             "robot": experiments.run("fast.py", models=tiny, out=folder / "robot", **quick),
             "clips": experiments.run("clips.py", models=tiny, out=folder / "clips", **quick),
         }
     assert ran(folder) == ["ran"]
     (folder / "ran").unlink()
     forget(folder)
-    return made
+    return runs
 
 
 def forget(folder: Path) -> None:
@@ -115,7 +115,7 @@ def forget(folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def user_runs(tmp_path_factory):
     try:
         yield own_runs(tmp_path_factory.mktemp("own"))
     finally:
@@ -150,22 +150,22 @@ def test_a_log_s_model_is_run_where_it_is_named(tmp_path, monkeypatch):
     assert ran(tmp_path) == ["ran"]
 
 
-def test_readers_of_a_run_take_a_model_s_words_from_the_run(made, tmp_path, capsys):
+def test_readers_of_a_run_take_a_model_s_words_from_the_run(user_runs, tmp_path, capsys):
     """Thresholds and channels of one's own model are in the folder: its figure and its log need no file of code."""
-    for name, run in made.items():
+    for name, run in user_runs.items():
         assert json.loads((run.folder / "experiment.json").read_text())["thresholds"] == {
             "tiny": {"hs": 0.25, "azimuth": None}
         }, name
         drawn = experiments.load(run.folder).figure()
         heights = {round(float(line.get_ydata()[0]), 6) for axes in drawn.axes for line in axes.lines}
         assert 0.25 in heights, name
-    assert colias("export", made["robot"].folder, "--to", "log", "--out", tmp_path / "log") == 0
+    assert colias("export", user_runs["robot"].folder, "--to", "log", "--out", tmp_path / "log") == 0
     with (tmp_path / "log" / "log.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert {row["azimuth"] for row in rows} == {"0.5"} and "vs" not in rows[0]
     _, _, printed = " ".join(capsys.readouterr().out.split()).partition("import by ")
     words = shlex.split(printed)
-    folder = made["robot"].folder.parent
+    folder = user_runs["robot"].folder.parent
     assert words[words.index("--experiment") + 1] == str(folder / "fast.py")
     assert words[words.index("--ran") + 1] == str(folder / "tiny.py")
     assert ran(folder) == []
@@ -173,11 +173,11 @@ def test_readers_of_a_run_take_a_model_s_words_from_the_run(made, tmp_path, caps
 
 @pytest.mark.parametrize("kind", ["robot", "clips"])
 @pytest.mark.parametrize("older", [False, True], ids=["now", "older"])
-def test_what_a_folder_names_is_not_run(made, kind, older, tmp_path, capsys):
+def test_what_a_folder_names_is_not_run(user_runs, kind, older, tmp_path, capsys):
     """A folder that was handed over, whose texts name files of code; one of an older version lacks the thresholds."""
     evil = canary(tmp_path / "evil")
     folder = tmp_path / "run"
-    shutil.copytree(made[kind].folder, folder)
+    shutil.copytree(user_runs[kind].folder, folder)
     there = json.loads((folder / "experiment.json").read_text())
     listed = there["settings"]["models"] if kind == "robot" else there["models"]
     for model in listed:
@@ -188,15 +188,17 @@ def test_what_a_folder_names_is_not_run(made, kind, older, tmp_path, capsys):
     (folder / "experiment.json").write_text(json.dumps(there))
     run = experiments.load(folder)
     run.figure()
-    said = capsys.readouterr().err
-    assert (said.count("\n"), "threshold" in said and str(folder) in said) == ((1, True) if older else (0, False))
+    message = capsys.readouterr().err
+    assert (message.count("\n"), "threshold" in message and str(folder) in message) == (
+        (1, True) if older else (0, False)
+    )
     if kind == "robot":
         assert colias("export", folder, "--to", "log", "--out", tmp_path / "log", "--quiet") == 0
-        said = capsys.readouterr().err
-        assert (said.count("\n"), "channels" in said) == ((1, True) if older else (0, False))
+        message = capsys.readouterr().err
+        assert (message.count("\n"), "channels" in message) == ((1, True) if older else (0, False))
         header = (tmp_path / "log" / "log.csv").read_text().splitlines()[0].split(",")
         assert ("azimuth" in header) is not older and "hs" in header and "vs" not in header
-    experiments.compare(folder, made[kind].folder)
+    experiments.compare(folder, user_runs[kind].folder)
     experiments.runs(tmp_path)
     assert ran(tmp_path) == []
 
@@ -270,7 +272,7 @@ def test_programs_of_python_look_for_no_module_in_the_current_folder(trapped, mo
 def test_the_name_of_a_recording_is_no_option_of_the_viewer(tmp_path, monkeypatch):
     """``--save=FILE.rrd`` would write that file."""
     started = []
-    monkeypatch.setattr(viewer, "_attend", lambda command, said: started.append(command) or 0)
+    monkeypatch.setattr(viewer, "_attend", lambda command, output: started.append(command) or 0)
     monkeypatch.chdir(tmp_path)
     for name in ("--save=other.rrd", "a.rrd"):
         Path(name).write_bytes(b"")

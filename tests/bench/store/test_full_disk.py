@@ -228,12 +228,12 @@ def test_a_file_is_whole_or_not_there(name, command, tmp_path, played):
     pq.write_table(pa.table(columns), tmp_path / "kept.parquet")
     before = {*tmp_path.iterdir()}
     assert command(*MADE[name])[0] == 0
-    made = {*tmp_path.iterdir()} - before
-    assert tmp_path / name in made
-    files = [path for place in made for path in (place, *place.rglob("*")) if path.is_file()]
+    outputs = {*tmp_path.iterdir()} - before
+    assert tmp_path / name in outputs
+    files = [path for place in outputs for path in (place, *place.rglob("*")) if path.is_file()]
     size = max(path.stat().st_size for path in files)
     for limit in (0, size // 2, size - LESS):
-        for place in made & {*tmp_path.iterdir()}:
+        for place in outputs & {*tmp_path.iterdir()}:
             shutil.rmtree(place) if place.is_dir() else place.unlink()
         status, message = command(*MADE[name], limit=limit)
         assert status == 2 and message, limit

@@ -14,14 +14,14 @@ PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", re.MULTILINE)
 
 
 def pins(lock: str) -> dict[str, set[str]]:
-    found: dict[str, set[str]] = {}
+    versions: dict[str, set[str]] = {}
     for name, version in PIN.findall((ROOT / lock).read_text()):
-        found.setdefault(canonicalize_name(name), set()).add(version)
-    return found
+        versions.setdefault(canonicalize_name(name), set()).add(version)
+    return versions
 
 
 def wanted(requirements: list[str]) -> dict[str, Requirement]:
-    return {canonicalize_name(each.name): each for each in map(Requirement, requirements)}
+    return {canonicalize_name(requirement.name): requirement for requirement in map(Requirement, requirements)}
 
 
 def test_the_documentation_s_packages_change_none_of_the_bench():

@@ -43,10 +43,10 @@ ENDINGS = {"video": ".mp4", "stimulus": ".avi"}
 def with_out(command=None, name=""):
     """The names of all commands that have the option."""
     command = command or typer.main.get_command(main.app)
-    found = {name} if any("--out" in each.opts for each in command.params) else set()
-    for own, sub in getattr(command, "commands", {}).items():
-        found |= with_out(sub, f"{name} {own}".strip())
-    return found
+    names = {name} if any("--out" in parameter.opts for parameter in command.params) else set()
+    for sub_name, sub in getattr(command, "commands", {}).items():
+        names |= with_out(sub, f"{name} {sub_name}".strip())
+    return names
 
 
 def test_every_command_with_the_option_is_tried_here():
@@ -91,16 +91,16 @@ def refused(folder):
         warnings.simplefilter("ignore", DeprecationWarning)  # of fork beside threads: the child calls nothing of theirs
         child = os.fork()
     if child == 0:
-        said = ""
+        message = ""
         try:
             if os.geteuid() == 0:
                 os.setgid(NOBODY)
                 os.setuid(NOBODY)
             check_folder(folder, f"--out {folder}")
         except BaseException as error:
-            said = str(error)
+            message = str(error)
         finally:
-            os.write(writer, said.encode())
+            os.write(writer, message.encode())
             os._exit(0)
     os.waitpid(child, 0)
     os.close(writer)
@@ -112,7 +112,7 @@ def refused(folder):
 def test_no_permission_is_told():
     with tempfile.TemporaryDirectory() as name:
         locked = Path(name).resolve()
-        if not all(each.stat().st_mode & 0o001 for each in locked.parents):
+        if not all(parent.stat().st_mode & 0o001 for parent in locked.parents):
             pytest.skip("another user comes to no folder for temporary files")
         locked.chmod(0o555)
         for out in (locked / "out", locked):

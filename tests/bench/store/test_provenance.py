@@ -24,8 +24,8 @@ RUN = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "
 
 
 def test_every_dependency_that_computes_is_noted():
-    said = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
-    depends = {re.split(r"[<>=\[ ]", line)[0] for line in said}
+    dependencies = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    depends = {re.split(r"[<>=\[ ]", line)[0] for line in dependencies}
     assert depends <= {*provenance.LIBRARIES, *COMPUTE_NOTHING}
     assert not depends & set(COMPUTE_NOTHING) & set(provenance.LIBRARIES)
     assert "unknown" not in provenance.versions().values()

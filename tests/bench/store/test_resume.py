@@ -46,15 +46,15 @@ def wait_for_trials(folder: Path, count: int, process: subprocess.Popen[str]) ->
 
 
 def children_of(pid: int) -> list[int]:
-    found = []
+    children = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = stat.read_text().rsplit(")", 1)[1].split()
         except OSError:
             continue
         if int(fields[1]) == pid:
-            found.append(int(stat.parent.name))
-    return found
+            children.append(int(stat.parent.name))
+    return children
 
 
 def alive(pid: int) -> bool:
@@ -201,9 +201,9 @@ def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(col
             cluster.scale(0)
         else:
             cluster.close()
-        _, said = process.communicate(timeout=60)
-    assert process.returncode == 2, said
-    assert f"--cluster {address}: " in said.splitlines()[-1] and "Traceback" not in said
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2, errors
+    assert f"--cluster {address}: " in errors.splitlines()[-1] and "Traceback" not in errors
     left = trials(tmp_path / "out").num_rows
     assert 1 <= left < 12
     assert colias(*command, "--out", "out", "-q").returncode == 0

@@ -106,9 +106,9 @@ def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with(fo
 @pytest.fixture(scope="module")
 def trial():
     """A plan of one trial, and what a worker returns of it."""
-    made = plan(registry.load("speed"), ["dsnn", "emd"], ["experiment.speeds_cm_s=30"], 1, 0)
-    (spec,) = made.specs()
-    return made, robot_run.work(spec, keep=robot_run.ROWS_ONLY)
+    trial_plan = plan(registry.load("speed"), ["dsnn", "emd"], ["experiment.speeds_cm_s=30"], 1, 0)
+    (spec,) = trial_plan.specs()
+    return trial_plan, robot_run.work(spec, keep=robot_run.ROWS_ONLY)
 
 
 def changes(row):
@@ -122,8 +122,8 @@ def changes(row):
 
 
 def test_whatever_a_folder_takes_it_reads_again(trial, folder):
-    made, record = trial
-    contents = robot_contents(made.specs(), recordings=False, frames=False)
+    trial_plan, record = trial
+    contents = robot_contents(trial_plan.specs(), recordings=False, frames=False)
     description = {"experiment": "speed", "seed": 0}
     taken, refused = [], []
     for number, changed in enumerate([record.rows[0], *changes(record.rows[0])]):
@@ -162,8 +162,8 @@ def drifting(spec):
 
 
 def test_a_row_that_could_not_be_read_again_fails_its_trial_and_no_more(folder):
-    made = plan(registry.load("speed"), ["dsnn"], ["experiment.speeds_cm_s=20,30"], 1, 0)
-    whole = robot_run.batch(made, robot_run.ROWS_ONLY)
+    speed_plan = plan(registry.load("speed"), ["dsnn"], ["experiment.speeds_cm_s=20,30"], 1, 0)
+    whole = robot_run.batch(speed_plan, robot_run.ROWS_ONLY)
     batch = dataclasses.replace(whole, work=drifting)
     resources = robot_run.Resources(0, quiet=True)
     with resources.pool() as pool:

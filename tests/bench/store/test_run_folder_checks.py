@@ -92,16 +92,16 @@ def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, st
     return ended.value.code or 0, capsys.readouterr().err
 
 
-def check_end(damage: Damage, base: Path, kind: str, folder: Path, code: int, said: str) -> None:
-    assert "Traceback" not in said and damage.is_told(said), said
+def check_end(damage: Damage, base: Path, kind: str, folder: Path, code: int, message: str) -> None:
+    assert "Traceback" not in message and damage.is_told(message), message
     if damage.ends == "refused":
-        assert (code, said.count("\n")) == (2, 1), said
-        assert said.startswith("colias: ")
+        assert (code, message.count("\n")) == (2, 1), message
+        assert message.startswith("colias: ")
         return
-    assert code == 0, said
+    assert code == 0, message
     for mine, whole in zip(tables(folder), tables(base / f"{kind}-whole"), strict=True):
         assert mine == whole
-    recordings = [sorted(path.name for path in (each / "recordings").glob("*.rrd")) for each in
+    recordings = [sorted(path.name for path in (run_folder / "recordings").glob("*.rrd")) for run_folder in
                   (folder, base / f"{kind}-whole")]  # fmt: skip
     assert recordings[0] == recordings[1]
     assert all(path.stat().st_size > 1000 for path in (folder / "recordings").glob("*.rrd"))
@@ -116,8 +116,8 @@ def damaged(damage: Damage, base: Path, kind: str, folder: Path) -> None:
 def test_a_damaged_folder_is_refused_or_mended(damage, base, monkeypatch, capsys):
     folder = base / f"clips-{DAMAGES.index(damage)}"
     damaged(damage, base, "clips", folder)
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", folder.name, "-q")
-    check_end(damage, base, "clips", folder, code, said)
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", folder.name, "-q")
+    check_end(damage, base, "clips", folder, code, message)
 
 
 CHOSEN = ("a row of another seed added", "trial null", "a trial's frames of another seed", "a recording deleted")
@@ -138,16 +138,16 @@ def test_a_condition_that_is_not_the_plan_s_is_refused(robot, column, value, mon
     rows = pq.read_table(tmp_path / "out" / TRIALS)
     changed = [{**row, column: value} if row["trial"] == 1 else row for row in rows.to_pylist()]
     pq.write_table(type(rows).from_pylist(changed, rows.schema), tmp_path / "out" / TRIALS)
-    code, said = goes_on(monkeypatch, capsys, tmp_path, *ROBOT, "--out", "out")
-    assert (code, said.count("\n")) == (2, 1)
-    assert f"out: trials.parquet: trial 1: {column} is {value!r}, the plan says" in said
+    code, message = goes_on(monkeypatch, capsys, tmp_path, *ROBOT, "--out", "out")
+    assert (code, message.count("\n")) == (2, 1)
+    assert f"out: trials.parquet: trial 1: {column} is {value!r}, the plan says" in message
 
 
 @pytest.mark.parametrize(("kind", "arguments"), [("clips", ARGUMENTS), ("robot", ROBOT)])
 def test_recordings_are_asked_for_once_and_for_all(base, robot, kind, arguments, monkeypatch, capsys):
     folder = robot if kind == "robot" else base
-    code, said = goes_on(monkeypatch, capsys, folder, *arguments, "--out", f"{kind}-whole", "--no-recordings")
-    assert (code, said) == (2, f"colias: {kind}-whole: --recordings is true there and false now: {ADVICE}\n")
+    code, message = goes_on(monkeypatch, capsys, folder, *arguments, "--out", f"{kind}-whole", "--no-recordings")
+    assert (code, message) == (2, f"colias: {kind}-whole: --recordings is true there and false now: {ADVICE}\n")
 
 
 def test_a_row_made_again_with_other_numbers_is_told(base, monkeypatch, capsys, tmp_path):
@@ -162,8 +162,8 @@ def test_a_row_made_again_with_other_numbers_is_told(base, monkeypatch, capsys, 
         pq.write_table(type(table).from_pylist(rows, table.schema), tmp_path / "out" / name)
     (tmp_path / "out" / "recordings" / "trial-0000.rrd").unlink()
     monkeypatch.chdir(base)
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"), "-q")
-    assert code == 0 and "done again with other numbers than before: trials 0\n" in said
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"), "-q")
+    assert code == 0 and "done again with other numbers than before: trials 0\n" in message
     assert tables(tmp_path / "out")[0] == tables(base / "clips-whole")[0]
 
 
@@ -215,7 +215,7 @@ def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     assert "rows of 2 codes" in asked.stderr
     rows = pq.read_table(folder / TRIALS).to_pylist()
     described = json.loads((folder / "experiment.json").read_text())
-    (second,) = [each["code"] for each in described["resumed_with"]]
+    (second,) = [resumption["code"] for resumption in described["resumed_with"]]
     assert described["code"] == first != second
     assert all(row["code"] == (first if row["trial"] else second) for row in rows)
     if kind in ("clips", "robot"):
@@ -316,10 +316,10 @@ def test_other_versions_are_refused_unless_asked_for(base, monkeypatch, capsys, 
     described["versions"] |= {"numpy": "1.0", "python": "3.0"}
     file.write_text(json.dumps(described))
     out = str(tmp_path / "out")
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out)
-    assert code == 2 and 'versions.numpy is "1.0" there' in said and "--other-code" in said
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out, "--other-code", "-q")
-    assert code == 0, said
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out)
+    assert code == 2 and 'versions.numpy is "1.0" there' in message and "--other-code" in message
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out, "--other-code", "-q")
+    assert code == 0, message
 
 
 # A folder that a run is begun in.
@@ -354,8 +354,8 @@ def test_a_kill_while_the_description_is_written_costs_nothing(colias, how):
 def test_what_a_run_left_without_its_description_is_not_taken_for_nothing(base, name, monkeypatch, capsys, tmp_path):
     (tmp_path / "out" / "recordings").mkdir(parents=True)
     (tmp_path / "out" / name).write_bytes(b"x")
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"))
-    assert (code, said.count("\n")) == (2, 1) and "already holds a run" in said
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"))
+    assert (code, message.count("\n")) == (2, 1) and "already holds a run" in message
     assert (tmp_path / "out" / name).read_bytes() == b"x"
 
 
@@ -370,9 +370,9 @@ def test_every_command_reads_a_description_alike(base, text, monkeypatch, capsys
         ("study", "fidelity", "--out", out),
         (*ARGUMENTS, "--out", out),
     ):
-        code, said = goes_on(monkeypatch, capsys, base, *command)
-        assert code == 2, said
-        assert "experiment.json cannot be read" in said.splitlines()[-1]
+        code, message = goes_on(monkeypatch, capsys, base, *command)
+        assert code == 2, message
+        assert "experiment.json cannot be read" in message.splitlines()[-1]
 
 
 def test_a_folder_of_leftovers_is_tuned_into(base, monkeypatch, capsys, tmp_path):

@@ -33,8 +33,8 @@ def cut(folder, part, trials, change=lambda table: table):
     (folder / tables.PARTS).mkdir(exist_ok=True)
     for name in ("frames", "trials"):
         table = pq.read_table(folder / tables.file_name(name, None))
-        own = table.filter([trial in trials for trial in table["trial"].to_pylist()])
-        pq.write_table(change(own), folder / tables.file_name(name, part))
+        part_rows = table.filter([trial in trials for trial in table["trial"].to_pylist()])
+        pq.write_table(change(part_rows), folder / tables.file_name(name, part))
 
 
 def keep(folder, trials):
@@ -103,7 +103,7 @@ class Killed(BaseException):
 
 def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, monkeypatch):
     """Every file that it writes, renames or removes is a step; what is left is gone on with."""
-    own = pq.read_table(whole / "trials.parquet").num_rows
+    row_count = pq.read_table(whole / "trials.parquet").num_rows
     for step in itertools.count():
         folder = tmp_path / f"{step}"
         shutil.copytree(whole, folder)
@@ -135,7 +135,7 @@ def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, m
         experiments.run(SMALL, out=folder, **QUICK)
         assert not (folder / tables.PARTS).exists()
         assert all(a.equals(b) for a, b in zip(numbers(folder), before, strict=True)), step
-    assert step > 6 and own == 4
+    assert step > 6 and row_count == 4
 
 
 @pytest.mark.parametrize("name", ["trials", "frames"])

@@ -45,9 +45,9 @@ def test_the_rule_is_the_detectors_own():
     for name in ("lgmd1", "si-lgmd1", "lplc2-gf"):
         entry = MODELS[name]
         model = entry.build((18, 27), entry.robot)
-        said = [(model.step(frame).looming_spikes, model.collision) for frame in frames]
-        own = collisions(np.array([spikes for spikes, _ in said]), spikes_in_a_row(entry.robot))
-        assert own == sum(collision for _, collision in said), name
+        answers = [(model.step(frame).looming_spikes, model.collision) for frame in frames]
+        count = collisions(np.array([spikes for spikes, _ in answers]), spikes_in_a_row(entry.robot))
+        assert count == sum(collision for _, collision in answers), name
 
 
 def test_moving_edge_is_what_changes_by_more_than_noise_does():
@@ -100,8 +100,8 @@ def test_the_study_has_the_trials_of_the_reproduction():
     plan = plan_of(10, 3)
     ours = {spec.seed: spec for spec in design(1, 10, 3).specs if spec.experiment == "angular-approach"}
     for arena in ("bright", "dim"):
-        own = [spec for spec in plan.specs if spec.settings.scene.arena == arena]
-        assert [spec.seed for spec in own] == list(ours)
+        specs = [spec for spec in plan.specs if spec.settings.scene.arena == arena]
+        assert [spec.seed for spec in specs] == list(ours)
     bright = plan.specs[0]
     assert bright.settings.scene == ours[bright.seed].settings.scene
     watcher = plan.shares[plan.points[0], "lgmd1", "angular-approach", 0].watchers[0]

@@ -32,8 +32,8 @@ def planned(names, *over, seed=0, **more):
     return run.planned(Study("map", "a map", experiments=tuple(names), over=over, **study), seed)
 
 
-def cells(made, rows):
-    return Counts(made, rows).cells
+def cells(map_plan, rows):
+    return Counts(map_plan, rows).cells
 
 
 def table(folder):
@@ -70,18 +70,18 @@ def test_a_maps_summary_is_its_table(whole):
 
 def test_counts_are_those_of_judging_by_hand(whole):
     folder, _ = whole
-    rows, found = trials(folder), table(folder)
-    assert [(row["dsnn.t_sp"], row["claim"]) for row in found] == list(
+    rows, map_rows = trials(folder), table(folder)
+    assert [(row["dsnn.t_sp"], row["claim"]) for row in map_rows] == list(
         product(["0.01", "0.2"], ["C13", "C19", TOGETHER])
     )
     for level in (0.2, 0.01):
-        held = {row["claim"]: row["holds"] for row in found if float(row["dsnn.t_sp"]) == level}
-        own = [row for row in rows if row["dsnn.t_sp"] == level]
-        straight = [row["spikes"] for row in own if row["motion"] in DEPTH and row["angle_deg"] == 0.0]
+        held = {row["claim"]: row["holds"] for row in map_rows if float(row["dsnn.t_sp"]) == level}
+        level_rows = [row for row in rows if row["dsnn.t_sp"] == level]
+        straight = [row["spikes"] for row in level_rows if row["motion"] in DEPTH and row["angle_deg"] == 0.0]
         assert len(straight) == 15, "of both experiments"
         mean = {
             angle: np.mean(
-                [r["spikes"] for r in own if r["experiment"] == "angular-recession" and r["angle_deg"] == angle]
+                [r["spikes"] for r in level_rows if r["experiment"] == "angular-recession" and r["angle_deg"] == angle]
             )
             for angle in (-30.0, -15.0, 0.0, 15.0, 30.0)
         }
@@ -91,7 +91,7 @@ def test_counts_are_those_of_judging_by_hand(whole):
         wider = mean[-30.0] >= mean[-15.0] + more and mean[30.0] >= mean[15.0] + more
         by_hand = {"C13": silent, "C19": fewest and wider, TOGETHER: silent and fewest and wider}
         assert held == {claim: str(int(holds)) for claim, holds in by_hand.items()}
-    assert {row["holds"] for row in found} == {"0", "1"}  # the thresholds tell the points apart
+    assert {row["holds"] for row in map_rows} == {"0", "1"}  # the thresholds tell the points apart
 
 
 def test_the_terminal_says_how_large_the_region_is(whole):
@@ -135,8 +135,8 @@ def test_a_map_goes_on_where_it_was_cut_short(whole, tmp_path, monkeypatch):
 def test_points_of_the_network_have_the_rows_of_separate_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     over = ["--over", "dsnn.n_con=4,8", "--over", "dsnn.tau_s.first=10,100"]
-    made = ["map", "general", *over, "--claims", "C14", "--replicates", "2", "--out", "map", *FEW]
-    assert main.command(made) == 0
+    arguments = ["map", "general", *over, "--claims", "C14", "--replicates", "2", "--out", "map", *FEW]
+    assert main.command(arguments) == 0
     rows = trials(tmp_path / "map")
     assert len({row["trial"] for row in rows}) == 20 and len(rows) == 20 * 4  # four points share each rendering
     columns = ("motion", "direction", "spikes", "vs_spikes", "peak_hs", "trough_hs", "peak_vs", "frames")
@@ -144,16 +144,18 @@ def test_points_of_the_network_have_the_rows_of_separate_runs(tmp_path, monkeypa
         alone = ["--set", "dsnn.n_con=4", "--set", "dsnn.tau_s=100,200", "--no-recordings", "--seed", str(seed)]
         assert main.command(["run", "general", *alone, "--out", f"alone{seed}", *FEW]) == 0
         by_seed = {row["seed"]: row for row in trials(tmp_path / f"alone{seed}")}
-        own = [r for r in rows if (r["dsnn.n_con"], r["dsnn.tau_s.first"], r["repeat"] // 5) == (4, 100, replicate)]
-        assert len(own) == 10
-        for row in own:
+        point_rows = [
+            r for r in rows if (r["dsnn.n_con"], r["dsnn.tau_s.first"], r["repeat"] // 5) == (4, 100, replicate)
+        ]
+        assert len(point_rows) == 10
+        for row in point_rows:
             assert [row[name] for name in columns] == [by_seed[row["seed"]][name] for name in columns]
 
 
 # --- counting ---------------------------------------------------------------------------------------------------------
 
 
-def rows_of(made, spikes):
+def rows_of(map_plan, spikes):
     """Rows as trials would leave them, where ``spikes`` says of a spec and a label how many there are."""
     flat = {"hs_spikes": 0, "path_error_mm": 0.0}
     return [
@@ -163,7 +165,7 @@ def rows_of(made, spikes):
             "model": model.label, "spikes": count, "peak_hs": 0.1 + (count > 0) * 0.4 * _sign(spec),
             "trough_hs": -0.1 + (count > 0) * 0.4 * min(_sign(spec), 0),
         }
-        for spec in made.specs
+        for spec in map_plan.specs
         for model in spec.settings.models
         for count in [spikes(spec, model.label)]
     ]  # fmt: skip
@@ -175,7 +177,7 @@ def _sign(spec):
 
 def test_all_together_is_counted_by_replicate():
     """A claim that breaks in the first replicate and another that breaks in the second leave none that is whole."""
-    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), replicates=2, repeats=5)
+    map_plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), replicates=2, repeats=5)
 
     def spikes(spec, label):
         replicate, depth = spec.repeat // 5, spec.condition.motion != "translation"
@@ -183,35 +185,37 @@ def test_all_together_is_counted_by_replicate():
             return int(not depth)  # as the paper has it
         return 1 if replicate == 0 else int(spec.condition.direction == "rightward")  # in depth too; then none leftward
 
-    found = cells(made, rows_of(made, spikes))
-    counts = {(cell.point.values[0][1], cell.claim): cell.count.holds for cell in found}
+    map_cells = cells(map_plan, rows_of(map_plan, spikes))
+    counts = {(cell.point.values[0][1], cell.claim): cell.count.holds for cell in map_cells}
     assert counts[("0.2", "C13")] == 1
     assert counts[("0.2", "C14")] == 1
     assert counts[("0.2", TOGETHER)] == 0
     assert counts[("0.3", "C13")] == counts[("0.3", "C14")] == counts[("0.3", TOGETHER)] == 2
-    lines = regions(found)
+    lines = regions(map_cells)
     assert "C13 holds in 2 of 2 replicates at 1 of 2 points (50%)" in lines
     assert "all claims together hold in 2 of 2 replicates at 1 of 2 points (50%)" in lines
 
 
 def test_silence_everywhere_does_not_count_as_holding():
-    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), repeats=5)
-    found = {(cell.point.values[0][1], cell.claim): cell for cell in cells(made, rows_of(made, lambda *_: 0))}
-    c13 = found["0.2", "C13"]
+    map_plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), repeats=5)
+    map_cells = {
+        (cell.point.values[0][1], cell.claim): cell for cell in cells(map_plan, rows_of(map_plan, lambda *_: 0))
+    }
+    c13 = map_cells["0.2", "C13"]
     assert (c13.count.holds, dict(c13.count.unjudged)) == (0, {"silent model": 1})
-    assert found["0.2", TOGETHER].count.fails == 1, "C14 fails"
-    lines = [line for line in regions(list(found.values())) if line.startswith("C13 holds")]
+    assert map_cells["0.2", TOGETHER].count.fails == 1, "C14 fails"
+    lines = [line for line in regions(list(map_cells.values())) if line.startswith("C13 holds")]
     assert lines[0].endswith("; kept by a silent model in a replicate at 2")
 
 
 def test_lost_trials_leave_a_claim_unjudged():
-    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
-    rows = [row for row in rows_of(made, lambda *_: 0) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
-    found = {cell.point.values[0][1]: cell for cell in cells(made, rows)}
-    assert (found["0.2"].count.holds, found["0.2"].unjudged) == (2, 0)
-    assert (found["0.3"].count.holds, found["0.3"].unjudged) == (1, 1)
-    assert not found["0.3"].holds and "1 trials of general failed" in found["0.3"].outcomes[0].measured
-    figure.draw(Counts(made, rows))
+    map_plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
+    rows = [row for row in rows_of(map_plan, lambda *_: 0) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
+    map_cells = {cell.point.values[0][1]: cell for cell in cells(map_plan, rows)}
+    assert (map_cells["0.2"].count.holds, map_cells["0.2"].unjudged) == (2, 0)
+    assert (map_cells["0.3"].count.holds, map_cells["0.3"].unjudged) == (1, 1)
+    assert not map_cells["0.3"].holds and "1 trials of general failed" in map_cells["0.3"].outcomes[0].measured
+    figure.draw(Counts(map_plan, rows))
 
 
 # --- the plan ---------------------------------------------------------------------------------------------------------
@@ -220,19 +224,21 @@ def test_lost_trials_leave_a_claim_unjudged():
 def test_a_replicate_has_the_trials_of_a_run_with_its_seed():
     from experiments.bench.robot.plan import plan as robot_plan
 
-    made = planned(["general"], "camera.read_noise=0,0.64", claims=("C13",), replicates=3, seed=4)
+    map_plan = planned(["general"], "camera.read_noise=0,0.64", claims=("C13",), replicates=3, seed=4)
     runs = [robot_plan(registry.load("general"), ["dsnn"], (), None, 4 + k).specs() for k in range(3)]
     seeds = [spec.seed for run in runs for _ in range(2) for spec in run if spec.condition.motion != "translation"]
-    assert [spec.seed for spec in made.specs] == seeds
-    assert [spec.index for spec in made.specs] == list(range(3 * 2 * 20))
+    assert [spec.seed for spec in map_plan.specs] == seeds
+    assert [spec.index for spec in map_plan.specs] == list(range(3 * 2 * 20))
 
 
 def test_an_experiment_that_an_axis_cannot_move_is_run_once():
-    made = planned(["general", "distance"], "experiment.acceleration_cm_s2=10,17,50", claims=("C13", "C16"), repeats=5)
-    counts = {name: sum(spec.experiment == name for spec in made.specs) for name in ("general", "distance")}
+    map_plan = planned(
+        ["general", "distance"], "experiment.acceleration_cm_s2=10,17,50", claims=("C13", "C16"), repeats=5
+    )
+    counts = {name: sum(spec.experiment == name for spec in map_plan.specs) for name in ("general", "distance")}
     assert counts == {"general": 3 * 2 * 5, "distance": len(registry.load("distance").conditions()) * 5}
-    assert len({made.shares[point, "dsnn", "distance", 0] for point in made.points}) == 1
-    assert len({made.shares[point, "dsnn", "general", 0] for point in made.points}) == 3
+    assert len({map_plan.shares[point, "dsnn", "distance", 0] for point in map_plan.points}) == 1
+    assert len({map_plan.shares[point, "dsnn", "general", 0] for point in map_plan.points}) == 3
 
 
 def test_the_order_of_values_changes_nothing():
@@ -242,12 +248,12 @@ def test_the_order_of_values_changes_nothing():
 
 def test_keys_that_move_together_and_ends_of_pairs():
     together = "experiment.pose_sd_mm+experiment.heading_sd_deg=0,0.5"
-    made = planned(["general"], together, "dsnn.tau_s.last=100,300", claims=("C14",))
-    spreads = {(spec.settings.pose_sd_mm, spec.settings.heading_sd_deg) for spec in made.specs}
+    map_plan = planned(["general"], together, "dsnn.tau_s.last=100,300", claims=("C14",))
+    spreads = {(spec.settings.pose_sd_mm, spec.settings.heading_sd_deg) for spec in map_plan.specs}
     assert spreads == {(0.0, 0.0), (0.5, 0.5)}
-    for spec in made.specs:
+    for spec in map_plan.specs:
         assert [model.network.tau_s for model in spec.settings.models] == [(10.0, 100.0), (10.0, 300.0)]
-    spread, delay = made.axes
+    spread, delay = map_plan.axes
     assert (spread.default, spread.unit) == (1.0, "mm, degrees")
     assert (delay.default, delay.unit) == (200.0, "ms")
 
@@ -272,11 +278,11 @@ def test_the_documented_maps_can_be_made(words):
     asked = {name: (given[option] or "").split(",") for name, option in (("claims", "claims"), ("measures", "measure"))}
     asked = {name: list(filter(None, values)) for name, values in asked.items()}
     more = {"assignments": given["assignments"] or (), "replicates": given["replicates"]}
-    made = planned(given["experiment"].split(","), *given["over"], **asked, **more)
-    assert len(made.axes) == 2 and [claim.id for claim, _ in made.claims] == asked["claims"]
-    assert [measure.name for measure, _ in made.measures] == asked["measures"]
-    assert all(figure.place(axis) is not None for axis in made.axes if axis.default is not None)  # it is on the map
-    assert made.things == "clips" or all(axis.default is not None for axis in made.axes)
+    map_plan = planned(given["experiment"].split(","), *given["over"], **asked, **more)
+    assert len(map_plan.axes) == 2 and [claim.id for claim, _ in map_plan.claims] == asked["claims"]
+    assert [measure.name for measure, _ in map_plan.measures] == asked["measures"]
+    assert all(figure.place(axis) is not None for axis in map_plan.axes if axis.default is not None)  # it is on the map
+    assert map_plan.things == "clips" or all(axis.default is not None for axis in map_plan.axes)
 
 
 def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
@@ -314,8 +320,8 @@ def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
     ],
 )
 def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
-    found = figure.place(Axis("x", tuple(map(Level, levels.split(","))), default))
-    assert found == (where if where is None else pytest.approx(where))
+    place = figure.place(Axis("x", tuple(map(Level, levels.split(","))), default))
+    assert place == (where if where is None else pytest.approx(where))
 
 
 OWN = """
@@ -337,11 +343,13 @@ def test_experiments_and_claims_of_a_users_own(tmp_path):
     files = [tmp_path / f"{name}.py" for name in ("alpha", "beta")]
     for file in files:
         file.write_text(OWN.replace("NAME", file.stem))
-    made = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
-    assert [(claim.id, name) for claim, name in made.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
-    assert {str(file) for file in files} <= made.description["files"].keys()  # going on notices a change of either
-    found = cells(made, rows_of(made, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
-    held = {(cell.point.values[0][1], cell.claim): cell.count.holds for cell in found}
+    map_plan = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
+    assert [(claim.id, name) for claim, name in map_plan.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
+    assert {str(file) for file in files} <= map_plan.description["files"].keys()  # going on notices a change of either
+    map_cells = cells(
+        map_plan, rows_of(map_plan, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1")))
+    )
+    held = {(cell.point.values[0][1], cell.claim): cell.count.holds for cell in map_cells}
     assert held["0.1", "fires-beta"] == held["0.2", "fires-alpha"] == held["0.1", TOGETHER] == 1
     assert held["0.2", "fires-beta"] == held["0.2", TOGETHER] == 0
 
@@ -389,8 +397,8 @@ def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError) as caught:
         main.command(["map", *arguments, "--workers", "0"])
-    said = str(caught.value)
-    assert says in said and "\n" not in said, said
+    message = str(caught.value)
+    assert says in message and "\n" not in message, message
     assert not list(tmp_path.rglob("experiment.json"))
 
 

@@ -61,9 +61,9 @@ def rows_of(potentials, counts=(0, 0, 0, 0)):
     ],
 )
 def test_the_peak_of_the_potential_is_where_its_mean_is_largest(potentials, value, mark):
-    found = POTENTIAL.of(rows_of(potentials), 0.2)
-    assert (found.value, found.mark) == (value, mark)
-    assert POTENTIAL.of(rows_of(potentials)[::-1], 0.2) == found  # in any order of the rows
+    peak = POTENTIAL.of(rows_of(potentials), 0.2)
+    assert (peak.value, peak.mark) == (value, mark)
+    assert POTENTIAL.of(rows_of(potentials)[::-1], 0.2) == peak  # in any order of the rows
 
 
 def test_the_count_has_a_peak_of_its_own():
@@ -77,8 +77,8 @@ def test_what_has_no_peak_has_no_value():
     assert COUNT.of([{**row, "spikes": 0} for row in rows_of((0.1, 0.5, 0.8, 0.7))], 0.2).value is None
     assert POTENTIAL.of(rows_of((-0.1, -0.5, -0.8, -0.7)), 0.2).value is None
     off = [{**row, "achieved_speed_cm_s": 1.5 * row["speed_cm_s"]} for row in rows_of((0.1, 0.5, 0.8, 0.7))]
-    found = POTENTIAL.of(off, 0.2)
-    assert found.value is None and "off the commanded speed" in found.words
+    peak = POTENTIAL.of(off, 0.2)
+    assert peak.value is None and "off the commanded speed" in peak.words
     leftward = [{**row, "direction": "leftward"} for row in rows_of((0.1, 0.5, 0.8, 0.7))]
     assert POTENTIAL.of(leftward, 0.2).value is None
 
@@ -96,10 +96,10 @@ def test_c30_and_the_measure_have_one_peak():
         for model in sorted(find("C30").models)
         for trial, speed in enumerate(speeds)
     ]  # fmt: skip
-    said = find("C30").judge(rows, 0.2).measured
+    measured = find("C30").judge(rows, 0.2).measured
     for name, model in {"d = 1, N_con = 8": "dsnn", "d = 2": "dsnn:d=2", "N_con = 1": "dsnn:n_con=1"}.items():
-        own = POTENTIAL.of([row for row in rows if row["model"] == model], 0.2).value
-        assert f"{name}: largest at {own:g} cm/s" in said
+        peak_speed = POTENTIAL.of([row for row in rows if row["model"] == model], 0.2).value
+        assert f"{name}: largest at {peak_speed:g} cm/s" in measured
 
 
 def test_a_crossing_that_stays_below_the_threshold_is_marked():
@@ -113,7 +113,7 @@ def test_a_crossing_that_stays_below_the_threshold_is_marked():
 
 
 def test_numbers_are_of_all_replicates_with_the_spread_of_each():
-    made = planned(["ensembles"], "dsnn.d=1,2", measures=["peak-speed-potential"], replicates=2, repeats=5)
+    map_plan = planned(["ensembles"], "dsnn.d=1,2", measures=["peak-speed-potential"], replicates=2, repeats=5)
     flat = {"path_error_mm": 0.0, "spikes": 1}
 
     def potential(spec, label):
@@ -126,18 +126,18 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
             "trial": spec.index, "experiment": spec.experiment, "model": model.label,
             "mean_hs_near_axis": potential(spec, model.label),
         }
-        for spec in made.specs
+        for spec in map_plan.specs
         for model in spec.settings.models
     ]  # fmt: skip
-    one, two = Counts(made, rows).numbers
+    one, two = Counts(map_plan, rows).numbers
     assert (one.value, one.lowest, one.highest, one.mark) == (6.0, 6.0, 10.0, "")  # the first replicate's is steeper
     assert (two.value, two.lowest, two.highest, two.mark) == (30.0, 30.0, 30.0, "at the end of the range")
     assert reaches([one, two]) == ["peak-speed-potential is 6 to 30 cm/s; at the end of the range at 1 of 2 points"]
-    lost = [row for row in rows if (row["trial"], row["model"]) != (made.specs[-1].index, "dsnn.d=1")]
-    one, two = Counts(made, lost).numbers
+    lost = [row for row in rows if (row["trial"], row["model"]) != (map_plan.specs[-1].index, "dsnn.d=1")]
+    one, two = Counts(map_plan, lost).numbers
     assert (one.unmeasured, one.lowest, one.highest) == (1, 6.0, 6.0) and "1 of 50 trials have no rows" in one.words
     assert two.unmeasured == 0
-    figure.draw(Counts(made, lost))
+    figure.draw(Counts(map_plan, lost))
 
 
 # --- maps of clips ----------------------------------------------------------------------------------------------------
@@ -181,9 +181,9 @@ def test_a_map_of_clips_has_the_network_s_own_answers(whole):
         kind: {(float(row["cluttered.grey"]), float(row["cluttered.start"])): row for row in table(folder) if row[kind]}
         for kind in ("claim", "measure")
     }
-    found = by_point["measure"]
-    assert len(found) == 4
-    for (grey, start), row in found.items():
+    measure_rows = by_point["measure"]
+    assert len(measure_rows) == 4
+    for (grey, start), row in measure_rows.items():
         clip = stimulus("cluttered", 5, grey=grey, start=start, **SMALL)  # whatever the seed
         model = DSNN(clip.shape, network)
         peak = max(model.step(frame.luma).hs for frame in clip)
@@ -193,7 +193,7 @@ def test_a_map_of_clips_has_the_network_s_own_answers(whole):
         assert claim["holds"] == str(int(peak > network.t_sp)), (
             "the claim's rows are both models', under their own names"
         )
-    assert len({row["value"] for row in found.values()}) == 4
+    assert len({row["value"] for row in measure_rows.values()}) == 4
     rows = pq.read_table(folder / "trials.parquet").to_pylist()
     assert len({row["trial"] for row in rows}) == 4, "dark and light become one clip where the axis sets their grey"
     assert len(rows) == 8 and (folder / "map.png").read_bytes()[:4] == b"\x89PNG"
@@ -215,22 +215,22 @@ def test_a_map_of_clips_is_the_same_without_workers_and_goes_on(whole, tmp_path)
 
 def test_points_of_the_network_share_their_clips(whole):
     file = whole[1][1]
-    made = planned([file], "dsnn.n_con=4,8", "cluttered.start=0,540", claims=["passes"], replicates=2, seed=3)
-    assert len(made.specs) == 2 * 2 * 2  # two clips at two places, twice
-    assert {(spec.repeat, spec.seed) for spec in made.specs} == {(0, 3), (1, 4)}
-    for spec in made.specs:
+    map_plan = planned([file], "dsnn.n_con=4,8", "cluttered.start=0,540", claims=["passes"], replicates=2, seed=3)
+    assert len(map_plan.specs) == 2 * 2 * 2  # two clips at two places, twice
+    assert {(spec.repeat, spec.seed) for spec in map_plan.specs} == {(0, 3), (1, 4)}
+    for spec in map_plan.specs:
         assert len(spec.models) == 3  # two networks, and the 2017 model, which is not moved, once
         assert sorted(model.network.n_con for model in spec.models if model.source == "dsnn") == [4, 8]
-    share = made.shares[made.points[0], "dsnn", "crossing", 0]
+    share = map_plan.shares[map_plan.points[0], "dsnn", "crossing", 0]
     assert [watcher.name for watcher in share.watchers] == ["dsnn", "dsn2017"]
 
 
 def test_the_paper_s_claim_is_judged_at_each_grey_and_place():
     over = ("cluttered.grey=0,255", "cluttered.start=0,270,540")
-    made = planned(["clutter-translation"], *over, claims=["C6"], measures=["peak-hs"])
-    assert len(made.specs) == 6 and all(len(spec.models) == 2 for spec in made.specs)
-    assert {dict(spec.condition.changes)["start"] for spec in made.specs} == {0.0, 270.0, 540.0}
-    grey, start = made.axes
+    map_plan = planned(["clutter-translation"], *over, claims=["C6"], measures=["peak-hs"])
+    assert len(map_plan.specs) == 6 and all(len(spec.models) == 2 for spec in map_plan.specs)
+    assert {dict(spec.condition.changes)["start"] for spec in map_plan.specs} == {0.0, 270.0, 540.0}
+    grey, start = map_plan.axes
     assert (grey.default, start.default, start.unit) == (None, None, "px")
 
 
@@ -243,11 +243,11 @@ def test_a_robot_s_peak_speed_is_that_of_its_trials(tmp_path):
     assert main.command([*arguments, *measures, "--out", str(tmp_path / "out")]) == 0
     rows = pq.read_table(tmp_path / "out" / "trials.parquet").to_pylist()
     assert len({row["trial"] for row in rows}) == 3
-    for found in table(tmp_path / "out"):
-        own = [row for row in rows if row["dsnn.n_con"] == float(found["dsnn.n_con"])]
-        column = {"peak-speed-count": "spikes", "peak-speed-potential": "mean_hs_near_axis"}[found["measure"]]
-        best = max(own, key=lambda row: row[column])
-        assert found["value"] == (f"{best['speed_cm_s']:g}" if best[column] > 0 else "")
+    for measure_row in table(tmp_path / "out"):
+        point_rows = [row for row in rows if row["dsnn.n_con"] == float(measure_row["dsnn.n_con"])]
+        column = {"peak-speed-count": "spikes", "peak-speed-potential": "mean_hs_near_axis"}[measure_row["measure"]]
+        best = max(point_rows, key=lambda row: row[column])
+        assert measure_row["value"] == (f"{best['speed_cm_s']:g}" if best[column] > 0 else "")
     assert any(row["value"] for row in table(tmp_path / "out"))
 
 
@@ -285,6 +285,6 @@ def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError) as caught:
         main.command(["map", *arguments, "--workers", "0"])
-    said = str(caught.value)
-    assert says in said and "\n" not in said, said
+    message = str(caught.value)
+    assert says in message and "\n" not in message, message
     assert not list(tmp_path.rglob("experiment.json"))

@@ -14,7 +14,7 @@ from experiments.bench.reproduction.models.clips import GROUPS, names
 EVERY = [claim for claims in model_claims().values() for claim in claims]
 
 
-def made(check, **more):
+def model_claim(check, **more):
     more = {"clips": ("dark-looming",), "bound": 1.0, **more}
     return ModelClaim(id="X-1", says="words", source="a paper", model="model", check=check, **more)
 
@@ -28,8 +28,8 @@ def rows(numbers, model="model", column="spikes"):
     ]
 
 
-def judged(claim, found, than=""):
-    return clip_claim(claim, "model", than).judge(found, 0.0)
+def judged(claim, clip_rows, than=""):
+    return clip_claim(claim, "model", than).judge(clip_rows, 0.0)
 
 
 def test_every_claim_is_about_a_model_and_clips_that_there_are():
@@ -51,43 +51,46 @@ def test_every_clip_is_what_the_robot_s_camera_would_see():
 @pytest.mark.parametrize(
     ("claim", "holds", "fails"),
     [
-        (made("each"), {"dark-looming": [1, 2, 3]}, {"dark-looming": [3, 0, 3]}),
-        (made("none", bound=3.0, beside=("light-looming",)),
+        (model_claim("each"), {"dark-looming": [1, 2, 3]}, {"dark-looming": [3, 0, 3]}),
+        (model_claim("none", bound=3.0, beside=("light-looming",)),
          {"dark-looming": [3], "light-looming": [1]}, {"dark-looming": [0, 4], "light-looming": [1]}),
-        (made("ratio", bound=2.0, against=("translating",)),
+        (model_claim("ratio", bound=2.0, against=("translating",)),
          {"dark-looming": [4, 9], "translating": [2, 0]}, {"dark-looming": [9, 4], "translating": [0, 3]}),
-        (made("share", bound=0.5, against=("translating",)),
+        (model_claim("share", bound=0.5, against=("translating",)),
          {"dark-looming": [0, 1], "translating": [2, 9]}, {"dark-looming": [0, 2], "translating": [9, 3]}),
     ],
 )  # fmt: skip
 def test_a_check_decides_by_the_worst_clip(claim, holds, fails):
     assert judged(claim, rows(holds)).verdict == "holds"
-    found = judged(claim, rows(fails))
-    assert found.verdict == "fails" and "needs" in found.decided
+    outcome = judged(claim, rows(fails))
+    assert outcome.verdict == "fails" and "needs" in outcome.decided
 
 
 def test_a_silent_model_keeps_no_claim_of_silence():
-    none, share = made("none", bound=0.0, beside=("light-looming",)), made("share", against=("translating",))
+    none, share = (
+        model_claim("none", bound=0.0, beside=("light-looming",)),
+        model_claim("share", against=("translating",)),
+    )
     for claim in (none, share):
-        found = judged(claim, rows({"dark-looming": [0], "light-looming": [0], "translating": [0]}))
-        assert found.verdict == "silent model" and "silent in all" in found.decided
+        outcome = judged(claim, rows({"dark-looming": [0], "light-looming": [0], "translating": [0]}))
+        assert outcome.verdict == "silent model" and "silent in all" in outcome.decided
 
 
 def test_what_is_compared_with_another_model_takes_that_model_s_rows():
-    claim = made("more", measure="peak", bound=2.0, than="other")
+    claim = model_claim("more", measure="peak", bound=2.0, than="other")
     for theirs, verdict in ((0.9, "holds"), (0.6, "fails")):
-        found = rows({"dark-looming": [0.6]}, column="peak_looming")
-        found += rows({"dark-looming": [theirs]}, "other", "peak_looming")
-        assert judged(claim, found, "other").verdict == verdict
+        clip_rows = rows({"dark-looming": [0.6]}, column="peak_looming")
+        clip_rows += rows({"dark-looming": [theirs]}, "other", "peak_looming")
+        assert judged(claim, clip_rows, "other").verdict == verdict
 
 
 def test_the_way_is_that_of_the_strongest_potential():
-    claim = made("way", measure="way", clips=("translating",))
+    claim = model_claim("way", measure="way", clips=("translating",))
     row = {"model": "model", "clip": names(("translating",))[0], "motion": "rightward",
            "peak_hs": 0.3, "trough_hs": -0.1, "peak_vs": 0.2, "trough_vs": 0.0}  # fmt: skip
     assert judged(claim, [row]).verdict == "holds"
     assert judged(claim, [{**row, "trough_hs": -0.4}]).verdict == "fails"
-    turned = made("reversed", measure="way", clips=("translating",))
+    turned = model_claim("reversed", measure="way", clips=("translating",))
     assert judged(turned, [{**row, "trough_hs": -0.4}]).verdict == "holds"
     assert judged(turned, [row]).verdict == judged(turned, [{**row, "peak_vs": 0.5}]).verdict == "fails"
 
@@ -95,14 +98,14 @@ def test_the_way_is_that_of_the_strongest_potential():
 @pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("not shown", "why")])
 def test_a_claim_that_lacks_what_its_check_needs_is_refused(check, lacks):
     with pytest.raises(ValueError, match=f"X-1: {lacks} is missing"):
-        made(check)
+        model_claim(check)
 
 
 def test_settings_go_to_every_variant_of_a_model():
-    found = running.asked(["si-lgmd1:preset=firmware", "lplc2-gf"])
-    assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
-    assert {each.label for each in found} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
-    assert {each.asked for each in running.asked(["all"])} == set(model_claims())
+    variants = running.asked(["si-lgmd1:preset=firmware", "lplc2-gf"])
+    assert {variant.than for variant in variants} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
+    assert {variant.label for variant in variants} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
+    assert {variant.asked for variant in running.asked(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--model emd: no claims"):
         running.asked(["emd"])
 
@@ -110,13 +113,15 @@ def test_settings_go_to_every_variant_of_a_model():
 def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
     """And goes on where it stopped: a second call shows nothing again."""
     verdicts, failures = running.run(tmp_path / "out", ["si-lgmd1"], 0, Resources(0, quiet=True))
-    assert not failures and [each.id for each in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
-    assert {each.outcome.verdict for each in verdicts if each.outcome.n} <= {"holds", "fails", "silent model"}
-    assert [each.outcome.verdict for each in verdicts if not each.outcome.n] == ["not shown"]
+    assert not failures and [verdict.id for verdict in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
+    assert {verdict.outcome.verdict for verdict in verdicts if verdict.outcome.n} <= {"holds", "fails", "silent model"}
+    assert [verdict.outcome.verdict for verdict in verdicts if not verdict.outcome.n] == ["not shown"]
     done = colias("study", "model-claims", "--model", "si-lgmd1", "--out", "out", "--workers", "0")
     assert done.returncode == 0 and "SI1-3" in done.stdout
     told = json.loads((tmp_path / "out" / "model_claims.json").read_text())
-    assert [each["outcome"]["verdict"] for each in told["claims"]] == [each.outcome.verdict for each in verdicts]
+    assert [entry["outcome"]["verdict"] for entry in told["claims"]] == [
+        verdict.outcome.verdict for verdict in verdicts
+    ]
 
 
 def test_its_clips_are_shown_at_the_seeds_that_they_need(colias):

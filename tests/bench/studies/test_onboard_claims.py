@@ -16,7 +16,7 @@ from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, STUDY, error_
 from tests.bench.judging.test_replicates import rows_of
 from tests.helpers.paper import design
 
-LABELS = [each.label for each in FORMATS]
+LABELS = [form.label for form in FORMATS]
 
 
 def plan_of(replicates=1, repeats=5, seed=0):
@@ -36,9 +36,9 @@ def test_the_float_column_is_that_of_the_reproduction():
     """The same trials, and the same network."""
     ours = {(spec.experiment, spec.seed): spec for spec in design(1, 10, 4).specs}
     for spec in plan_of(1, 10, 4).specs:
-        own = ours[spec.experiment, spec.seed]
-        assert own.condition == spec.condition and own.settings.models[0] == spec.settings.models[0]
-        assert dataclasses.replace(own.settings, models=()) == dataclasses.replace(spec.settings, models=())
+        paper_spec = ours[spec.experiment, spec.seed]
+        assert paper_spec.condition == spec.condition and paper_spec.settings.models[0] == spec.settings.models[0]
+        assert dataclasses.replace(paper_spec.settings, models=()) == dataclasses.replace(spec.settings, models=())
 
 
 def test_what_is_lost_and_gained_is_counted_by_replicate():
@@ -79,23 +79,23 @@ def test_series_are_those_of_the_trial():
 
 
 def test_the_full_scale_shows_it_beside_the_float_network_and_changes_no_other_trial():
-    made = planned(FULL, 0)
-    for spec in made.others.specs:
+    full_plan = planned(FULL, 0)
+    for spec in full_plan.others.specs:
         labels = [model.label for model in spec.settings.models]
         assert (BEST.label in labels) == (spec.experiment in replicates.single_model_experiments())
-    shown = {model.label for each in made.plans for model in each.settings.models}
-    assert BEST.label not in shown, "comparisons of replicate 0 are of as many models as before"
+    compared_labels = {model.label for run_plan in full_plan.plans for model in run_plan.settings.models}
+    assert BEST.label not in compared_labels, "comparisons of replicate 0 are of as many models as before"
     for scale in (QUICK, USUAL):
         labels = {model.label for s in planned(scale, 0).others.specs for model in s.settings.models}
         assert BEST.label not in labels
 
 
 def test_a_reproduction_s_table_takes_replicate_0_from_the_moves():
-    made = planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
-    rows = [{**row, HS: None, SPIKES: None} for row in rows_of(made.others.specs)]
-    (second,) = Counts(made.others, rows).replicates(Point(), EVERY_MODEL)
-    moved = Counts(made.moves, [{**row, HS: None, SPIKES: None} for row in rows_of(made.moves.specs)])
-    counts = reproduce._onboard(made, [second, second], moved)
+    whole_plan = planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
+    rows = [{**row, HS: None, SPIKES: None} for row in rows_of(whole_plan.others.specs)]
+    (second,) = Counts(whole_plan.others, rows).replicates(Point(), EVERY_MODEL)
+    moved = Counts(whole_plan.moves, [{**row, HS: None, SPIKES: None} for row in rows_of(whole_plan.moves.specs)])
+    counts = reproduce._onboard(whole_plan, [second, second], moved)
     assert [model for _, model in counts.plan.judged] == [MODEL, BEST.label]
     best = counts.cell("C13", BEST.label).count
     assert (best.holds, best.replicates) == (2, 2)

@@ -49,10 +49,10 @@ def trials(plan, point, model="dsnn", judged=None):
     return seen
 
 
-def bare(own):
+def bare(pairs):
     """A trial without what fidelity may change."""
     return [(dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, **APPARATUS_OF)), network)
-            for spec, network in own]  # fmt: skip
+            for spec, network in pairs]  # fmt: skip
 
 
 def test_fidelity_changes_eye_and_wheels_alone():
@@ -103,9 +103,9 @@ def test_many_points_with_names_make_a_map_for_each_claim():
 
 def test_the_first_point_is_the_reproduction_s_own_replicate():
     plan = planned("fidelity", 3, replicates=1, repeats=2)
-    own = {(s.experiment, s.seed): s for s in design(1, 2, 3).specs}
+    replicate_specs = {(s.experiment, s.seed): s for s in design(1, 2, 3).specs}
     for spec, network in trials(plan, plan.points[0], judged=EVERY_MODEL):
-        ours = own[spec.experiment, spec.seed]
+        ours = replicate_specs[spec.experiment, spec.seed]
         assert spec.condition == ours.condition and network == ours.settings.models[0].network
         assert dataclasses.replace(ours.settings, models=()) == spec.settings
 
@@ -155,16 +155,16 @@ def test_moves_of_clips_are_those_of_the_network_and_leave_its_rivals():
 
 def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
     """The first row of the table of sensitivity, of trials whose answers differ with their seeds."""
-    made = reproduction_plan.planned(dataclasses.replace(USUAL, repeats=5), 3, robot_only=True)
+    reproduction = reproduction_plan.planned(dataclasses.replace(USUAL, repeats=5), 3, robot_only=True)
 
     def answered(specs):
         rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
         return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
 
-    specs = [spec for each in made.paper() for spec in each.specs()]
-    first = replicate(specs, [row for each in made.paper() for row in answered(each.specs())])
-    counts = Counts(made.moves, answered(made.moves.specs))
-    for cell in counts.cells[: len(made.moves.claims)]:
+    specs = [spec for run_plan in reproduction.paper() for spec in run_plan.specs()]
+    first = replicate(specs, [row for run_plan in reproduction.paper() for row in answered(run_plan.specs())])
+    counts = Counts(reproduction.moves, answered(reproduction.moves.specs))
+    for cell in counts.cells[: len(reproduction.moves.claims)]:
         assert (dict(cell.point.values), cell.model) == ({"moved": DEFAULTS}, "dsnn")
         assert cell.outcomes == (replicates.judged(cell.claim, first),)
 
@@ -414,4 +414,4 @@ def test_every_sign_of_a_cell_is_explained_below_and_no_other():
     assert all(SIGNS[sign] in words for sign in {sign for cell in Many(plan).cells for sign in cell.signs})
     assert "in n of 1 replicate the claim holds" in words and "could not be judged" in words
     (bare,) = figure.draw(Counts(plan)).legends
-    assert not any(text in " ".join(each.get_text() for each in bare.get_texts()) for text in SIGNS.values())
+    assert not any(text in " ".join(label.get_text() for label in bare.get_texts()) for text in SIGNS.values())

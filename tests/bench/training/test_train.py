@@ -25,7 +25,7 @@ OPTOMOTOR = "colias_sim/Optomotor-v0"
 ABOUT = About(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))
 
 
-def made(about=ABOUT, seed=0):
+def random_policy(about=ABOUT, seed=0):
     rng = np.random.default_rng(seed)
     layers = [(rng.normal(size=shape).astype(np.float32), rng.normal(size=shape[0]).astype(np.float32))
               for shape in about.shapes()]  # fmt: skip
@@ -35,7 +35,7 @@ def made(about=ABOUT, seed=0):
 @pytest.fixture
 def saved(tmp_path):
     path = tmp_path / "policy.npz"
-    policy_file.save(made(), path)
+    policy_file.save(random_policy(), path)
     return path
 
 
@@ -71,27 +71,27 @@ def about_with(path, **changes):
 
 
 def test_a_policy_comes_back_as_it_was_saved(saved):
-    policy, back = made(), policy_file.load(saved)
+    policy, back = random_policy(), policy_file.load(saved)
     assert back.about == policy.about
     for (weights, biases), (w, b) in zip(policy.layers, back.layers, strict=True):
         assert np.array_equal(weights, w) and np.array_equal(biases, b) and w.dtype == np.float32
 
 
 def test_the_largest_network_fits_a_file(tmp_path):
-    policy = made(dataclasses.replace(ABOUT, hidden=(512,) * 4))
+    policy = random_policy(dataclasses.replace(ABOUT, hidden=(512,) * 4))
     policy_file.save(policy, tmp_path / "large.npz")
     assert policy_file.load(tmp_path / "large.npz").about.hidden == (512,) * 4
 
 
 def test_equal_policies_have_equal_files(saved, tmp_path):
-    policy_file.save(made(), tmp_path / "again.npz")
+    policy_file.save(random_policy(), tmp_path / "again.npz")
     assert (tmp_path / "again.npz").read_bytes() == saved.read_bytes()
 
 
 def test_saving_overwrites_nothing(saved):
     before = saved.read_bytes()
     with pytest.raises(FileExistsError):
-        policy_file.save(made(seed=1), saved)
+        policy_file.save(random_policy(seed=1), saved)
     assert saved.read_bytes() == before
 
 
@@ -187,7 +187,7 @@ def test_what_a_file_says_of_itself_is_checked(saved, changes, said):
 def test_a_policy_s_file_tells_what_it_was_trained_under(tmp_path):
     options = {"camera": "ov7670", "robot": {"preset": "colias4", "trim": 2}, "randomise": {"light": [0.7, 1.3]}}
     about = dataclasses.replace(ABOUT, options=options)
-    policy_file.save(made(about), tmp_path / "policy.npz")
+    policy_file.save(random_policy(about), tmp_path / "policy.npz")
     assert policy_file.load(tmp_path / "policy.npz").about.options == options
     from experiments.bench.training.env import steered
 
@@ -325,11 +325,13 @@ def test_training_saves_what_the_network_answers_and_is_repeatable():
     for ours, theirs in zip(first.policy.layers, second.policy.layers, strict=True):
         assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
     sensed = np.random.default_rng(0).uniform(-1, 1, (100, SENSED)).astype(np.float32)
-    shown = torch.from_numpy(sensed)
+    activations = torch.from_numpy(sensed)
     for weights, biases in first.policy.layers[:-1]:
-        shown = torch.tanh(torch.nn.functional.linear(shown, torch.from_numpy(weights), torch.from_numpy(biases)))
+        activations = torch.tanh(
+            torch.nn.functional.linear(activations, torch.from_numpy(weights), torch.from_numpy(biases))
+        )
     weights, biases = (torch.from_numpy(part) for part in first.policy.layers[-1])
-    expected = torch.nn.functional.linear(shown, weights, biases).numpy()
+    expected = torch.nn.functional.linear(activations, weights, biases).numpy()
     assert np.abs(first.policy.answer(sensed) - expected).max() < 1e-6
 
 

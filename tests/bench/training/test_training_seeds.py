@@ -38,25 +38,25 @@ ASKED = study.Study(ABOUT, 3)
     ],
 )
 def test_the_mean_is_of_the_middle_half(scores, mean):
-    found = interquartile_mean(scores, 0)
-    assert found.value == pytest.approx(mean) and found.n == len(scores)
-    assert found.low <= found.value <= found.high
+    estimate = interquartile_mean(scores, 0)
+    assert estimate.value == pytest.approx(mean) and estimate.n == len(scores)
+    assert estimate.low <= estimate.value <= estimate.high
 
 
 def test_the_interval_is_that_of_every_resample():
     """Five runs have 3,125 resamples: all of them, not a draw."""
     runs = np.array([0.31, 0.52, 0.55, 0.71, 0.93])
     every = np.sort(np.array(list(itertools.product(runs, repeat=5))), axis=1)[:, 1:4].mean(axis=1)
-    found = interquartile_mean(runs, 0)
+    estimate = interquartile_mean(runs, 0)
     # A draw of 50,000 may stop at the next of these steps.
-    for end, share in ((found.low, 0.025), (found.high, 0.975)):
+    for end, share in ((estimate.low, 0.025), (estimate.high, 0.975)):
         assert np.quantile(every, share - 0.003) - 1e-12 <= end <= np.quantile(every, share + 0.003) + 1e-12
 
 
 def test_runs_are_drawn_within_their_task():
     """Tasks far apart, runs alike: what differs between tasks is no uncertainty."""
-    found = interquartile_mean([[0.0, 100.0]] * 6, 0)
-    assert (found.value, found.low, found.high) == (50.0, 50.0, 50.0)
+    estimate = interquartile_mean([[0.0, 100.0]] * 6, 0)
+    assert (estimate.value, estimate.low, estimate.high) == (50.0, 50.0, 50.0)
 
 
 def test_the_interval_of_several_tasks_is_that_of_numpy():
@@ -64,8 +64,8 @@ def test_the_interval_of_several_tasks_is_that_of_numpy():
     scores = rng.normal([0.0, 0.5, 3.0], 1.0, (6, 3))
     drawn = np.stack([scores[rng.integers(6, size=(20_000, 6)), task] for task in range(3)], axis=-1)
     every = stats.trim_mean(drawn.reshape(20_000, -1), 0.25, axis=1)
-    found = interquartile_mean(scores, 0)
-    assert (found.low, found.high) == pytest.approx(np.quantile(every, (0.025, 0.975)), abs=0.03)
+    estimate = interquartile_mean(scores, 0)
+    assert (estimate.low, estimate.high) == pytest.approx(np.quantile(every, (0.025, 0.975)), abs=0.03)
 
 
 def test_equal_seeds_give_equal_intervals():
@@ -74,8 +74,8 @@ def test_equal_seeds_give_equal_intervals():
 
 
 def test_one_run_has_no_interval_and_none_is_refused():
-    found = interquartile_mean([0.4], 0)
-    assert found.value == 0.4 and np.isnan([found.low, found.high]).all()
+    estimate = interquartile_mean([0.4], 0)
+    assert estimate.value == 0.4 and np.isnan([estimate.low, estimate.high]).all()
     for wrong in ([], [[]], [0.1, np.nan]):
         with pytest.raises(ValueError, match="legal are finite numbers of one run or more"):
             interquartile_mean(wrong, 0)
@@ -221,16 +221,16 @@ def test_what_is_missing_is_trained_and_all_are_judged(begun, monkeypatch, capsy
     assert "3 training seeds (3 to 5) of 1,024 steps in 2 envs; 1 episode each" in printed
     assert "torch 2.13.0" in printed and "3 training seeds are few" in printed
 
-    each = defaultdict(list)
+    values = defaultdict(list)
     for row in table(begun, "scores.csv"):
         behaviour = "PPO" if row["behaviour"].startswith("policy-") else row["behaviour"]
-        each[row["measure"], behaviour].append(float(row["value"]))
+        values[row["measure"], behaviour].append(float(row["value"]))
     rows = {(row["measure"], row["behaviour"]): row for row in table(begun, "policies.csv")}
     opponents = {"optomotor-pi", "optomotor", "still", "random", "oracle-heading"}
     assert {behaviour for _, behaviour in rows} == {"PPO", *opponents}
     assert {measure for measure, _ in rows} == {"optomotor gain", "RMS slip (deg/s)", "return"}
     for (measure, behaviour), row in rows.items():
-        assert float(row["value"]) == pytest.approx(stats.trim_mean(each[measure, behaviour], 0.25))
+        assert float(row["value"]) == pytest.approx(stats.trim_mean(values[measure, behaviour], 0.25))
         assert row["interval_over"] == ("training seeds" if behaviour == "PPO" else "episodes")
         assert (row["training_seeds"], row["steps"], row["envs"], row["torch"]) == ("3 to 5", "1024", "2", "2.13.0")
     assert float(rows["return", "PPO"]["ci_low"]) < float(rows["return", "PPO"]["ci_high"])

@@ -41,7 +41,7 @@ from tests.helpers import user_files
 TURNS = [22.5 * i for i in range(16)]
 
 
-def shown(model, probe):
+def probe_response(model, probe):
     """The response of a direction model to one probe."""
     clip = probe.clip.build(0)
     series = model(clip.shape).run(frame.luma for frame in clip)
@@ -63,9 +63,9 @@ def made_up(turns, **of):
 
 @pytest.mark.parametrize("best", [0, 3, 8, 13])
 def test_an_answer_to_one_direction_alone_is_fully_selective(best):
-    found = selectivity(TURNS, [float(i == best) for i in range(16)])
-    assert found.dsi == pytest.approx(1.0)
-    assert found.preferred_deg == pytest.approx(TURNS[best], abs=1e-9)
+    turn_tuning = selectivity(TURNS, [float(i == best) for i in range(16)])
+    assert turn_tuning.dsi == pytest.approx(1.0)
+    assert turn_tuning.preferred_deg == pytest.approx(TURNS[best], abs=1e-9)
 
 
 def test_the_same_answer_to_all_directions_is_not_selective():
@@ -77,9 +77,11 @@ def test_an_axis_is_no_direction():
 
 
 def test_a_cosine_rectified_has_pi_over_4():
-    found = selectivity([360 * i / 720 for i in range(720)], [math.cos(math.radians(i / 2 - 90)) for i in range(720)])
-    assert found.dsi == pytest.approx(math.pi / 4, abs=1e-4)
-    assert found.preferred_deg == pytest.approx(90.0)
+    turn_tuning = selectivity(
+        [360 * i / 720 for i in range(720)], [math.cos(math.radians(i / 2 - 90)) for i in range(720)]
+    )
+    assert turn_tuning.dsi == pytest.approx(math.pi / 4, abs=1e-4)
+    assert turn_tuning.preferred_deg == pytest.approx(90.0)
 
 
 def test_selectivity_is_of_the_shape_and_turns_with_the_response():
@@ -144,8 +146,8 @@ def test_looming_is_preferred_where_it_beats_receding_and_crossing():
                 for line, responses in values for x, r in enumerate(responses)]  # fmt: skip
 
     given = points([0.4, 0.5, 0.5, 0.4], [0.1, 0.498, 0.1, 0.5], [0.2, 0.1, 0.5, 0.1])
-    found = preferences(given, "m", ("looming",))
-    assert (found.looming_by_potential, found.looming_by_spikes) == (0.25, 0.5)
+    model_preferences = preferences(given, "m", ("looming",))
+    assert (model_preferences.looming_by_potential, model_preferences.looming_by_spikes) == (0.25, 0.5)
     assert prefers_looming([], "m", lambda a: a.response) is None
 
 
@@ -159,18 +161,18 @@ def test_a_response_is_of_the_second_half_of_what_moves():
     probe = Probe(curve_family("speed").probes[0].clip, "dark object", 1.0, direction_deg=180.0)
     series = {"hs": np.arange(10.0), "vs": np.zeros(10), "looming": np.array([0.9, *[0.5] * 4, 0.75, *[0.5] * 4])}
     frames = np.arange(2, 8)
-    own = answer(curve_family("speed"), probe, "m", ("hs", "vs"), series, frames)
-    assert (own.hs, own.response) == (6.0, pytest.approx(-6.0))
+    point = answer(curve_family("speed"), probe, "m", ("hs", "vs"), series, frames)
+    assert (point.hs, point.response) == (6.0, pytest.approx(-6.0))
     assert answer(curve_family("speed"), probe, "m", ("looming",), series, frames).response == 0.25
 
 
 def test_preferences_of_made_up_answers():
     ideal = made_up(TURNS, hs=math.cos, vs=math.sin)
-    found = preferences(ideal, "m", ("hs", "vs"))
-    assert found.prefers_deg % 360 == pytest.approx(0.0, abs=1e-9)
-    assert found.dsi == pytest.approx(found.vs_dsi) == pytest.approx(math.pi / 4, abs=0.02)
-    assert found.error_deg == pytest.approx(0.0, abs=1e-9)
-    assert found.speed_px_s is None and found.temporal_hz is None
+    model_preferences = preferences(ideal, "m", ("hs", "vs"))
+    assert model_preferences.prefers_deg % 360 == pytest.approx(0.0, abs=1e-9)
+    assert model_preferences.dsi == pytest.approx(model_preferences.vs_dsi) == pytest.approx(math.pi / 4, abs=0.02)
+    assert model_preferences.error_deg == pytest.approx(0.0, abs=1e-9)
+    assert model_preferences.speed_px_s is None and model_preferences.temporal_hz is None
     assert pointing_error(made_up(TURNS, hs=lambda a: -math.cos(a), vs=lambda a: -math.sin(a)), "m", "grating") == 180.0
     looming = preferences(made_up(TURNS, looming=lambda a: 0.4), "m", ("looming",))
     assert looming.dsi == pytest.approx(0.0, abs=1e-12) and looming.error_deg is None
@@ -271,9 +273,13 @@ def test_preferences_within_the_noise_are_left_out_with_the_reason():
                         0.0, 0.0, repeat=repeat)
             for t in TURNS
         ]  # fmt: skip
-    found = preferences(given, "m", ("hs", "vs"))
-    assert found.dsi is None and found.prefers_deg is None and set(found.undefined) == {"dsi", "prefers_deg"}
-    assert "dsi: the preferred direction varies" in found.row()["not_defined"]
+    model_preferences = preferences(given, "m", ("hs", "vs"))
+    assert (
+        model_preferences.dsi is None
+        and model_preferences.prefers_deg is None
+        and set(model_preferences.undefined) == {"dsi", "prefers_deg"}
+    )
+    assert "dsi: the preferred direction varies" in model_preferences.row()["not_defined"]
     same = [dataclasses.replace(a, repeat=r) for a in given if a.repeat == 0 for r in range(5)]
     assert preferences(same, "m", ("hs", "vs")).undefined == {}
 
@@ -294,11 +300,11 @@ def test_flow_has_no_preferred_direction_for_gratings_and_the_emd_has():
 
 
 def test_approaches_are_of_looming_models_alone():
-    made = tuning_run.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0)
-    for showing, (_, family, _) in zip(made.showings(), made.shown(), strict=True):
+    tuning_plan = tuning_run.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0)
+    for showing, (_, family, _) in zip(tuning_plan.showings(), tuning_plan.numbered_probes(), strict=True):
         seen = [model.label for model in showing.models]
         assert seen == (["lgmd1", "hybrid"] if family.name == "l-over-v" else ["dsnn", "lgmd1", "hybrid"])
-    assert {family.name for _, family, _ in tuning_run.plan(["emd"], [], [], 0).shown()} == set(CURVES) - {
+    assert {family.name for _, family, _ in tuning_run.plan(["emd"], [], [], 0).numbered_probes()} == set(CURVES) - {
         "l-over-v",
         "disc",
     }
@@ -310,10 +316,10 @@ def test_an_answer_to_an_approach_has_spikes_and_a_time_to_contact():
     contact = np.array([math.nan, 0.3, 0.2, 0.1, 0.0])
     series = {"hs": np.ones(5), "vs": np.zeros(5), "looming": np.array([0.5, 0.5, 0.7, 0.9, 0.5]),
               "looming_spikes": np.array([0, 0, 1, 1, 0])}  # fmt: skip
-    found = answer(family, probe, "m", ("hs", "vs", "looming"), series, np.arange(1, 5), contact)
-    assert (found.response, found.spikes, found.contact_s) == (pytest.approx(0.4), 2, 0.2)
-    assert firing_angle([found], "m") == pytest.approx(2 * math.degrees(math.atan(0.16 / 0.2)))
-    assert firing_angle([dataclasses.replace(found, contact_s=None)], "m") is None
+    point = answer(family, probe, "m", ("hs", "vs", "looming"), series, np.arange(1, 5), contact)
+    assert (point.response, point.spikes, point.contact_s) == (pytest.approx(0.4), 2, 0.2)
+    assert firing_angle([point], "m") == pytest.approx(2 * math.degrees(math.atan(0.16 / 0.2)))
+    assert firing_angle([dataclasses.replace(point, contact_s=None)], "m") is None
 
 
 # --- laws of the models -----------------------------------------------------------------------------------------------
@@ -336,7 +342,7 @@ def closed_form_hz(params):
 def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
     params = EMDParams(tau_lp=tau_lp)
     probes = [p for p in curve_family("frequency").probes if round(1 / p.x) in (6, 16, 36, 72)]
-    given = [shown(lambda shape: EMD(shape, params), probe) for probe in probes]
+    given = [probe_response(lambda shape: EMD(shape, params), probe) for probe in probes]
     x, y = sorted({p.x for p in probes}), sorted({p.y for p in probes})
     response = {(a.x, a.y): a.response for a in given}
     best = [max(y, key=lambda f: response[wave, f]) for wave in x]
@@ -348,27 +354,29 @@ def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
 def test_a_linear_emd_points_where_the_motion_goes():
     params = EMDParams(log=False)
     probes = [p for p in curve_family("direction").probes if p.line == "grating" and p.repeat == 0]
-    given = [dataclasses.replace(shown(lambda shape: EMD(shape, params), p), curve="direction") for p in probes]
+    given = [
+        dataclasses.replace(probe_response(lambda shape: EMD(shape, params), p), curve="direction") for p in probes
+    ]
     assert pointing_error(given, "m", "grating") < 1.0
     cosine = selectivity(TURNS, [math.cos(math.radians(t)) for t in TURNS])
     for system, turn in (("hs", 0.0), ("vs", 90.0)):
-        found = selectivity(TURNS, [getattr(a, system) for a in given])
-        assert found.dsi == pytest.approx(cosine.dsi, abs=0.01)
-        assert (found.preferred_deg - turn + 180) % 360 - 180 == pytest.approx(0.0, abs=1.0)
+        turn_tuning = selectivity(TURNS, [getattr(a, system) for a in given])
+        assert turn_tuning.dsi == pytest.approx(cosine.dsi, abs=0.01)
+        assert (turn_tuning.preferred_deg - turn + 180) % 360 - 180 == pytest.approx(0.0, abs=1.0)
 
 
 def test_the_dsnn_answers_most_in_its_own_direction_and_turns_with_a_mirror():
     params = DSNNParams.offline()
     probes = [p for p in curve_family("direction").probes if p.line == "grating" and p.repeat == 0]
-    given = [shown(lambda shape: DSNN(shape, params), probe) for probe in probes]
+    given = [probe_response(lambda shape: DSNN(shape, params), probe) for probe in probes]
     by_turn = {a.direction_deg: a for a in given}
     for turn, system, sign in ((0.0, "hs", 1), (90.0, "vs", 1), (180.0, "hs", -1), (270.0, "vs", -1)):
         assert sign * getattr(by_turn[turn], system) > 0.0 and by_turn[turn].response > 0.0
     for system, turn in (("hs", 0.0), ("vs", 90.0)):
         for sign in (1, -1):  # against it lies what it answers to with its other sign
-            found = selectivity(list(by_turn), [sign * getattr(a, system) for a in given])
-            assert abs((found.preferred_deg - turn - 90 * (1 - sign) + 180) % 360 - 180) < 5.0
-            assert found.dsi > 0.6
+            turn_tuning = selectivity(list(by_turn), [sign * getattr(a, system) for a in given])
+            assert abs((turn_tuning.preferred_deg - turn - 90 * (1 - sign) + 180) % 360 - 180) < 5.0
+            assert turn_tuning.dsi > 0.6
 
 
 def test_a_mirrored_object_turns_the_dsnn_s_sign():
@@ -384,7 +392,7 @@ def test_a_mirrored_object_turns_the_dsnn_s_sign():
 def test_the_dsnn_answers_more_to_more_contrast():
     for line in curve_family("contrast").lines:
         probes = [p for p in curve_family("contrast").probes if p.line == line]
-        given = [shown(lambda shape: DSNN(shape, DSNNParams.offline()), probe).response for probe in probes]
+        given = [probe_response(lambda shape: DSNN(shape, DSNNParams.offline()), probe).response for probe in probes]
         assert all(np.diff(given) > 0), line
 
 
@@ -414,9 +422,9 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     again = colias(*arguments)
     assert again.returncode == 0 and "11 of them done already" in again.stderr
     assert pq.read_table(out / "trials.parquet").equals(before)
-    made = tuning_run.plan([str(colias.folder / "my_model.py"), "dsnn"], ["size"], ["gradient.gain=0.1"], 0)
+    tuning_plan = tuning_run.plan([str(colias.folder / "my_model.py"), "dsnn"], ["size"], ["gradient.gain=0.1"], 0)
     with open_pool(0) as pool, pytest.raises(UsageError, match=r"--set \w+\.gain is 0\.05 there and 0\.1 now"):
-        tuning_run.run(made, out, pool, Resources(0, quiet=True))
+        tuning_run.run(tuning_plan, out, pool, Resources(0, quiet=True))
 
 
 @pytest.mark.parametrize(
@@ -455,11 +463,11 @@ def test_a_foreign_folder_is_refused_in_one_line(colias):
 
 
 def test_numbers_do_not_depend_on_workers(tmp_path):
-    made = tuning_run.plan(["dsnn", "emd", "lgmd1"], ["speed"], [], 0)
+    tuning_plan = tuning_run.plan(["dsnn", "emd", "lgmd1"], ["speed"], [], 0)
     reports = []
     for workers in (1, 2):
         with open_pool(workers) as pool:
-            reports.append(tuning_run.run(made, tmp_path / str(workers), pool, Resources(workers, quiet=True)))
+            reports.append(tuning_run.run(tuning_plan, tmp_path / str(workers), pool, Resources(workers, quiet=True)))
     assert reports[0].answers == reports[1].answers
     for name in ("tuning.csv", "preferences.csv", "speed.svg"):
         first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (1, 2))

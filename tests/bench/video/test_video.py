@@ -48,9 +48,9 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def trial(folder) -> tuple[TrialResult, Path]:
-    own = Settings((choose("dsnn"),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    trial_settings = Settings((choose("dsnn"),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
     condition = Condition("translation", "rightward", 15.0, 8.0)
-    result = run_trial(TrialSpec("speed", 7, 0, 7, condition, own), keep_media=True)
+    result = run_trial(TrialSpec("speed", 7, 0, 7, condition, trial_settings), keep_media=True)
     forget_simulations()
     path = folder / "recordings" / "trial-0007.rrd"
     path.parent.mkdir()
@@ -105,8 +105,8 @@ def test_a_trial_is_read_back_as_it_was(trial):
     assert reel.levels == (-threshold, threshold)
     np.testing.assert_allclose(reel.time_s, result.columns.sim_time_s, atol=1e-8)
     assert [track.name for track in reel.tracks] == ["observer", "stimulus"]
-    own = result.columns
-    expected = np.column_stack([own.stimulus_x_cm, own.stimulus_y_cm, np.radians(own.stimulus_heading_deg)])
+    columns = result.columns
+    expected = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
     np.testing.assert_allclose(reel.tracks[1].poses, expected, atol=1e-5)
     assert reel.view_deg == pytest.approx(result.spec.settings.camera.hfov_deg, abs=1e-3)
     seen = [picture for _, picture in pictures(path, "camera")]
@@ -120,9 +120,9 @@ def test_an_episode_is_read_back_as_it_was(folder):
     reel = read(path)
     assert len(reel.time_s) == 8 and len(list(pictures(path, "camera"))) == 8
     for track in reel.tracks:
-        own = episode.paths[track.name]
-        np.testing.assert_allclose(track.poses[:, :2], own[:, :2], atol=1e-4)
-        turned = np.angle(np.exp(1j * (track.poses[:, 2] - np.radians(own[:, 2]))))
+        poses = episode.paths[track.name]
+        np.testing.assert_allclose(track.poses[:, :2], poses[:, :2], atol=1e-4)
+        turned = np.angle(np.exp(1j * (track.poses[:, 2] - np.radians(poses[:, 2]))))
         np.testing.assert_allclose(turned, 0.0, atol=1e-4)
     (azimuth,) = (trace for trace in reel.traces if trace.place == "azimuth")
     np.testing.assert_array_equal(azimuth.values, episode.series.azimuth)
@@ -139,9 +139,9 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
     for k in (2, result.frames // 2, result.frames - 1):
         time_s = float(reel.time_s[k])
         (frame,) = frames(reel, drawer, np.array([time_s]))
-        shown = frame[int(eye.top) : int(eye.top + eye.height), int(eye.left) : int(eye.left + eye.width)]
-        expected = cv2.resize(result.media.pictures[""][k], shown.shape[1::-1], interpolation=cv2.INTER_NEAREST)
-        np.testing.assert_array_equal(shown[..., 0], expected)
+        eye_picture = frame[int(eye.top) : int(eye.top + eye.height), int(eye.left) : int(eye.left + eye.width)]
+        expected = cv2.resize(result.media.pictures[""][k], eye_picture.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+        np.testing.assert_array_equal(eye_picture[..., 0], expected)
         x, y, heading = reel.tracks[1].poses[k]
         behind = plan.pixels(np.array([x - 1.2 * np.cos(heading)]), np.array([y - 1.2 * np.sin(heading)]))[0]
         np.testing.assert_array_equal(frame[round(behind[1]), round(behind[0])], reel.tracks[1].colour)
@@ -216,8 +216,8 @@ def test_a_long_recording_s_axis_moves_on(footage):
 
 def test_the_picture_shown_is_the_last_one_that_was_taken(footage):
     """At every time: the bar's column says which picture it is."""
-    shown = make.latest_at(pictures(footage, "picture"), [0.0, 0.49, 0.5, 7.2, 31.0])
-    columns = [int(picture[24, :, 0].argmax()) for picture in shown]
+    latest = make.latest_at(pictures(footage, "picture"), [0.0, 0.49, 0.5, 7.2, 31.0])
+    columns = [int(picture[24, :, 0].argmax()) for picture in latest]
     assert columns == [0, 0, 1, 14, 62]
 
 
@@ -246,12 +246,12 @@ def test_an_mp4_is_h264_with_every_frame(trial, folder):
     reel, out = read(path), folder / "all.mp4"
     assert make.make(reel, Film(out, *SIZE)) == result.frames
     assert re.search(r"Video: h264 .*yuv420p.* 480x270.* 30 fps", report(out))
-    shown = decoded(out)
-    assert len(shown) == result.frames
+    film_frames = decoded(out)
+    assert len(film_frames) == result.frames
     drawer = make.drawer_of(reel, Film(out, *SIZE))
     for k in (0, result.frames // 2, result.frames - 1):
         (expected,) = frames(reel, drawer, reel.time_s[[k]])
-        apart = np.abs(shown[k][30:].astype(int) - expected[30:]).mean()  # the caption above differs
+        apart = np.abs(film_frames[k][30:].astype(int) - expected[30:]).mean()  # the caption above differs
         assert apart < 3.0, f"frame {k}"
     assert sorted(file.name for file in folder.glob("*all*")) == ["all.mp4"]
 
@@ -261,11 +261,11 @@ def test_speed_and_rate_decide_how_many_frames_there_are(trial, speed, rate, tim
     result, path = trial
     reel = read(path)
     wanted = Film(Path("x.mp4"), *SIZE, rate=rate, speed=speed)
-    shown = wanted.times(reel)
-    assert len(shown) == pytest.approx(times * result.frames, abs=2)
-    length_s = len(shown) / wanted.frames_per_second(reel)
+    film_times = wanted.times(reel)
+    assert len(film_times) == pytest.approx(times * result.frames, abs=2)
+    length_s = len(film_times) / wanted.frames_per_second(reel)
     assert length_s == pytest.approx(np.ptp(reel.time_s) / speed, abs=0.2)
-    assert reel.time_s[0] == shown[0] and shown[-1] <= reel.time_s[-1] + 1e-6
+    assert reel.time_s[0] == film_times[0] and film_times[-1] <= reel.time_s[-1] + 1e-6
 
 
 def test_a_gif_has_its_frames_and_colours(trial, folder):
@@ -308,8 +308,8 @@ def test_a_strip_shows_its_moments(trial, folder):
     for k, index in enumerate(np.rint(np.linspace(0, result.frames - 1, 4)).astype(int)):
         high = round(width / 99 * 72)
         left, top = round(20 + k * (width + 10)), round(96 + high + 44)  # below the view from outside and a title
-        shown = cv2.resize(picture[top : top + high, left : left + round(width)].astype(np.uint8), (99, 72))
-        apart = [np.abs(shown.astype(int) - frame).mean() for frame in result.media.pictures[""]]
+        eye_picture = cv2.resize(picture[top : top + high, left : left + round(width)].astype(np.uint8), (99, 72))
+        apart = [np.abs(eye_picture.astype(int) - frame).mean() for frame in result.media.pictures[""]]
         assert abs(int(np.argmin(apart)) - index) <= 1
 
 
@@ -341,9 +341,9 @@ def test_an_error_in_the_middle_leaves_no_file(trial, folder):
 def refused(*arguments: str) -> str:
     with pytest.raises(UsageError) as caught:
         main.command(["video", *arguments])
-    said = str(caught.value)
-    assert "\n" not in said
-    return said
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
 
 
 def test_refusals_name_the_value_and_what_is_legal(trial, folder):
@@ -363,9 +363,9 @@ def test_refusals_name_the_value_and_what_is_legal(trial, folder):
         ([run, "--trial", "7", "--out", out[:-3] + "png", "--frames", "40"], r"--frames 40: legal is 1 \.\. 12"),
         ([run, "--trial", "7", "--out", out[:-3] + "png", "--size", "900x200"], "--size 900x200: the panels of 6"),
     ]
-    for arguments, said in cases:
+    for arguments, pattern in cases:
         told = refused(*arguments)
-        assert re.search(said, told), (arguments, told)
+        assert re.search(pattern, told), (arguments, told)
     (folder / "empty").mkdir()
     assert "no .rrd recordings" in refused(str(folder / "empty"), "--out", out)
     (folder / "there.mp4").write_bytes(b"")
@@ -381,8 +381,8 @@ def test_a_missing_encoder_is_told_in_one_line_with_its_remedy(trial, folder, mo
         "find_spec",
         lambda name, *more: None if name == "imageio_ffmpeg" else find(name, *more),
     )
-    said = refused(str(trial[1]), "--out", str(folder / "none.mp4"))
-    assert "pip install 'colias-sim[video]'" in said and "--out" in said
+    message = refused(str(trial[1]), "--out", str(folder / "none.mp4"))
+    assert "pip install 'colias-sim[video]'" in message and "--out" in message
     assert main.command(["video", str(trial[1]), "--out", str(folder / "none.png"), "--quiet"]) == 0, (
         "a strip needs none"
     )

@@ -17,7 +17,7 @@ from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import potentials, recorded, timelines, video
 from experiments.bench.video import make
-from experiments.bench.video.choice import MOST_MODELS, shown
+from experiments.bench.video.choice import MOST_MODELS, with_models
 from experiments.bench.video.layout import lay_out, levels_of, traces_of
 from experiments.bench.video.reading import Reel, read
 from experiments.bench.video.still import still_of
@@ -43,15 +43,15 @@ def answered(label: str) -> SimpleNamespace:
                                series=ResponseSeries.from_responses(series))  # fmt: skip
     series = [Response(hs=size * np.sin(t), vs=size * np.cos(t) / 2, hs_spikes=int(i % 4 == 0))
               for i, t in enumerate(times)]  # fmt: skip
-    own = 0.2 if LABELS.index(label) % 2 else 0.16
-    return SimpleNamespace(model=label, channels=("hs", "vs"), thresholds={"hs": own, "vs": own},
+    threshold = 0.2 if LABELS.index(label) % 2 else 0.16
+    return SimpleNamespace(model=label, channels=("hs", "vs"), thresholds={"hs": threshold, "vs": threshold},
                            series=ResponseSeries.from_responses(series))  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory) -> dict[int, Path]:
     """Number of models -> a recording of so many."""
-    folder, made = tmp_path_factory.mktemp("models"), {}
+    folder, paths = tmp_path_factory.mktemp("models"), {}
     seconds = np.arange(FRAMES) / 30
     for count in (1, 3, 4, 8, 20):
         answers = [answered(label) for label in LABELS[:count]]
@@ -60,9 +60,9 @@ def recordings(tmp_path_factory) -> dict[int, Path]:
             video(stream, "camera", np.full((FRAMES, 12, 16), 200, np.uint8), timelines(seconds, np.arange(FRAMES)))
             potentials(stream, answers, seconds)
 
-        made[count] = folder / f"{count}.rrd"
-        made[count].write_bytes(recorded(write, rrb.Blueprint(rrb.Spatial2DView()), "many"))
-    return made
+        paths[count] = folder / f"{count}.rrd"
+        paths[count].write_bytes(recorded(write, rrb.Blueprint(rrb.Spatial2DView()), "many"))
+    return paths
 
 
 def film(reel: Reel, size: tuple[int, int]):
@@ -77,35 +77,37 @@ def test_a_recording_tells_whose_traces_and_thresholds_are_whose(recordings):
     reel = read(recordings[20])
     assert reel.models == LABELS
     for label in LABELS:
-        own = answered(label)
+        answer = answered(label)
         (line,) = [t for t in reel.traces if (t.place, t.model, t.dotted) == ("potential", label, False)]
-        np.testing.assert_allclose(line.values, getattr(own.series, own.channels[0]))
-        wanted = {sign * level for level in own.thresholds.values() for sign in ((1,) if label in LOOMING else (1, -1))}
+        np.testing.assert_allclose(line.values, getattr(answer.series, answer.channels[0]))
+        wanted = {
+            sign * level for level in answer.thresholds.values() for sign in ((1,) if label in LOOMING else (1, -1))
+        }
         assert set(levels_of(reel, label)) == wanted
 
 
 def test_the_first_eight_of_twenty_are_shown_and_the_caption_says_so(recordings):
     whole = read(recordings[20])
-    reel = shown(whole)
+    reel = with_models(whole)
     assert (reel.models, reel.hidden) == (LABELS[:MOST_MODELS], 12)
     assert make.caption_of(reel, None) == "many; 12 of 20 models are not shown"
     assert make.caption_of(reel, "mine") == "mine"
     for count in (1, 3, 8):
         few = read(recordings[count])
-        assert shown(few) is few and make.caption_of(few, None) == "many"
+        assert with_models(few) is few and make.caption_of(few, None) == "many"
 
 
 def test_models_are_chosen_by_name(recordings):
     whole = read(recordings[20])
-    reel = shown(whole, ["m13", "lgmd1"])
+    reel = with_models(whole, ["m13", "lgmd1"])
     assert (reel.models, reel.hidden) == (("m13", "lgmd1"), 0), "in the order asked for; nobody is missed"
     assert set(reel.levels) == {0.7, 0.2, -0.2}, "thresholds of others are gone"
     with pytest.raises(UsageError, match=r"^--model emd: .*20\.rrd has no such model; there are: dsnn, emd"):
-        shown(whole, ["emd"])
+        with_models(whole, ["emd"])
     with pytest.raises(UsageError, match=r"^--model lgmd: .*20\.rrd has no such model \(nearest: lgmd1\); there are: "):
-        shown(whole, ["lgmd"])
+        with_models(whole, ["lgmd"])
     with pytest.raises(UsageError, match=r"^--model: 9 models; legal are up to 8 in one picture$"):
-        shown(whole, LABELS[:9])
+        with_models(whole, LABELS[:9])
 
 
 # Where they are.
@@ -115,7 +117,7 @@ def test_models_are_chosen_by_name(recordings):
 @pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
 def test_nothing_covers_anything(recordings, count, size):
     """Panels, the words above them, pictures: each has its own place inside the frame."""
-    reel = shown(read(recordings[count]))
+    reel = with_models(read(recordings[count]))
     layout, still = film(reel, size)
     still.picture()
     renderer = still.figure.canvas.get_renderer()
@@ -138,7 +140,7 @@ def test_nothing_covers_anything(recordings, count, size):
 
 @pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
 def test_each_model_has_a_lane_of_its_own(recordings, count):
-    reel = shown(read(recordings[count]))
+    reel = with_models(read(recordings[count]))
     layout, _ = film(reel, SIZES[0])
     assert tuple(layout.lanes) == reel.models
     drawn = [id(trace) for model in layout.lanes for place in ("potential", "spikes")
@@ -147,7 +149,7 @@ def test_each_model_has_a_lane_of_its_own(recordings, count):
 
 
 def test_potentials_are_drawn_to_one_scale_but_those_that_are_no_shares(recordings):
-    reel = shown(read(recordings[20]), [*LABELS[:4], PIXELS])
+    reel = with_models(read(recordings[20]), [*LABELS[:4], PIXELS])
     layout, _ = film(reel, SIZES[0])
     scales = {label: layout.lanes[label].y for label in reel.models}
     assert len({scales[label] for label in LABELS[:4]}) == 1
@@ -157,7 +159,7 @@ def test_potentials_are_drawn_to_one_scale_but_those_that_are_no_shares(recordin
 @pytest.mark.parametrize("count", [3, 8])
 def test_a_frame_has_each_model_s_spikes_at_the_edge_of_its_lane(recordings, count):
     """Above every potential, so that no trace is taken for a spike."""
-    reel = shown(read(recordings[count]))
+    reel = with_models(read(recordings[count]))
     layout, still = film(reel, SIZES[0])
     drawer = make.Drawer(reel, layout, still.picture())
     (frame,) = make.frames(reel, drawer, reel.time_s[[-1]])
@@ -182,6 +184,6 @@ def test_the_command_says_what_is_not_shown_and_takes_models(recordings, tmp_pat
     command = ["video", str(recordings[20]), "--out", str(few), "--frames", "3", "--model", "dsnn", "--model", "m2"]
     assert main.command(command) == 0
     assert "not shown" not in capsys.readouterr().err
-    for made in (out, few):
-        with Image.open(made) as picture:
+    for strip in (out, few):
+        with Image.open(strip) as picture:
             assert picture.size[0] == 1800

@@ -18,7 +18,7 @@ from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.mechanism.excitation import Course, described
-from experiments.bench.studies.constants import STUDIES, compares_with, comparing, outcomes, said
+from experiments.bench.studies.constants import STUDIES, compares_with, comparing, constants_text, outcomes
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.stored import studies
 
@@ -218,7 +218,7 @@ def assumptions_text(claim: str, by_constants: Mapping[str, Outcome]) -> str:
     """Return what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
     if claim not in comparing():
         return ""
-    others = f"in replicate 0: {said(by_constants)}" if by_constants else "other constants were not run here"
+    others = f"in replicate 0: {constants_text(by_constants)}" if by_constants else "other constants were not run here"
     return f"{ASSUMED[compares_with(claim)]}; {others}"
 
 

@@ -45,12 +45,12 @@ class Media:
 def collect(frames: Mapping[str, Sequence[Frame]], responses: Sequence[Response]) -> Media:
     """Stack a trial's frames of each eye, and turn its layer maps into grey images by `MAP_SCALES`."""
     pictures = {eye: np.stack([frame.luma for frame in eye_frames]) for eye, eye_frames in frames.items()}
-    shown = [response.maps for response in responses if response.maps is not None]
+    response_maps = [response.maps for response in responses if response.maps is not None]
     like = next(iter(pictures.values()))
-    maps = {name: np.empty_like(like) for name in MAP_SCALES} if shown else {}
+    maps = {name: np.empty_like(like) for name in MAP_SCALES} if response_maps else {}
     for name, images in maps.items():
         gain, zero = MAP_SCALES[name]
-        for image, layers in zip(images, shown, strict=True):
+        for image, layers in zip(images, response_maps, strict=True):
             cv2.addWeighted(getattr(layers, name), gain, getattr(layers, name), 0.0, zero, dst=image, dtype=cv2.CV_8U)
     return Media(
         pictures,

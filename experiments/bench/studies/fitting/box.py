@@ -113,7 +113,7 @@ class Box:
     @property
     def outside(self) -> tuple[Range, ...]:
         """The ranges of robot, camera, scene, design and stimuli: each setting of these is rendered anew."""
-        return tuple(each for each in self.ranges if not each.network)
+        return tuple(part for part in self.ranges if not part.network)
 
     def at(self, shares: Sequence[float]) -> dict[str, str]:
         """Return the setting at a place of the unit cube, one share for each range."""

@@ -111,11 +111,14 @@ def table(folder, out, name="fit.csv"):
 
 
 def test_a_planted_optimum_is_found(folder):
-    found = fit(folder, "hill", "hill", *A, *B, "--trials", "60", "--sample", "32")
-    assert found["word"] == "fitted" and found["luck"] == pytest.approx(0.0)
-    assert abs(float(found["winner"]["planted.a"]) - 0.7) < 0.1 and abs(float(found["winner"]["planted.b"]) - 0.2) < 0.1
+    outcome = fit(folder, "hill", "hill", *A, *B, "--trials", "60", "--sample", "32")
+    assert outcome["word"] == "fitted" and outcome["luck"] == pytest.approx(0.0)
+    assert (
+        abs(float(outcome["winner"]["planted.a"]) - 0.7) < 0.1
+        and abs(float(outcome["winner"]["planted.b"]) - 0.2) < 0.1
+    )
     # The claim is kept within 0.1 of the hill's top: a disc of 3.1 % of the box.
-    share = found["share"]
+    share = outcome["share"]
     assert share["low"] <= 3.1415926 * 0.1**2 <= share["high"]
     kept = [row for row in table(folder, "hill") if row["of"] == "search" and row["kept"] == "1"]
     assert len(kept) > 3 * 60 * 0.0314, "a search finds more than chance would"
@@ -129,20 +132,20 @@ def test_a_planted_optimum_is_found(folder):
 
 
 def test_a_planted_infeasible_box_is_reported_with_its_interval(folder):
-    found = fit(folder, "none", "hill,valley", *A, *B, "--trials", "40", "--sample", "32", "--held-out", "2")
-    assert found["word"] == "not fitted"
-    assert found["share"] == {"kept": 0, "of": 32, "low": 0.0, "high": proportion_interval(0, 32)[1]}
-    assert "0 % of the box, 95 % interval 0 % to 10.9 %" in found["sentences"][0]
-    (pair,) = found["pairs"]
+    outcome = fit(folder, "none", "hill,valley", *A, *B, "--trials", "40", "--sample", "32", "--held-out", "2")
+    assert outcome["word"] == "not fitted"
+    assert outcome["share"] == {"kept": 0, "of": 32, "low": 0.0, "high": proportion_interval(0, 32)[1]}
+    assert "0 % of the box, 95 % interval 0 % to 10.9 %" in outcome["sentences"][0]
+    (pair,) = outcome["pairs"]
     assert pair["kept"] > 0 and pair["other kept"] > 0 and pair["both"] == 0
-    assert any("hill and valley exclude each other" in line for line in found["sentences"])
+    assert any("hill and valley exclude each other" in line for line in outcome["sentences"])
 
 
 def test_a_fit_to_noise_is_exposed_anew(folder):
-    found = fit(folder, "luck", "luck", *A, "--trials", "60", "--share", "30", "--sample", "8")
+    outcome = fit(folder, "luck", "luck", *A, "--trials", "60", "--share", "30", "--sample", "8")
     searched = [row for row in table(folder, "luck") if row["of"] == "search"]
     assert any(row["kept"] == "1" for row in searched), "60 draws of a chance of one in ten"
-    assert found["word"] == "not fitted" and found["luck"] > 0.0
+    assert outcome["word"] == "not fitted" and outcome["luck"] > 0.0
     winner = table(folder, "luck", "anew.csv")[0]
     assert int(winner["kept"]) <= 8 and winner["replicates"] == "20"
 

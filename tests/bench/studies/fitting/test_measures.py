@@ -99,7 +99,7 @@ def test_the_number_of_claims_kept_can_be_the_goal(folder):
     assert run.planned(asked).fit.goals == (Goal("kept"),)
 
 
-def made(values, goals, held_out, start):
+def planted_result(values, goals, held_out, start):
     """A result of planted values: one for each setting searched, and those of the winner and the start anew."""
     readings = [
         Reading({"m.a": str(n)}, {goal.name: (value,) for goal, value in zip(goals, row, strict=True)})
@@ -116,7 +116,7 @@ def made(values, goals, held_out, start):
 
 
 def test_luck_is_what_the_search_promised_and_the_judging_anew_has_not():
-    result = made([(0.2,), (0.9,), (0.5,)], [Goal("x")], {"x": (0.5, 0.6, 0.7)}, {"x": (0.6, 0.6, 0.6)})
+    result = planted_result([(0.2,), (0.9,), (0.5,)], [Goal("x")], {"x": (0.5, 0.6, 0.7)}, {"x": (0.6, 0.6, 0.6)})
     goal = result.goals[0]
     assert result.winner.setting == {"m.a": "1"}
     assert result.luck(goal) == pytest.approx(0.3) and result.gain(goal) == pytest.approx(0.0)
@@ -124,7 +124,7 @@ def test_luck_is_what_the_search_promised_and_the_judging_anew_has_not():
 
 
 def test_of_a_minimum_luck_and_gain_have_the_same_sense():
-    result = made([(0.2,), (0.9,)], [Goal("x", least=True)], {"x": (0.4, 0.4, 0.4)}, {"x": (0.7, 0.7, 0.7)})
+    result = planted_result([(0.2,), (0.9,)], [Goal("x", least=True)], {"x": (0.4, 0.4, 0.4)}, {"x": (0.7, 0.7, 0.7)})
     goal = result.goals[0]
     assert result.winner.setting == {"m.a": "0"}
     assert result.luck(goal) == pytest.approx(0.2) and result.gain(goal) == pytest.approx(0.3)
@@ -132,7 +132,9 @@ def test_of_a_minimum_luck_and_gain_have_the_same_sense():
 
 def test_a_result_of_two_goals_is_drawn_and_tabled_with_its_front(tmp_path):
     goals = [Goal("x"), Goal("y", least=True)]
-    result = made([(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)], goals, {"x": (1.0,), "y": (5.0,)}, {"x": (0.5,), "y": (9.0,)})
+    result = planted_result(
+        [(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)], goals, {"x": (1.0,), "y": (5.0,)}, {"x": (0.5,), "y": (9.0,)}
+    )
     assert result.best == (1, 0), "the third is worse than the second in both"
     assert result.described()["front"] == [1, 0]
     assert len(result.anew_rows()) == 3 * len(goals) and result.anew_rows()[-1]["m.a"] == "as it is"
