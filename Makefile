@@ -24,7 +24,7 @@ hero: $(READY) ## The first picture of README and site, docs/hero.webp, from a r
 	rm -f docs/hero.webp
 	$(BIN)/colias run speed --repeats 1 --quiet --out $(HERO)
 	$(BIN)/colias video $(HERO) --trial 2 --out docs/hero.webp --size 960x540 --fps 10 --speed 0.4 --quiet \
-		--caption "A robot watches another pass"
+		--caption "A robot watches another, in a black shell, pass"
 	$(BIN)/python -m tools.sources take $(HERO) hero.webp
 
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]

@@ -73,7 +73,8 @@ def sheet(results: Mapping[str, Any]) -> str:
 
 def _place(claim: Mapping[str, Any], x: int, y: int) -> str:
     count = Count(**claim["count"])
-    head = f"{claim['id']} {SIGNS[count.kind]} {count.label}"
+    sign = "" if count.kind == "counted" else f"{SIGNS[count.kind]} "  # a count says it itself
+    head = f"{claim['id']} {sign}{count.label}"
     lines = textwrap.wrap(words(claim["id"]).title, LETTERS)
     texts = [
         f'<text class="name {count.kind}" x="{x}" y="{y + 18}">{html.escape(head)}</text>',

@@ -187,7 +187,7 @@ class Drawer:
         if len(self._layout.lanes) != 1 or not self._counts:
             return ""
         count = sum(int(counts[known - 1]) for times, counts in self._counts if (known := until(times, time_s)))
-        return f"{count} spikes  "
+        return f"{count} spike{'' if count == 1 else 's'}  "
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:
