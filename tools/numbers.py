@@ -63,10 +63,10 @@ LOST_AND_GAINED, DISTANCE = (
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 KEY = (
-    "In the picture a mark is a replicate: a dot where the claim holds, a cross where it fails, a ring where it could not"
-    " be judged. The line is the bound, and its tinted side keeps the claim. A claim that no seed moves has one mark. Of a"
-    " claim with two halves a mark stands at the half that is nearer to failing; the DSNN's half alone is in the table."
-    " *T* is the spiking threshold: 0.16 for clips, 0.2 on the robot."
+    "In the picture a mark is a replicate: a dot where the claim holds, a cross where it fails, a ring where it "
+    "could not be judged. The line is the bound, and its tinted side keeps the claim. A claim that no seed moves "
+    "has one mark. Of a claim with two halves a mark stands at the half that is nearer to failing; the DSNN's "
+    "half alone is in the table. *T* is the spiking threshold: 0.16 for clips, 0.2 on the robot."
 )
 """What the picture of all claims does not say by itself, for the reader of the README."""
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
