@@ -24,6 +24,13 @@ COLUMN, ROW, GAP, TEXT_PX = 384, 68, 10, 198
 LETTERS = 27
 """Of a line of the claim's title."""
 COLUMNS = 2
+MARKS = "a dot where the claim holds, a cross where it fails, a ring where it could not be judged"
+KEY = (
+    f"In the picture a mark is a replicate: {MARKS}. The line is the bound, and its tinted side keeps the claim."
+    " A claim that no seed moves has one mark. Of a claim with two halves a mark stands at the half that is nearer to"
+    " failing; the DSNN's half alone is in the table. *T* is the spiking threshold: 0.16 for clips, 0.2 on the robot."
+)
+"""What the picture does not say by itself, in Markdown."""
 NUMBERS = ("reading", "bound", "needs", "unit", "scale")
 """What is kept of a check: all but its words."""
 STYLE = """
@@ -73,7 +80,9 @@ def sheet(results: Mapping[str, Any]) -> str:
 
 def _place(claim: Mapping[str, Any], x: int, y: int) -> str:
     count = Count(**claim["count"])
-    sign = "" if count.kind == "counted" else f"{SIGNS[count.kind]} "  # a count says it itself
+    sign = (
+        "" if count.kind == "counted" else f"{SIGNS[count.kind]} "
+    )  # no key of signs here
     head = f"{claim['id']} {sign}{count.label}"
     lines = textwrap.wrap(words(claim["id"]).title, LETTERS)
     texts = [
@@ -97,7 +106,6 @@ def _style() -> str:
 def described(claims: Sequence[Mapping[str, Any]]) -> str:
     """Return the words that stand in the picture's place for who cannot see it."""
     return (
-        f"The {len(claims)} claims, each with a mark for every replicate at the reading that decided there: a dot where"
-        " the claim holds, a cross where it fails, a ring where it could not be judged; the line is the bound, and its"
-        " tinted side keeps it"
+        f"The {len(claims)} claims, each with a mark for every replicate at the reading that decided there: {MARKS};"
+        " the line is the bound, and its tinted side keeps it"
     )

@@ -62,13 +62,6 @@ LOST_AND_GAINED, DISTANCE = (
 """Tables of the study ``onboard`` that the documentation shows."""
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
-KEY = (
-    "In the picture a mark is a replicate: a dot where the claim holds, a cross where it fails, a ring where it "
-    "could not be judged. The line is the bound, and its tinted side keeps the claim. A claim that no seed moves "
-    "has one mark. Of a claim with two halves a mark stands at the half that is nearer to failing; the DSNN's "
-    "half alone is in the table. *T* is the spiking threshold: 0.16 for clips, 0.2 on the robot."
-)
-"""What the picture of all claims does not say by itself, for the reader of the README."""
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
 
 
@@ -282,7 +275,7 @@ def _sheet(results: Mapping[str, Any], path: str = SHEET.relative_to(ROOT).as_po
     if not claim_sheet.has_readings(results):
         return []
     claims = [*results["claims"], *results["behaviours"]]
-    return [f"![{claim_sheet.described(claims)}]({path})", "", KEY, ""]
+    return [f"![{claim_sheet.described(claims)}]({path})", "", claim_sheet.KEY, ""]
 
 
 def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:

@@ -391,5 +391,5 @@ def _share_beyond(chances: Floats, seen: int) -> float:
 
 
 def _drawn(rises: Whole, seen: int) -> tuple[str, float]:
-    """Return how p was computed, and p: the share of values at least ``seen`` from 0, the one seen among them."""
+    """Return how p was computed, and p: the share of values as far from 0 as ``seen`` or farther, ``seen`` included."""
     return f"{PERMUTATIONS} permutations", (int((np.abs(rises) >= seen).sum()) + 1) / (PERMUTATIONS + 1)

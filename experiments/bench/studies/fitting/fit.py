@@ -41,7 +41,7 @@ class Goal:
 
     @property
     def of_claims(self) -> bool:
-        """True if it is a number of claims, not a measure."""
+        """True if it is a goal of claims, `SLACK` or `KEPT`, and not a measure."""
         return self.name in OF_CLAIMS
 
     def signed(self, value: float) -> float:
@@ -135,7 +135,7 @@ class Fit:
 
     @property
     def of_claims(self) -> bool:
-        """True if the goal is a number of claims, not a measure."""
+        """True if the goal is one of claims, and not a measure."""
         return self.goals[0].of_claims
 
     @property

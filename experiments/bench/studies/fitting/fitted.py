@@ -10,7 +10,7 @@ import numpy as np
 
 from experiments.bench.judging.count import LEAST_JUDGED, Count
 from experiments.bench.studies.counts import TOGETHER
-from experiments.bench.studies.fitting.result import FitResult, setting_words
+from experiments.bench.studies.fitting.result import FitResult, lost, setting_words
 from experiments.bench.studies.fitting.scores import Score, word
 
 
@@ -41,7 +41,7 @@ class Fitted(FitResult[Score]):
     @property
     def luck(self) -> float:
         """The part of the winner's least slack, in the mean of replicates, that is lost at seeds never searched."""
-        return float(np.mean(self.winner.least) - np.mean(self.anew[0].least))
+        return lost(float(np.mean(self.winner.least)), float(np.mean(self.anew[0].least)))
 
     def pairs(self) -> list[dict[str, Any]]:
         """Return of each pair of claims in how many settings each is kept, and both: of search and sample together.

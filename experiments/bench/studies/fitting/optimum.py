@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from experiments.bench.judging.statistics import Summary, summarise
 from experiments.bench.store.rows import known
 from experiments.bench.studies.fitting.fit import Goal
-from experiments.bench.studies.fitting.result import FitResult, setting_words
+from experiments.bench.studies.fitting.result import FitResult, lost, setting_words
 from experiments.bench.studies.fitting.scores import Reading
 
 AS_IS = "as it is"
@@ -68,9 +67,7 @@ class Optimum(FitResult[Reading]):
             In the goal's unit; above 0 where the search promised too much; ``None`` where a value is not known.
         """
         before, after = self.winner.numbers[goal.name], _mean(self.anew[0], goal)
-        if after is None or np.isnan(before):
-            return None
-        return 0.0 if math.isclose(before, after, rel_tol=1e-12) else goal.signed(before - after)
+        return None if after is None or np.isnan(before) else lost(goal.signed(before), goal.signed(after))
 
     def gain(self, goal: Goal) -> float | None:
         """Return how much better the winner is than the model as it is, both at seeds never searched.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -62,3 +63,8 @@ class FitResult(Generic[Scored]):
 def setting_words(setting: Setting) -> str:
     """Return a setting in words."""
     return ", ".join(f"{key}={value}" for key, value in setting.items())
+
+
+def lost(before: float, after: float) -> float:
+    """Return how much of a value is lost from before to after; 0 where they differ by rounding alone."""
+    return 0.0 if math.isclose(before, after, rel_tol=1e-12) else before - after
