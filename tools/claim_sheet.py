@@ -80,9 +80,7 @@ def sheet(results: Mapping[str, Any]) -> str:
 
 def _place(claim: Mapping[str, Any], x: int, y: int) -> str:
     count = Count(**claim["count"])
-    sign = (
-        "" if count.kind == "counted" else f"{SIGNS[count.kind]} "
-    )  # no key of signs here
+    sign = "" if count.kind == "counted" else f"{SIGNS[count.kind]} "  # no key of signs here
     head = f"{claim['id']} {sign}{count.label}"
     lines = textwrap.wrap(words(claim["id"]).title, LETTERS)
     texts = [
