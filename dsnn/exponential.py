@@ -23,8 +23,15 @@ def exp(x: float) -> float:
     Returns
     -------
     float
-        Within 1 unit in the last place of the true value where ``abs(x) <= 700``; 0 below -708, infinity above 709,
-        NaN of NaN.
+        Within 1.25 units in the last place of the true value where ``abs(x) <= 700``; 0 below -708, infinity above
+        709, NaN of NaN.
+
+    Notes
+    -----
+    Four roundings count, here in units of the last place of a result below 1, where they are largest: 0.20 of ``r``,
+    0.24 of the series without its first term, 0.25 of its product with ``r``, 0.50 of the last sum; 1.19 together.
+    The largest of 500,000 random arguments was 1.11. A sum with a correction would come nearer, and would change the
+    last bits of every recorded run.
     """
     if not x >= -708.0:
         return 0.0 if x < -708.0 else x

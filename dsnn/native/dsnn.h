@@ -23,7 +23,7 @@
 /* The energy at which the azimuth is halfway to its value without noise: see dsnn_azimuth. */
 #define DSNN_LEAST_ENERGY 1.0
 
-/* e to the power x: within 1 unit in the last place of the true value for |x| <= 700; 0 below -708, infinity above
+/* e to the power x: within 1.25 units in the last place of the true value for |x| <= 700; 0 below -708, infinity above
  * 709. The same bits everywhere. dsnn/exponential.py is its twin in Python. */
 double vision_exp(double x);
 

@@ -12,7 +12,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, LGMD1Params, forms, native
@@ -174,10 +174,12 @@ def test_the_exponential_is_its_twin_in_c(x):
 
 @settings(deadline=None)
 @given(st.floats(-700, 700))
-def test_the_exponential_is_right_to_the_last_place(x):
+@example(-371.15333321000196)  # one of the largest errors: 1.1 units
+def test_the_exponential_is_within_its_bound(x):
+    """Four roundings, summed in the docstring of exp, come to 1.19 units in the last place; it promises 1.25."""
     with localcontext(prec=50):
         true = Decimal(x).exp()
-        assert abs(Decimal(exp(x)) - true) <= Decimal(math.ulp(exp(x)))
+        assert abs(Decimal(exp(x)) - true) <= Decimal("1.25") * Decimal(math.ulp(exp(x)))
 
 
 def test_the_ends_of_the_exponential():
