@@ -104,9 +104,11 @@ class Drawer:
         length = float(np.hypot(*motion))
         if length < SMALLEST:
             return
-        middle = np.array([panel.left + panel.width / 2, panel.top + 0.86 * panel.height])
         reach = 0.36 * panel.width * motion / max(length, 1.0)  # rightward and downward are positive, as in the picture
-        _arrow(frame, middle - reach / 2, middle + reach / 2, 5.0 * self._layout.scale)
+        width = min(5.0 * self._layout.scale, float(np.hypot(*reach)) / 6)  # a short arrow keeps its shaft
+        bottom = panel.top + panel.height  # the arrow stands as low as it can, where pictures have the ground
+        middle = np.array([panel.left + panel.width / 2, bottom - abs(reach[1]) / 2 - 3.0 * width])
+        _arrow(frame, middle - reach / 2, middle + reach / 2, width)
 
     def _first(self, channel: str) -> Trace | None:
         """Return the potential of a channel of the first model that answers with HS."""

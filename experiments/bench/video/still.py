@@ -37,14 +37,19 @@ SCALE_CM = 10.0
 """Length of the plan's scale."""
 CLOCK_PX = 360.0
 """Room that the spikes so far and the time take at the right of the caption, at plain size."""
-ARROW = "\N{RIGHTWARDS ARROW} HS, VS"
-"""What the arrow on a picture of changes is: a model's answer, as long as HS to the right and VS downward."""
+ARROW = "\N{RIGHTWARDS ARROW} motion seen"
+"""What the arrow on a picture of changes is: the motion that a model answers, HS to the right and VS downward."""
 SIGNS = {"hs": "right +", "vs": "down +"}
 """Channel -> the motion that a positive potential is of."""
 SPIKE_SHARE = 0.11
 """Length of the longest stroke of a spike, as a share of its lane's height."""
 TYPE_PX = 27.0
 """Size of type, in pixels at plain size: some 8 pixels where a frame 1280 wide is shown 390 wide."""
+SMALL = 0.85
+"""Size of the type of axes and of keys beside a title, as a share of that of titles."""
+CLEAR, CLEAR_LANE = 0.22, 0.4
+"""Room below the line that a title stands on, as shares of its size: above pictures, and above lanes, whose titles have
+brackets, and at whose edge strokes of spikes stand."""
 
 
 def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
@@ -118,19 +123,20 @@ class Still:
         """Draw the frame of a picture, with its title."""
         axes = self._axes(panel)
         axes.set(xticks=[], yticks=[])
-        axes.set_title(plain(title), loc="left", fontsize=TYPE_PX * self._scale, pad=6 * self._scale,
-                       color=FRAME_COLOUR)  # fmt: skip
+        size = TYPE_PX * self._scale
+        axes.set_title(plain(title), loc="left", fontsize=size, pad=CLEAR * size, color=FRAME_COLOUR)
         return axes
 
-    def change(self, panel: Panel) -> Axes:
+    def change(self, panel: Panel, room: float | None = None) -> Axes:
         """Draw the frame of a picture of changes; its title has the colours that these have, but darker.
 
-        What the arrow is stands beside them where the panel is wide enough.
+        What the arrow is stands beside them where there is ``room`` for it, in pixels: by default the panel's width.
         """
         axes, size = self.empty(panel, ""), TYPE_PX * self._scale
         brighter, darker = (to_hex(mixed(colour, (0, 0, 0), DARKER)) for colour in (ON, OFF))
         words = [("brighter", brighter), (" / ", FRAME_COLOUR), ("darker", darker)]
-        self._words(axes, [*words, (f"   {ARROW}", FRAME_COLOUR)], size, whole=True)
+        words.append((f"  {ARROW}", FRAME_COLOUR))
+        self._words(axes, words, SMALL * size, CLEAR * size, room=panel.width if room is None else room)
         return axes
 
     def plan(self, panel: Panel, title: str, obstacles: Sequence[Floats]) -> None:
@@ -144,7 +150,7 @@ class Still:
         start, level = (near + 0.06 * (far - near) for near, far in (panel.x, panel.y))
         axes.plot([start, start + SCALE_CM], [level, level], color="black", lw=2 * scale, solid_capstyle="butt")
         axes.annotate(f"{SCALE_CM:g} cm", (start, level), xytext=(0, 4 * scale), textcoords="offset points",
-                      fontsize=0.85 * TYPE_PX * scale)  # fmt: skip
+                      fontsize=SMALL * TYPE_PX * scale)  # fmt: skip
 
     def lane(self, reel: Reel, model: str, lanes: Mapping[str, Panel], *, faint: bool) -> None:
         """Draw the lane of a model: its axes, title and thresholds; potentials faint, or whole and with spikes.
@@ -167,7 +173,7 @@ class Still:
             for time_s, ends in zip(trace.time_s, spike_ends(panel, trace.values), strict=True):
                 axes.plot([time_s, time_s], ends, color=to_hex(trace.colour), lw=2.0 * scale)
         lowest = all(other.left != panel.left or other.top <= panel.top for other in lanes.values())
-        axes.tick_params(width=0.8 * scale, length=4 * scale, labelbottom=lowest, labelsize=0.85 * size)
+        axes.tick_params(width=0.8 * scale, length=4 * scale, labelbottom=lowest, labelsize=SMALL * size)
         room = 0.95 * size * (panel.y[1] - panel.y[0]) / panel.height
         ticks = [level for level in levels if level > 0] or [0.0]
         ticks += [tick for tick in (0.0, *levels) if all(abs(tick - other) >= room for other in (*ticks, *levels)
@@ -181,32 +187,45 @@ class Still:
             words.append((f"{plain(trace.name.removeprefix(f'{model} '))}{notes}  ", to_hex(trace.colour)))
         if levels and len(lanes) == 1:
             words.append(("- -  threshold: beyond it spikes", colour))
+        if len(lanes) == 1:
+            self._spikes(axes, reel, model, SMALL * size)
         crowded = len(lanes) > MOST_DOWN * 2
         if crowded and len(traces) == 1:
             words = [(plain(model), colour)]
-        self._words(axes, words, size * (SMALLEST if crowded else 1.0))
+        self._words(axes, words, size * (SMALLEST if crowded else 1.0), CLEAR_LANE * size)
         column = [other for other in lanes.values() if other.left == panel.left]
         if panel == column[len(column) // 2]:
-            axes.set_ylabel("potential", fontsize=0.85 * size)
+            axes.set_ylabel("potential", fontsize=SMALL * size)
             axes.yaxis.set_label_coords((36.0 - LEFT) * scale / panel.width, 0.5)
         if lowest:
             axes.locator_params(axis="x", nbins=5)
-            axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)", fontsize=0.85 * size,
+            axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)", fontsize=SMALL * size,
                             labelpad=1.0)  # fmt: skip
 
-    def _words(self, axes: Axes, words: Sequence[tuple[str, str]], size: float, *, whole: bool = False) -> None:
-        """Write words of several colours above axes, one after the other.
+    def _spikes(self, axes: Axes, reel: Reel, model: str, size: float) -> None:
+        """Name the strokes of spikes, beside the edge of the lane that most of them stand at."""
+        traces = [trace for trace in traces_of(reel, model, "spikes") if trace.values.any()]
+        if traces:
+            above = sum(float(trace.values.sum()) for trace in traces) >= 0
+            axes.text(-7.0 * self._scale / axes.bbox.width, float(above), "spikes", color=to_hex(traces[0].colour),
+                      fontsize=size, transform=axes.transAxes, ha="right", va="top" if above else "bottom")  # fmt: skip
 
-        One for which there is no room is cut to it, or left out where words are to be ``whole``.
+    def _words(
+        self, axes: Axes, words: Sequence[tuple[str, str]], size: float, up: float, *, room: float | None = None
+    ) -> None:
+        """Write words of several colours ``up`` pixels above axes, one after the other.
+
+        One that reaches beyond the axes is cut there; where ``room`` is given, one that reaches beyond it is left out.
         """
         renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
         with drawing(self._style):
-            across, width = 0.0, axes.get_window_extent(renderer).width
+            across, box = 0.0, axes.get_window_extent(renderer)
+            width = box.width if room is None else room
             for text, colour in words:
-                word: Text = axes.text(across / width, 1.0, text, color=colour, fontsize=size, transform=axes.transAxes,
-                                       va="bottom", ha="left")  # fmt: skip
+                word: Text = axes.text(across / box.width, 1.0 + up / box.height, text, color=colour, fontsize=size,
+                                       transform=axes.transAxes, va="baseline", ha="left")  # fmt: skip
                 advance = _advance(word, renderer)
-                if whole and across + advance > width:
+                if room is not None and across + advance > room:
                     word.remove()
                     continue
                 for length in range(len(text) - 1, 0, -1):

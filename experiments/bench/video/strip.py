@@ -17,7 +17,7 @@ from experiments.bench.video.make import SIZES_PX, aspects, caption_of, latest_a
 from experiments.bench.video.outside import ASPECT, outside
 from experiments.bench.video.pictures import changes, pictures
 from experiments.bench.video.reading import Reel
-from experiments.bench.video.still import ARROW, Still, eye_title
+from experiments.bench.video.still import Still, eye_title
 
 MOMENTS = range(1, 13)
 WIDTH_PX = 1800
@@ -73,9 +73,7 @@ def make_strip(reel: Reel, out: Path, count: int, size: tuple[int, int] | None, 
         for panel in row:
             still.empty(panel, title if panel == row[0] else "")
     if shapes:
-        still.change(rows[-1][0])
-        for panel in rows[-1][1:2]:
-            still.empty(panel, ARROW)
+        still.change(rows[-1][0], room=rows[-1][-1].left + across - rows[-1][0].left)
     plans = rows[0] if reel.tracks and view is None else []
     if plans:
         x, y = ground(reel)

@@ -388,9 +388,10 @@ def test_a_missing_encoder_is_told_in_one_line_with_its_remedy(trial, folder, mo
     )
 
 
-@pytest.mark.parametrize(("width", "named"), [(400, True), (180, False)])
-def test_a_title_says_what_the_arrow_is_whole_or_not_at_all(width, named):
+@pytest.mark.parametrize(("width", "room", "named"), [(400, None, True), (180, None, False), (100, 620, True)])
+def test_a_title_says_what_the_arrow_is_whole_or_not_at_all(width, room, named):
+    """A strip has one title for a row of narrow pictures, which has the room of all of them."""
     still = Still(640, 360, 0.75)
-    axes = still.change(Panel(10, 40, width, 120))
+    axes = still.change(Panel(10, 40, width, 120), room)
     words = [text.get_text().strip() for text in axes.texts]
-    assert words == ["brighter", "/", "darker", *(["\u2192 HS, VS"] if named else [])]
+    assert words == ["brighter", "/", "darker", *(["\u2192 motion seen"] if named else [])]
