@@ -35,8 +35,8 @@ from experiments.bench.store.parameters import in_title
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 LEVELS = {"speed": "object", "grey": "grey", "background_speed": "background"}
-ACROSS, MANY_ACROSS = 3, 6
-"""Most panels side by side: of up to `MANY` models, and of more."""
+ACROSS, MANY_ACROSS, CLIPS_ACROSS = 3, 5, 6
+"""Most panels side by side: of up to `MANY` models; of more, where each has a panel, and where each clip has one."""
 MANY = 9
 PANEL_INCHES = 2.0
 """Width of a panel's title."""
@@ -92,7 +92,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
     looks, groups = marks(models), lanes(models)
-    most = _most(models)
+    most = ACROSS if len(models) <= MANY else CLIPS_ACROSS
     down = -(-len(clips) // min(most, len(clips)))
     heights = [(1.9 if most == ACROSS else 1.2) * down + 1.0 + 0.08 * len(group) for group in groups]
     drawn = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
@@ -121,8 +121,8 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     return drawn
 
 
-def _most(models: Sequence[str]) -> int:
-    """Return how many panels stand side by side, at most, where so many models are drawn."""
+def _most(models: Sequence[Any]) -> int:
+    """Return how many panels stand side by side, at most, where each of so many models has one."""
     return ACROSS if len(models) <= MANY else MANY_ACROSS
 
 
@@ -264,10 +264,11 @@ def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]]) -> N
 
 
 def _labels(panels: Sequence[Sequence[Axes]], along: str) -> None:
+    across = _most(panels[0])
     for axes in lowest(panels):
-        axes.set_xlabel(along, fontsize=8)
+        axes.set_xlabel(wrapped(along, _title_inches(across), 8) if across > ACROSS else along, fontsize=8)
     for axes in leftmost(panels):
-        axes.set_ylabel("largest |potential|", fontsize=8)
+        axes.set_ylabel("largest |potential|" if across <= ACROSS else "largest\n|potential|", fontsize=8)
 
 
 DEPTH = ("looming", "receding")

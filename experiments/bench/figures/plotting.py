@@ -76,6 +76,8 @@ def plain(text: str) -> str:
 
 LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
+LETTER_INCHES = LETTER * TYPE / 72.0
+"""Mean width of a letter of the smallest type, inches."""
 
 
 def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:

@@ -19,7 +19,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 
 from experiments.bench.figures.palette import LINES, Mark, lanes, level_colours, marks
 from experiments.bench.figures.plotting import (
-    LETTER,
+    LETTER_INCHES,
     STYLE,
     WIDTH,
     End,
@@ -74,7 +74,7 @@ DOT = 11.0
 """Area of the dot of a trial, square points."""
 MOST_NAMED = 4
 """Models that a title names."""
-ACROSS, MANY_ACROSS = 4, 6
+ACROSS, MANY_ACROSS = 4, 5
 """Most panels of traces in a row, and where there are over `MANY` models: they fit on one page."""
 MANY = 12
 DODGE, MOST_DODGED = 4.0, 0.5
@@ -161,7 +161,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     across = 1 if len(models) == 1 else 2 if beside else ACROSS if len(models) <= MANY else MANY_ACROSS
     down = math.ceil(len(models) / across)
     lane = 1.5 + 0.15 * max(map(len, groups))
-    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.8, (1.35 if across <= ACROSS else 1.25) * down + 0.8)
+    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.8, (1.35 if across <= ACROSS else 1.15) * down + 0.8)
     with mpl.rc_context(STYLE):
         high = max(3.1, 1.9 * down + 0.8) if beside else sum(heights) + 0.3
         drawn = Figure(figsize=(WIDTH, high), layout="constrained")
@@ -376,7 +376,7 @@ def _crowded(levels: Sequence[float], across: int) -> bool:
     """Tell whether the numbers of an axis would lie on each other, side by side."""
     gaps = [b - a for a, b in itertools.pairwise(levels)]
     inches = _panel_inches(across)
-    widest = max(len(level_text(level)) for level in levels) * LETTER * 8.0 / 72.0 + 0.05
+    widest = max(len(level_text(level)) for level in levels) * LETTER_INCHES + 0.05
     return bool(gaps) and min(gaps) / sum(gaps) * inches < widest
 
 
@@ -393,9 +393,11 @@ def _draw_series(
             means.append((tick, mean))
     style = "none" if ordinal else LINES[series.condition % len(LINES)]
     line = "black" if colours else series.mark.colour
-    axes.plot(*zip(*means, strict=True), color=line, lw=0.9 + extra, ls=style, label=series.label, zorder=2,
+    lines = axes.plot(*zip(*means, strict=True), color=line, lw=0.9 + extra, ls=style, label=series.label, zorder=2,
               marker=None if alone else series.mark.marker, ms=4 + extra,
-              fillstyle=FILLS[series.condition % len(FILLS)], transform=beside)  # fmt: skip
+              fillstyle=FILLS[series.condition % len(FILLS)])  # fmt: skip
+    for artist in lines:  # when drawn: limits are those of the numbers
+        artist.set_transform(beside)
 
 
 def _level(
@@ -413,12 +415,15 @@ def _level(
         axes.scatter(left, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
     elif dotted:
         counts = Counter(spikes)
-        axes.scatter([place] * len(counts), list(counts), s=[DOT * many for many in counts.values()], color=tint,
-                     alpha=0.55, linewidths=0, marker=mark.marker, zorder=3, transform=beside)  # fmt: skip
+        dots = axes.scatter([place] * len(counts), list(counts), s=[DOT * many for many in counts.values()], color=tint,
+                     alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)  # fmt: skip
+        dots.set_offset_transform(beside)
     if summary.n >= LEAST_FOR_BOOTSTRAP:
         error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
-        axes.errorbar(place, summary.mean, yerr=error, fmt="_", color="black" if alone else tint, capsize=2.5, lw=1.2,
-                      zorder=4, transform=beside)  # fmt: skip
+        bar = axes.errorbar(place, summary.mean, yerr=error, fmt="_", color="black" if alone else tint, capsize=2.5, lw=1.2,
+                      zorder=4)  # fmt: skip
+        for artist in bar.get_children():
+            artist.set_transform(beside)
     return summary.mean
 
 
@@ -465,7 +470,7 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> Non
 
 
 def _frame(place: SubFigure, axes: Axes, axis: str, of: str, lowest: float) -> None:
-    """Draw what all panels of traces have in common; ``of`` says whose potential all of them show, if they show the same."""
+    """Draw what all panels of traces have in common; ``of`` says whose potential it is, where they show the same."""
     bearing = axis == "stimulus_bearing_deg"
     xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
     axes.set_ylim(lowest - 0.02, 1.02)

@@ -179,8 +179,10 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         if direction_undefined(given, model, channels[model]):
             caption = "preference not defined"
         heading = wrapped(f"{model}: {caption}", WIDTH / _across(len(channels)) - 0.1, 8)
-        axes.set_title(plain(heading), fontsize=8, color=tints[model], y=1.0, pad=25.0)  # above "up"
-        _compass(axes)
+        named = len(channels) <= MANY or axes is panels[0]
+        above = 25.0 if named else 6.0  # above "up"
+        axes.set_title(plain(heading), fontsize=8, color=tints[model], y=1.0, pad=above)
+        _compass(axes, named=named)
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
         Line2D([], [], color="#555555", marker="s", ls="", mfc="white", label="response (dark object)"),
@@ -222,12 +224,14 @@ def _share(values: Sequence[float], scale: float | None = None) -> Sequence[floa
     return [max(value, 0.0) / whole for value in values]
 
 
-def _compass(axes: PolarAxes) -> None:
-    """Directions as in the image: rightward to the right, downward down."""
+def _compass(axes: PolarAxes, *, named: bool) -> None:
+    """Directions as in the image, in words where ``named``: rightward to the right, downward down."""
     axes.set_theta_direction(-1)
-    axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=8)
+    axes.set_xticks(
+        [math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"] if named else [""] * 4, fontsize=8
+    )
     axes.set_ylim(0.0, 1.1)
-    axes.set_yticks([0.5, 1.0], ["", "1"], fontsize=8)
+    axes.set_yticks([0.5, 1.0], ["", "1" if named else ""], fontsize=8)
     axes.set_rlabel_position(-22.5)
     axes.grid(lw=0.4)
 
