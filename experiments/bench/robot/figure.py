@@ -77,7 +77,7 @@ MOST_NAMED = 4
 ACROSS, MANY_ACROSS = 4, 5
 """Most panels of traces in a row, and where there are over `MANY` models: they fit on one page."""
 MANY = 12
-DODGE, MOST_DODGED = 4.0, 0.5
+DODGE, MOST_DODGED = 4.0, 0.25
 """Points by which series stand beside each other at one number, so that no marker hides another; and the width of all
 of them, as a share of the smallest gap between numbers, that they do not exceed."""
 MOST_DOTTED = 4
@@ -420,8 +420,8 @@ def _level(
         dots.set_offset_transform(beside)
     if summary.n >= LEAST_FOR_BOOTSTRAP:
         error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
-        bar = axes.errorbar(place, summary.mean, yerr=error, fmt="_", color="black" if alone else tint, capsize=2.5, lw=1.2,
-                      zorder=4)  # fmt: skip
+        tone = "black" if alone else tint
+        bar = axes.errorbar(place, summary.mean, yerr=error, fmt="_", color=tone, capsize=2.5, lw=1.2, zorder=4)
         for artist in bar.get_children():
             artist.set_transform(beside)
     return summary.mean
