@@ -134,7 +134,8 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         if not scatters:
             axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
         axes.set(xscale="log", yscale="log")
-        for axis, ticks in ((axes.xaxis, x[::2]), (axes.yaxis, y[::2])):
+        step = 2 if len(channels) <= MANY else 4
+        for axis, ticks in ((axes.xaxis, x[::step]), (axes.yaxis, y[::2])):
             axis.set_minor_locator(NullLocator())
             axis.set_ticks(ticks)
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"1/{1 / value:.0f}"))
