@@ -22,6 +22,7 @@ from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, head
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
+from experiments.bench.studies.measures import BELOW_THRESHOLD
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.study import Axis, value_text
 
@@ -263,6 +264,8 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
         keys.append(_sign("a-b", "lowest and highest value of a replicate"))
     keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in notes]
+    if BELOW_THRESHOLD in notes:
+        keys.append(_sign(BELOW_THRESHOLD, "the value does not pass the model's threshold"))
     if framed and any(axis.default is not None for axis in counts.plan.axes):
         keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
     return keys
