@@ -16,7 +16,8 @@ from matplotlib.lines import Line2D
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips import thresholds as threshold_lines
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.figures.palette import HUES, Mark, lanes, level_colours, marks
+from experiments.bench.figures.palette import LEVELS as LEVEL_SHADES
+from experiments.bench.figures.palette import Mark, lanes, level_colours, marks
 from experiments.bench.figures.plotting import (
     STYLE,
     WIDTH,
@@ -34,8 +35,9 @@ from experiments.bench.store.parameters import in_title
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 LEVELS = {"speed": "object", "grey": "grey", "background_speed": "background"}
-ACROSS = 3
-"""Most panels side by side."""
+ACROSS, MANY_ACROSS, CLIPS_ACROSS = 3, 5, 6
+"""Most panels side by side: of up to `MANY` models; of more, where each has a panel, and where each clip has one."""
+MANY = 9
 PANEL_INCHES = 2.0
 """Width of a panel's title."""
 SAME = 0.004
@@ -90,15 +92,15 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
     looks, groups = marks(models), lanes(models)
-    across = min(ACROSS, len(clips))
-    down = -(-len(clips) // across)
-    heights = [1.9 * down + 1.0 + 0.08 * len(group) for group in groups]
+    most = ACROSS if len(models) <= MANY else CLIPS_ACROSS
+    down = -(-len(clips) // min(most, len(clips)))
+    heights = [(1.9 if most == ACROSS else 1.2) * down + 1.0 + 0.08 * len(group) for group in groups]
     drawn = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
     parts = drawn.subfigures(len(groups), 1, squeeze=False, height_ratios=heights)[:, 0] if len(groups) > 1 else [drawn]
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in SYSTEMS}
     for part, group in zip(parts, groups, strict=True):
-        (panels,) = grid_of_panels(part, 1, len(clips), ACROSS, sharey=True)
+        (panels,) = grid_of_panels(part, 1, len(clips), most, sharey=True)
         for axes, clip in zip(panels, clips, strict=True):
             clip_rows = [row for row in rows if row["clip"] == clip and row["model"] in group]
             for system, (_, style) in SYSTEMS.items():
@@ -108,7 +110,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
                     axes.plot(np.arange(len(curve)) / row["fps"], curve, ls=style, lw=1.1 + extra, color=mark.colour,
                               **_dots(mark, len(curve)))  # fmt: skip
             threshold_lines.draw(axes, thresholds, group, models)
-            axes.set_title(plain(wrapped(clip, PANEL_INCHES, 8)), fontsize=8)
+            axes.set_title(plain(wrapped(clip, _title_inches(most), 8)), fontsize=8)
         for axes in lowest([panels]):
             axes.set_xlabel("time (s)", fontsize=8)
         for axes in leftmost([panels]):
@@ -117,6 +119,16 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
                 for model in group]  # fmt: skip
         key_below(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models)])
     return drawn
+
+
+def _most(models: Sequence[Any]) -> int:
+    """Return how many panels stand side by side, at most, where each of so many models has one."""
+    return ACROSS if len(models) <= MANY else MANY_ACROSS
+
+
+def _title_inches(across: int) -> float:
+    """Return the width of the title of one of so many panels side by side."""
+    return PANEL_INCHES * ACROSS / max(across, ACROSS)
 
 
 def _dots(mark: Mark, count: int) -> dict[str, Any]:
@@ -137,7 +149,10 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
             panel_rows = [row for row in object_rows if (row["model"], row[shape.panels]) == (model, level)]
             _by_level(axes, panel_rows, shape.lines, shades, shape.along)
             threshold_lines.draw(axes, thresholds, [model])
-            axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", PANEL_INCHES, 8)), fontsize=8)
+            axes.set_title(
+                plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", _title_inches(_most(models)), 8)),
+                fontsize=8,
+            )
         _from_zero(block)
     _labels(panels, NAMES[shape.along].format(unit=unit))
     keys = _level_keys(shape.lines, shades, unit)
@@ -155,9 +170,9 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
     models = list(dict.fromkeys(row["model"] for row in object_rows))
     speeds, greys = (sorted({row[name] for row in object_rows}) for name in ("speed", "grey"))
     middle = speeds[len(speeds) // 2]
-    across = min(len(models), ACROSS)
+    across = min(len(models), _most(models))
     rows_of_peaks = -(-len(models) // across)
-    heights = [2.6, *(2.2 * rows_of_peaks,) * 2]
+    heights = [2.6, *((2.2 if across <= ACROSS else 1.3) * rows_of_peaks,) * 2]
     drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, sum(heights) + 2.0), layout="constrained")
     top, *lower = np.asarray(drawn.subfigures(3, 1, height_ratios=heights)).tolist()
     first = [row for row in object_rows if row["model"] == models[0]]
@@ -179,12 +194,12 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         axes.set_xlabel("time (s)", fontsize=8)
     for part, along, lines, levels in zip(lower, ("speed", "grey"), ("grey", "speed"), (greys, speeds), strict=True):
         shades = level_colours(levels)
-        panels = grid_of_panels(part, 1, len(models), ACROSS, sharex=True)
+        panels = grid_of_panels(part, 1, len(models), across, sharex=True)
         for axes, model in zip(panels[0], models, strict=True):
             of_model = [row for row in object_rows if row["model"] == model]
             _by_level(axes, of_model, lines, shades, along)
             threshold_lines.draw(axes, thresholds, [model])
-            axes.set_title(plain(wrapped(model, PANEL_INCHES, 8)), fontsize=8)
+            axes.set_title(plain(wrapped(model, _title_inches(across), 8)), fontsize=8)
         _from_zero(panels[0])
         _labels(panels, NAMES[along].format(unit=unit))
         limits = threshold_lines.key_of_panels(thresholds, models)
@@ -199,10 +214,11 @@ def _level(name: str, value: float, unit: str) -> str:
 
 def _by_model(models: Sequence[str], blocks: int) -> tuple[Figure, list[list[Axes]]]:
     """Return a figure of ``blocks`` of panels, in each a panel for every model."""
-    across = min(len(models), ACROSS)
+    across = min(len(models), _most(models))
     down = blocks * -(-len(models) // across)
-    drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, 2.2 * down + 1.2), layout="constrained")
-    return drawn, grid_of_panels(drawn, blocks, len(models), ACROSS, sharex=True)
+    high = 2.2 if across <= ACROSS else 1.4
+    drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, high * down + 1.2), layout="constrained")
+    return drawn, grid_of_panels(drawn, blocks, len(models), across, sharex=True)
 
 
 def _from_zero(block: Sequence[Axes]) -> None:
@@ -248,10 +264,11 @@ def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]]) -> N
 
 
 def _labels(panels: Sequence[Sequence[Axes]], along: str) -> None:
+    across = _most(panels[0])
     for axes in lowest(panels):
-        axes.set_xlabel(along, fontsize=8)
+        axes.set_xlabel(wrapped(along, _title_inches(across), 8) if across > ACROSS else along, fontsize=8)
     for axes in leftmost(panels):
-        axes.set_ylabel("largest |potential|", fontsize=8)
+        axes.set_ylabel("largest |potential|" if across <= ACROSS else "largest\n|potential|", fontsize=8)
 
 
 DEPTH = ("looming", "receding")
@@ -276,9 +293,10 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
                             for shade, line_rows in lines])  # fmt: skip
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
-            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8)
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8,
+                            rotation=90 if _most(models) > ACROSS else 0)  # fmt: skip
             axes.set_xticks([], minor=True)
-            axes.set_title(plain(wrapped(f"{model}, {title}", PANEL_INCHES, 8)), fontsize=8)
+            axes.set_title(plain(wrapped(f"{model}, {title}", _title_inches(_most(models)), 8)), fontsize=8)
             if title == ALONE:
                 axes.set_yscale("log")
                 axes.set_ylim(1e-5, max(1.5, 1.2 * axes.dataLim.y1))
@@ -325,8 +343,9 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     models = list(dict.fromkeys(row["model"] for row in rows))
     drawn = Figure(figsize=(WIDTH, 1.2 + 0.28 * len(models)), layout="constrained")
     axes = drawn.subplots()
-    kinds = (("an object crosses", _moving(rows), HUES[0], -0.16),
-             (ALONE, [row for row in rows if row["object"] == "absent"], HUES[1], 0.2))  # fmt: skip
+    dark, light = LEVEL_SHADES
+    kinds = (("an object crosses", _moving(rows), dark, -0.16),
+             (ALONE, [row for row in rows if row["object"] == "absent"], light, 0.2))  # fmt: skip
     for _, labels, tint, lower in kinds:
         for place, model in enumerate(models):
             peaks = [max(row["peak_hs"], -row["trough_hs"]) for row in labels if row["model"] == model]

@@ -23,7 +23,6 @@ from experiments.bench.engine.terminal import count
 from experiments.bench.figures import plotting
 from experiments.bench.figures.palette import HUES, Mark, marks
 from experiments.bench.figures.plotting import (
-    INCHES_A_ROW,
     WIDTH,
     Panel,
     grid_of_panels,
@@ -31,6 +30,7 @@ from experiments.bench.figures.plotting import (
     leftmost,
     lowest,
     plain,
+    rows_inches,
     scoreboard,
     wrapped,
 )
@@ -39,10 +39,11 @@ from scenes import ARENA_RADIUS_CM
 
 COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"
 """Colours of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
-ACROSS = 3
-"""Most panels of paths side by side."""
-TRACK_INCHES, KEYS_INCHES = 2.3, 0.9
-"""Heights of a row of panels of paths, of the keys below them; inches."""
+ACROSS, MANY_ACROSS = 3, 5
+"""Most panels of paths side by side: of up to `MANY` behaviours, and of more."""
+MANY = 9
+WAY_INCHES, KEYS_INCHES = 6.9, 0.9
+"""Width of a row of panels of paths, each as high as it is wide, and height of the keys below them; inches."""
 SHOWN_CM = ARENA_RADIUS_CM + 2.0
 """Half the width of a panel of paths."""
 
@@ -68,8 +69,10 @@ def draw(played: Played) -> Figure:
         for measure in env.all_measures
     ]  # fmt: skip
     looks = marks(standing.name for standing in standings)
-    upper = 1.1 + INCHES_A_ROW * len(standings)
-    lower = -(-len(standings) // ACROSS) * TRACK_INCHES + KEYS_INCHES if env.draws_paths else 0.0
+    upper = 1.1 + rows_inches(len(standings))
+    across = ACROSS if len(standings) <= MANY else MANY_ACROSS
+    down = -(-len(standings) // across)
+    lower = down * WAY_INCHES / across + KEYS_INCHES if env.draws_paths else 0.0
     with mpl.rc_context(plotting.STYLE):
         drawn = Figure(figsize=(WIDTH, upper + lower), layout="constrained")
         parts: list[Any] = [drawn]
@@ -80,7 +83,7 @@ def draw(played: Played) -> Figure:
         scoreboard(list(axes), panels, standings, {name: mark.colour for name, mark in looks.items()})
         headline(parts[0], _title(played))
         if lower:
-            _paths(parts[1], played, looks)
+            _paths(parts[1], played, looks, across)
     return drawn
 
 
@@ -99,12 +102,15 @@ def _title(played: Played) -> str:
     return f"{played.env.partition('/')[2]}, {episodes} each; {what}{f'; set: {options}' if options else ''}"
 
 
-def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:
-    """Draw a panel for each behaviour, and what everything in them is."""
+def _paths(part: Any, played: Played, looks: dict[str, Mark], across: int) -> None:
+    """Draw a panel for each behaviour, ``across`` a row, and what everything in them is."""
     standings = played.standings
-    (panels,) = grid_of_panels(part, 1, len(standings), ACROSS, sharex=True, sharey=True)
+    (panels,) = grid_of_panels(part, 1, len(standings), across, sharex=True, sharey=True)
     for axes, standing in zip(panels, standings, strict=True):
         _tracks(axes, standing, played, looks[standing.name].colour)
+        axes.set_title(plain(wrapped(standing.name, WAY_INCHES / across - 0.3, 8)), fontsize=8)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_ticks([-40, -20, 0, 20, 40] if across == ACROSS else [-40, 0, 40])
     for axes in lowest([panels]):
         axes.set_xlabel("x (cm)", fontsize=8)
     for axes in leftmost([panels]):
@@ -129,10 +135,7 @@ def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None
         if row["touched"]:
             axes.plot(x[-1:], y[-1:], "x", color=COLLISION, ms=5, mew=1.4, zorder=5)
     axes.set(xlim=(-SHOWN_CM, SHOWN_CM), ylim=(-SHOWN_CM, SHOWN_CM), aspect="equal")
-    axes.set_xticks([-40, -20, 0, 20, 40])
-    axes.set_yticks([-40, -20, 0, 20, 40])
     axes.tick_params(labelsize=8)
-    axes.set_title(plain(wrapped(standing.name, TRACK_INCHES, 8)), fontsize=8)
 
 
 def _keys(played: Played, *, many: bool) -> list[Line2D]:

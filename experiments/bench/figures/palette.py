@@ -31,8 +31,9 @@ BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
 """Beginning of the names of behaviours that are told the state of the world."""
-LIGHTEST = 0.59
-"""Share of the colour map of levels beyond which lines on white have less contrast than 3:1."""
+LEVELS = ("#231933", "#a37fde")
+"""Darkest and lightest shade of the levels of a condition: one hue, which is no model's. Lines of the lightest have a
+contrast of 3:1 on white."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
@@ -134,8 +135,8 @@ def colours(names: Iterable[str]) -> dict[str, str]:
 
 
 def level_colours(levels: Sequence[Any]) -> dict[Any, str]:
-    """Return a colour for each level of a condition, from dark to light; none twice, none that is a model's."""
-    import matplotlib as mpl  # not before: workers, which need the palette for recordings, do without
-
-    shades = mpl.colormaps["viridis"](np.linspace(0.0, LIGHTEST, max(len(levels), 2)))
-    return {level: mpl.colors.to_hex(shade) for level, shade in zip(levels, shades, strict=False)}
+    """Return a shade of `LEVELS` for each level of a condition, from dark to light; none twice, none near a model's."""
+    dark, light = (np.array([int(tint[start : start + 2], 16) for start in (1, 3, 5)]) for tint in LEVELS)
+    shares = np.linspace(0.0, 1.0, max(len(levels), 2))
+    shades = [np.round(dark + share * (light - dark)).astype(int) for share in shares]
+    return {level: "#{:02x}{:02x}{:02x}".format(*shade) for level, shade in zip(levels, shades, strict=False)}

@@ -76,6 +76,8 @@ def plain(text: str) -> str:
 
 LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
+LETTER_INCHES = LETTER * TYPE / 72.0
+"""Mean width of a letter of the smallest type, inches."""
 
 
 def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:
@@ -165,7 +167,7 @@ def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
     return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
 
 
-def label_ends(axes: Axes, ends: Sequence[End], inches: tuple[float, float]) -> bool:
+def label_ends(axes: Axes, ends: Sequence[End], inches: tuple[float, float], points: float = 7.0) -> bool:
     """Write the names of lines right of their last points, where they fit, so that no key is to be looked up.
 
     Parameters
@@ -176,6 +178,8 @@ def label_ends(axes: Axes, ends: Sequence[End], inches: tuple[float, float]) -> 
         Last point, name and colour of each line.
     inches
         Width and height of the panel, about.
+    points
+        Distance of a name from its point.
 
     Returns
     -------
@@ -198,7 +202,7 @@ def label_ends(axes: Axes, ends: Sequence[End], inches: tuple[float, float]) -> 
     if any(abs(place - end.y) > MOST_MOVED * line for place, end in zip(places, ordered, strict=True)):
         return False
     for place, end in zip(places, ordered, strict=True):
-        axes.annotate(plain(end.name), (end.x, place), (7.0, 0.0), textcoords="offset points", va="center",
+        axes.annotate(plain(end.name), (end.x, place), (points, 0.0), textcoords="offset points", va="center",
                       color=end.colour, fontsize=size, annotation_clip=False)  # fmt: skip
     return True
 
@@ -299,12 +303,18 @@ class Panel:
 
 APART = 0.17
 """Offsets of the dots of one row, from its middle."""
-INCHES_A_ROW = 0.34
-"""Height of a row of a scoreboard."""
+INCHES_A_ROW, DENSE_ROW = 0.34, 0.24
+"""Heights of a row of a scoreboard: of up to `MANY_ROWS`, and of more, which fit on one page."""
+MANY_ROWS = 12
 TICKS_INCHES = 0.22
 """Height of the numbers below an axis; the keys stand under them."""
 MISSING = "#777777"
 NOT_APPLYING = "does not apply"
+
+
+def rows_inches(rows: int) -> float:
+    """Return the height of so many rows of a scoreboard."""
+    return rows * (INCHES_A_ROW if rows <= MANY_ROWS else DENSE_ROW)
 
 
 def scoreboard(

@@ -21,7 +21,7 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import LETTER, STYLE, WIDTH, key_below, plain, wrapped
+from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, key_below, plain, wrapped
 
 INCHES = (1.02, 0.62)
 """Size of a panel, across and down."""
@@ -54,7 +54,7 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
     series = _series(frames)
     down = len(models) + 1
     labels = {model.label: wrapped(model.label, MOST_LABEL, 8) for model in models}
-    left = LETTER * 8.0 / 72.0 * max(len(line) for label in labels.values() for line in label.split("\n")) + 0.2
+    left = LETTER_INCHES * max(len(line) for label in labels.values() for line in label.split("\n")) + 0.2
     blocks = math.ceil(len(columns) / max(int((WIDTH - max(left, LEAST_LABEL)) / INCHES[0]), 1))
     across = math.ceil(len(columns) / blocks)
     with mpl.rc_context(STYLE):

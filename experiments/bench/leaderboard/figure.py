@@ -6,7 +6,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, WIDTH, scoreboard
+from experiments.bench.figures.plotting import STYLE, WIDTH, rows_inches, scoreboard
 from experiments.bench.leaderboard.kinds import Ranking
 
 ACROSS = 3
@@ -20,7 +20,7 @@ def draw(ranking: Ranking, repeats: int) -> Figure:
     across = len(panels) if len(panels) <= MOST_IN_A_ROW else ACROSS
     bands = [panels[first : first + across] for first in range(0, len(panels), across)]
     with mpl.rc_context(STYLE):
-        height = 1.75 + INCHES_A_ROW * len(standings)
+        height = 1.75 + rows_inches(len(standings))
         drawn = Figure(figsize=(WIDTH, height * len(bands)), layout="constrained")
         parts = drawn.subfigures(len(bands), 1, squeeze=False)[:, 0] if len(bands) > 1 else [drawn]
         for part, band in zip(parts, bands, strict=True):

@@ -15,10 +15,11 @@ import pyarrow as pa
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation, Transform
 
 from experiments.bench.figures.palette import LINES, Mark, lanes, level_colours, marks
 from experiments.bench.figures.plotting import (
-    LETTER,
+    LETTER_INCHES,
     STYLE,
     WIDTH,
     End,
@@ -26,6 +27,7 @@ from experiments.bench.figures.plotting import (
     extra_widths,
     headline,
     label_ends,
+    lowest,
     plain,
     wrapped,
 )
@@ -72,8 +74,12 @@ DOT = 11.0
 """Area of the dot of a trial, square points."""
 MOST_NAMED = 4
 """Models that a title names."""
-ACROSS = 4
-"""Most panels of traces in a row."""
+ACROSS, MANY_ACROSS = 4, 5
+"""Most panels of traces in a row, and where there are over `MANY` models: they fit on one page."""
+MANY = 12
+DODGE, MOST_DODGED = 4.0, 0.25
+"""Points by which series stand beside each other at one number, so that no marker hides another; and the width of all
+of them, as a share of the smallest gap between numbers, that they do not exceed."""
 MOST_DOTTED = 4
 """Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
 FILLS: Sequence[Any] = ("full", "none", "left", "top", "right", "bottom")
@@ -152,10 +158,10 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     counted = [row for row in rows if row["model"] not in silent]
     groups = lanes(model for model in models if model not in silent) or [[]]
     beside = len(models) <= MOST_BESIDE
-    across = 1 if len(models) == 1 else 2 if beside else ACROSS
+    across = 1 if len(models) == 1 else 2 if beside else ACROSS if len(models) <= MANY else MANY_ACROSS
     down = math.ceil(len(models) / across)
     lane = 1.5 + 0.15 * max(map(len, groups))
-    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.8, 1.35 * down + 0.8)
+    heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.8, (1.35 if across <= ACROSS else 1.15) * down + 0.8)
     with mpl.rc_context(STYLE):
         high = max(3.1, 1.9 * down + 0.8) if beside else sum(heights) + 0.3
         drawn = Figure(figsize=(WIDTH, high), layout="constrained")
@@ -185,16 +191,21 @@ def _potentials(
     axis = _trace_axis(rows)
     looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
     mixed, looks = any(looming) and not all(looming), marks(models)
-    for axes, model, looms in zip(panels.flat, models, looming, strict=False):
+    shown = list(panels.flat)[: len(models)]
+    for axes, model, looms in zip(shown, models, looming, strict=True):
         model_rows = [row for row in rows if row["model"] == model]
         _traces(axes, model_rows, frames, varies, colours, axis)
-        system = ("looming" if looms else "HS") if mixed else ""
-        _threshold(axes, system, thresholds.get(model), (1,) if looms else (1, -1))
+        _threshold(axes, thresholds.get(model), (1,) if looms else (1, -1))
         if len(models) > 1:
             _name(axes, wrapped(model, 0.8 * WIDTH / (shape[1] + (shape[1] < ACROSS)), 8), looks[model])
     for axes in list(panels.flat)[len(models) :]:
         axes.set_visible(False)
-    whose = "of the looming detector" if all(looming) else "(HS: right positive)" if mixed else "of HS, right positive"
+    for axes in lowest([shown]):
+        axes.tick_params(labelbottom=True)
+    for index, (axes, looms) in enumerate(zip(shown, looming, strict=True)):
+        if mixed and (index % shape[1] == 0 or looms != looming[index - 1]):
+            axes.set_ylabel("looming\npotential" if looms else "HS potential\n(right positive)", fontsize=8)
+    whose = "" if mixed else "of the looming detector" if all(looming) else "of HS, right positive"
     _frame(place, panels[0, 0], axis, whose, 0.0 if all(looming) else -1.0)
     _level_keys(place, colours, varies, _others(rows, varies, models))
 
@@ -268,6 +279,7 @@ def _counts(
         in_lane = [one for one in series if one.rows[0]["model"] in lane]
         curves = [_means(one, varies, levels) for one in in_lane]
         extra = extra_widths(curves, 0.01 * max((max(curve) for curve in curves), default=1.0))
+        beside = _dodged(axes, len(in_lane), [] if ordinal else levels, len(panels[0]))
         for index, one_series in enumerate(in_lane):
             # Numbers stand at their place on the axis, words have room beside theirs.
             shift = SPREAD * (index / (len(in_lane) - 1) - 0.5) if ordinal and len(in_lane) > 1 else 0.0
@@ -275,7 +287,7 @@ def _counts(
             shifted = {level: tick + shift for level, tick in ticks.items()}
             _draw_series(axes, one_series, shifted, varies, colours,
                          step=step, extra=0.0 if ordinal else extra[index], ordinal=ordinal, alone=len(series) == 1,
-                         dotted=dotted)  # fmt: skip
+                         dotted=dotted, beside=axes.transData if ordinal else beside[index])  # fmt: skip
         axes.set_xticks(list(ticks.values()), [level_text(level) for level in levels], fontsize=8)
         if not ordinal:
             axes.tick_params(axis="x", labelrotation=90 if _crowded(levels, len(panels[0])) else 0)
@@ -319,7 +331,7 @@ def _label_ends(axes: Axes, series: Sequence[Series], varies: str, levels: Seque
         End(max(row[varies] for row in one.rows), _means(one, varies, levels)[-1], one.label, one.mark.colour)
         for one in series
     ]
-    return label_ends(axes, ends, (inches[0] - AROUND[0], inches[1] - AROUND[1]))
+    return label_ends(axes, ends, (inches[0] - AROUND[0], inches[1] - AROUND[1]), 7.0 + DODGE * (len(series) - 1) / 2)
 
 
 def _model_keys(series: Sequence[Series], models: Sequence[str], *, ordinal: bool) -> list[Line2D]:
@@ -344,34 +356,54 @@ def _means(series: Series, varies: str, levels: Sequence[Any]) -> list[float]:
     return [float(np.mean(spikes)) for spikes in counts if spikes]
 
 
+def _panel_inches(across: int) -> float:
+    """Return the width of one of so many panels of counts in a row."""
+    return (COUNTS_INCHES if across == 1 else WIDTH / across) - 0.7
+
+
+def _dodged(axes: Axes, count: int, levels: Sequence[float], across: int) -> list[Transform]:
+    """Return for each of ``count`` series where it is drawn: beside the others at a number, by points of the page."""
+    gaps = [b - a for a, b in itertools.pairwise(levels)]
+    room = MOST_DODGED * 72.0 * _panel_inches(across) * min(gaps) / sum(gaps) if gaps else math.inf
+    step = min(DODGE, room / max(count - 1, 1)) / 72.0
+    whole = axes.get_figure(root=True)
+    assert whole is not None
+    shifts = [(place - (count - 1) / 2) * step for place in range(count)]
+    return [axes.transData + ScaledTranslation(shift, 0.0, whole.dpi_scale_trans) for shift in shifts]
+
+
 def _crowded(levels: Sequence[float], across: int) -> bool:
     """Tell whether the numbers of an axis would lie on each other, side by side."""
     gaps = [b - a for a, b in itertools.pairwise(levels)]
-    inches = (COUNTS_INCHES if across == 1 else WIDTH / across) - 0.7
-    widest = max(len(level_text(level)) for level in levels) * LETTER * 8.0 / 72.0 + 0.05
+    inches = _panel_inches(across)
+    widest = max(len(level_text(level)) for level in levels) * LETTER_INCHES + 0.05
     return bool(gaps) and min(gaps) / sum(gaps) * inches < widest
 
 
 def _draw_series(
     axes: Axes, series: Series, ticks: Mapping[Any, float], varies: str, colours: Mapping[Any, str] | None, *,
-    step: float, extra: float, ordinal: bool, alone: bool, dotted: bool,
+    step: float, extra: float, ordinal: bool, alone: bool, dotted: bool, beside: Transform,
 ) -> None:  # fmt: skip
     means = []
     for level, tick in ticks.items():
         spikes = [row["spikes"] for row in series.rows if row[varies] == level]
         if spikes:
             tint = colours[level] if colours else series.mark.colour
-            means.append((tick, _level(axes, spikes, tick, step, tint, series.mark, alone=alone, dotted=dotted)))
+            mean = _level(axes, spikes, tick, step, tint, series.mark, alone=alone, dotted=dotted, beside=beside)
+            means.append((tick, mean))
     style = "none" if ordinal else LINES[series.condition % len(LINES)]
     line = "black" if colours else series.mark.colour
-    axes.plot(*zip(*means, strict=True), color=line, lw=0.9 + extra, ls=style, label=series.label, zorder=2,
+    lines = axes.plot(*zip(*means, strict=True), color=line, lw=0.9 + extra, ls=style, label=series.label, zorder=2,
               marker=None if alone else series.mark.marker, ms=4 + extra,
               fillstyle=FILLS[series.condition % len(FILLS)])  # fmt: skip
+    for artist in lines:  # when drawn: limits are those of the numbers
+        artist.set_transform(beside)
 
 
 def _level(
-    axes: Axes, spikes: Sequence[float], place: float, step: float, tint: str, mark: Mark, *, alone: bool, dotted: bool
-) -> float:
+    axes: Axes, spikes: Sequence[float], place: float, step: float, tint: str, mark: Mark, *, alone: bool, dotted: bool,
+    beside: Transform,
+) -> float:  # fmt: skip
     """Draw the trials of one series at one level, beside it by shares of ``step``; return their mean.
 
     Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves. No interval of a count goes below 0. At a number,
@@ -379,16 +411,19 @@ def _level(
     """
     summary = summarise(spikes, 0.0)
     if dotted and step:
-        beside = place - np.linspace(0.2, 0.55, len(spikes)) * step  # left of the mean, so that neither hides the other
-        axes.scatter(beside, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
+        left = place - np.linspace(0.2, 0.55, len(spikes)) * step  # of the mean, so that neither hides the other
+        axes.scatter(left, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
     elif dotted:
         counts = Counter(spikes)
-        axes.scatter([place] * len(counts), list(counts), s=[DOT * many for many in counts.values()], color=tint,
+        dots = axes.scatter([place] * len(counts), list(counts), s=[DOT * many for many in counts.values()], color=tint,
                      alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)  # fmt: skip
+        dots.set_offset_transform(beside)
     if summary.n >= LEAST_FOR_BOOTSTRAP:
         error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
-        axes.errorbar(place, summary.mean, yerr=error, fmt="_", color="black" if alone else tint, capsize=2.5, lw=1.2,
-                      zorder=4)  # fmt: skip
+        tone = "black" if alone else tint
+        bar = axes.errorbar(place, summary.mean, yerr=error, fmt="_", color=tone, capsize=2.5, lw=1.2, zorder=4)
+        for artist in bar.get_children():
+            artist.set_transform(beside)
     return summary.mean
 
 
@@ -420,35 +455,38 @@ def _name(axes: Axes, name: str, mark: Mark) -> None:
                 borderpad=0.0, borderaxespad=0.3, handlelength=0.8, handletextpad=0.4)  # fmt: skip
 
 
-def _threshold(axes: Axes, system: str, threshold: float | None, signs: Sequence[int]) -> None:
+def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> None:
     """Draw the threshold as dashed lines: of either sign for HS, the positive one for looming.
 
-    Its value, and the system whose potential the panel shows, stand in the corner where traces seldom are.
+    Its value stands in the corner where traces seldom are.
     """
-    words = [system] if system else []
-    if threshold is not None:
-        for sign in signs:
-            axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-        words.append(f"threshold {'±' if len(signs) > 1 else ''}{threshold:.4g}")
-    axes.annotate("\n".join(words), (0.99, 0.02), xycoords="axes fraction", ha="right", va="bottom", fontsize=8,
+    if threshold is None:
+        return
+    for sign in signs:
+        axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
+    words = f"threshold {'±' if len(signs) > 1 else ''}{threshold:.4g}"
+    axes.annotate(words, (0.99, 0.02), xycoords="axes fraction", ha="right", va="bottom", fontsize=8,
                   bbox={"fc": "white", "alpha": 0.7, "lw": 0, "pad": 0.5})  # fmt: skip
 
 
 def _frame(place: SubFigure, axes: Axes, axis: str, of: str, lowest: float) -> None:
-    """Draw what all panels of traces have in common; ``of`` says whose potential all of them show."""
+    """Draw what all panels of traces have in common; ``of`` says whose potential it is, where they show the same."""
     bearing = axis == "stimulus_bearing_deg"
     xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
     axes.set_ylim(lowest - 0.02, 1.02)
     place.supxlabel(xlabel, fontsize=8)
-    place.supylabel(f"potential {of}".strip(), fontsize=8)
+    if of:
+        place.supylabel(f"potential {of}", fontsize=8)
 
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], varies: str, others: Mapping[str, Any]) -> None:
-    """Draw the key of the colours and the line styles of the traces, with what the colours are of."""
+    """Draw the key of the shades and the line styles of the traces, with what the shades are of."""
     unit, quantity = UNITS.get(varies, ""), AXIS_LABELS[varies].partition(" (")[0]
     keys = [Line2D([], [], color=tint, lw=2, label=_with_unit(level, unit)) for level, tint in colours.items()]
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
+    if len(keys) == 1:  # the axis of counts has the one level
+        return
     inches = float(place.bbox.width / place.figure.dpi)
     across = columns_of_key([str(key.get_label()) for key in keys], inches, 8, 1.4)
     place.legend(handles=keys, handlelength=1.4, columnspacing=1.2, frameon=False, fontsize=8, ncols=across,
-                 loc="outside upper center", title=f"colour: {quantity}", title_fontsize=8)  # fmt: skip
+                 loc="outside upper center", title=f"shade: {quantity}", title_fontsize=8)  # fmt: skip

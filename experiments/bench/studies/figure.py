@@ -18,10 +18,11 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 
 from experiments.bench.engine.settings import PRESET
-from experiments.bench.figures.plotting import STYLE, WIDTH, headline, lowest, plain, wrapped
+from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, headline, leftmost, lowest, plain, wrapped
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
+from experiments.bench.studies.measures import BELOW_THRESHOLD
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.study import Axis, value_text
 
@@ -39,8 +40,6 @@ CELL, CLAIM_HIGH, NUMBER_HIGH = 0.55, 0.27, 0.5
 """Size of a cell, inches: its width where there is room for it, the height of one line and of three."""
 LINE = 0.14
 """Height of a line of type, inches."""
-LETTER_INCHES = 0.067
-"""Width of a letter, inches."""
 LEAST_PANEL = 1.5
 """Least width of a panel, inches: that of a short title."""
 GAP, MARGIN = 0.15, 0.45
@@ -97,72 +96,90 @@ def draw(counts: Counts) -> Figure:
         more than `MOST_ROWS` of several axes, each claim has a panel with the last axis down and the others across.
     """
     plan = counts.plan
-    across, up = (*plan.axes, None, None)[:2]
-    gridded = bool(plan.axes) and all(axis.of_keys for axis in plan.axes)
-    mapped = not gridded and len(plan.axes) > 1 and len(plan.points) > MOST_ROWS
-    panels = _grids(counts) if gridded and across else _maps(counts) if mapped else [_matrix(counts)]
+    panels = _grids(counts) if _gridded(plan) else _maps(counts) if _mapped(plan) else [_matrix(counts)]
     layout = _layout(panels)
     panels = [part for panel in panels for part in _parts(panel, layout.most)]
+    keys = _keys(panels, counts, framed=_gridded(plan) or _mapped(plan))
     wide, high = max(len(panel.columns) for panel in panels), max(len(panel.rows) for panel in panels)
     columns = layout.columns(len(panels), wide)
     lines = math.ceil(len(panels) / columns)
     panel_inches = min(max(wide * CELL, 2.2), (WIDTH - layout.left - MARGIN) / columns - GAP)
-    turned = max(len(label) for panel in panels for label in panel.columns) * LETTER_INCHES > panel_inches / wide - 0.1
+    longest = LETTER_INCHES * max(len(label) for panel in panels for label in panel.columns)
+    turned = longest > panel_inches / wide - 0.1
     once = turned and len({panel.columns for panel in panels}) == 1
-    claims = [panel for panel in panels if panel.of_claims]
-    keys = _keys(panels, counts, framed=gridded or mapped)
-    below = LETTER_INCHES * max(len(label) for panel in panels for label in panel.columns) if turned else LINE
-    line_high = high * layout.high + 0.45 + (0.0 if once else below) + (0.0 if len(claims) == len(panels) else BAR_HIGH)
+    of_claims = [panel.of_claims for panel in panels]
+    below = 0.0 if once else longest if turned else LINE
+    line_high = high * layout.high + 0.45 + below + (0.0 if all(of_claims) else BAR_HIGH)
     size = (
         min(WIDTH, max(layout.left + MARGIN + columns * (panel_inches + GAP), *map(_key_inches, keys), LEAST_WIDTH)),
-        lines * line_high + 0.75 + (0.65 if claims else 0.0) + 0.2 * len(keys),
+        lines * line_high + 0.75 + (0.65 if any(of_claims) else 0.0) + 0.2 * len(keys),
     )
+    title_inches = panel_inches if columns > 1 else size[0] - layout.left - MARGIN
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=size, layout="constrained")
         places = drawn.subplots(lines, columns, squeeze=False, sharey=True)
-        shares: list[tuple[Axes, AxesImage]] = []
-        pad = 0.1 / size[1] if len(claims) == len(panels) else 0.04
-        for axes, panel in zip(places.flat, panels, strict=False):
-            image = (_claims if panel.of_claims else _numbers)(axes, panel)
-            if panel.of_claims:
-                shares.append((axes, image))
-            else:
-                drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad).outline.set_visible(False)
-            title_inches = panel_inches if columns > 1 else size[0] - layout.left - MARGIN
-            axes.set_title(plain(wrapped(panel.title, title_inches, 8)), fontsize=8, loc="left")
-            axes.tick_params(axis="x", labelrotation=90 if turned else 0, labelbottom=not once)
-            if gridded and across:
-                _mark_default(axes, across, up)
-            if mapped:
-                _frame_default(axes, plan, panel)
+        shown = list(places.flat[: len(panels)])
         for axes in places.flat[len(panels) :]:
             axes.set_axis_off()
-        if shares:
-            bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], location="bottom", aspect=30, pad=pad,
-                                 shrink=min(1.0, 2.5 / size[0]))  # fmt: skip
-            bar.ax.set_xlim(0.0, 1.0)
-            bar.outline.set_visible(False)
-            bar.set_label("share of replicates in which it holds")
-        bottom = lowest([list(places.flat[: len(panels)])])
-        for axes in bottom:
-            axes.tick_params(axis="x", labelbottom=True)
-            if gridded and across:
-                axes.set_xlabel(plain(wrapped(" ".join(across.words()), panel_inches, 8)), fontsize=8)
-            if mapped:
-                axes.set_xlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
-        if gridded and up:
-            for axes in places[:, 0]:
-                axes.set_ylabel(plain("\n".join(up.words())), fontsize=8)
-        if not gridded and not mapped and len(plan.axes) > 1:  # a row is called by a level of each of them
-            drawn.supylabel(plain(", ".join(axis.name for axis in plan.axes)), fontsize=8)
-        if mapped:
-            drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
+        _heat(drawn, shown, panels, pad=0.1 / size[1] if all(of_claims) else 0.04)
+        for axes, panel in zip(shown, panels, strict=True):
+            axes.set_title(plain(wrapped(panel.title, title_inches, 8)), fontsize=8, loc="left")
+            axes.tick_params(axis="x", labelrotation=90 if turned else 0, labelbottom=not once)
+            if _gridded(plan):
+                _mark_default(axes, plan.axes)
+            if _mapped(plan):
+                _frame_default(axes, plan, panel)
+        _name_axes(drawn, shown, plan, panel_inches)
         if keys:
             drawn.legend(handles=keys, loc="outside lower left", frameon=False, fontsize=8, handlelength=3.0,
                          handler_map={Text: SignHandler()})  # fmt: skip
         title = f"{plan.models[0].label if len(plan.models) == 1 else plan.study.name}: {_counted(counts)}"
         headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}")
     return drawn
+
+
+def _gridded(plan: StudyPlan) -> bool:
+    """Tell whether the points are a grid of parameters."""
+    return bool(plan.axes) and all(axis.of_keys for axis in plan.axes)
+
+
+def _mapped(plan: StudyPlan) -> bool:
+    """Tell whether the points have names and are so many that they make a map for each claim."""
+    return not _gridded(plan) and len(plan.axes) > 1 and len(plan.points) > MOST_ROWS
+
+
+def _heat(drawn: Figure, shown: Sequence[Axes], panels: Sequence[Panel], pad: float) -> None:
+    """Draw the cells of all panels, and their scales: one of all claims, and one of each measure."""
+    shares: list[tuple[Axes, AxesImage]] = []
+    for axes, panel in zip(shown, panels, strict=True):
+        if panel.of_claims:
+            shares.append((axes, _claims(axes, panel)))
+        else:
+            image = _numbers(axes, panel)
+            drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad).outline.set_visible(False)
+    if shares:
+        bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], location="bottom", aspect=30, pad=pad,
+                             shrink=min(1.0, 2.5 / drawn.get_size_inches()[0]))  # fmt: skip
+        bar.ax.set_xlim(0.0, 1.0)
+        bar.outline.set_visible(False)
+        bar.set_label("share of replicates in which it holds")
+
+
+def _name_axes(drawn: Figure, shown: Sequence[Axes], plan: StudyPlan, panel_inches: float) -> None:
+    """Write what is along the axes: at each outer panel of a grid; once where a row is called by levels."""
+    for axes in lowest([shown]):
+        axes.tick_params(axis="x", labelbottom=True)
+        if _gridded(plan):
+            axes.set_xlabel(plain(wrapped(" ".join(plan.axes[0].words()), panel_inches, 8)), fontsize=8)
+        if _mapped(plan):
+            axes.set_xlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
+    if _gridded(plan) and len(plan.axes) > 1:
+        for axes in leftmost([shown]):
+            axes.set_ylabel(plain("\n".join(plan.axes[1].words())), fontsize=8)
+    elif _mapped(plan):
+        drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
+    elif len(plan.axes) > 1:  # a row is called by a level of each of them
+        drawn.supylabel(plain(", ".join(axis.name for axis in plan.axes)), fontsize=8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,6 +264,8 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
         keys.append(_sign("a-b", "lowest and highest value of a replicate"))
     keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in notes]
+    if BELOW_THRESHOLD in notes:
+        keys.append(_sign(BELOW_THRESHOLD, "the value does not pass the model's threshold"))
     if framed and any(axis.default is not None for axis in counts.plan.axes):
         keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
     return keys
@@ -426,8 +445,10 @@ def _frame(axes: Axes, panel: Panel) -> None:
     axes.tick_params(which="minor", length=0)
 
 
-def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
+def _mark_default(axes: Axes, moved: Sequence[Axis]) -> None:
     """Triangles where the defaults lie along the axes, and a frame around a cell that is the default in all."""
+    across, up = (*moved, None)[:2]
+    assert across is not None
     x, y = place(across), place(up) if up else 0.0
     style: dict[str, Any] = {"color": DEFAULT, "ms": 5, "clip_on": False, "zorder": 4, "ls": ""}
     if x is not None:

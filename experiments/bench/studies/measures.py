@@ -21,6 +21,8 @@ from experiments.bench.store.rows import group, known
 
 Rows = Sequence[Mapping[str, Any]]
 
+BELOW_THRESHOLD = "below T"
+"""The note of a potential that does not pass the threshold."""
 LEAST_SPEEDS = 3
 """Fewer have no speed between the first and the last, where a peak would be one."""
 
@@ -163,7 +165,7 @@ def least_peak(rows: Rows, threshold: float | None) -> Measured:
     listed = ", ".join(f"{clip} at seed {seed}: {value:.3f}" for (clip, seed), value in peak.items())
     least = float(min(peak.values()))
     below = threshold is not None and least <= threshold
-    return Measured(least, "below T" if below else "", f"peak HS of {listed}")
+    return Measured(least, BELOW_THRESHOLD if below else "", f"peak HS of {listed}")
 
 
 _SPEEDS = f"rightward crossings at {LEAST_SPEEDS} speeds or more, all else equal"

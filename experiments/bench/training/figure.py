@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from colias_sim.envs import ENVS
 from experiments.bench.figures import plotting
 from experiments.bench.figures.palette import GREYS, HUES
-from experiments.bench.figures.plotting import INCHES_A_ROW, WIDTH, Panel, headline, scoreboard
+from experiments.bench.figures.plotting import WIDTH, Panel, headline, rows_inches, scoreboard
 from experiments.bench.training.scores import of_runs
 from experiments.bench.training.study import Studied
 from experiments.bench.training.table import described
@@ -34,7 +34,7 @@ def draw(studied: Studied) -> Figure:
     standings = studied.standings
     tints = {standing.name: LEARNT if place == 0 else OTHERS for place, standing in enumerate(standings)}
     with mpl.rc_context(plotting.STYLE):
-        drawn = Figure(figsize=(WIDTH, 1.35 + INCHES_A_ROW * len(standings)), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, 1.35 + rows_inches(len(standings))), layout="constrained")
         axes = np.atleast_1d(drawn.subplots(1, len(panels), sharey=True))
         scoreboard(list(axes), panels, standings, tints)
         for place, panel in zip(axes, panels, strict=True):

@@ -34,7 +34,9 @@ from experiments.bench.tuning.probes import Family
 
 Answers = Sequence[TuningPoint]
 Channels = Mapping[str, Sequence[str]]
-ACROSS = 3
+ACROSS, MANY_ACROSS = 3, 5
+"""Most panels side by side: of up to `MANY` models, and of more."""
+MANY = 12
 SHADES = "RdBu_r"
 LEAST_RATIO = 4.0
 """From the first to the last place on a logarithmic axis; those nearer, and those from 0, stand on a linear one."""
@@ -120,7 +122,11 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         caption = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
         scatters = largest > NOTHING and undefined_peak(response)
         caption += "; peak not defined" if scatters else ""
-        axes.set_title(plain(wrapped(f"{model} ({caption})", 1.7, 8)), fontsize=8, color=tints[model])
+        axes.set_title(
+            plain(wrapped(f"{model} ({caption})", min(1.7, WIDTH / _across(len(channels)) - 0.3), 8)),
+            fontsize=8,
+            color=tints[model],
+        )
         if not x:
             continue
         shares = response / (largest or 1.0)
@@ -128,7 +134,8 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         if not scatters:
             axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
         axes.set(xscale="log", yscale="log")
-        for axis, ticks in ((axes.xaxis, x[::2]), (axes.yaxis, y[::2])):
+        step = 2 if len(channels) <= MANY else 4
+        for axis, ticks in ((axes.xaxis, x[::step]), (axes.yaxis, y[::2])):
             axis.set_minor_locator(NullLocator())
             axis.set_ticks(ticks)
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"1/{1 / value:.0f}"))
@@ -172,8 +179,11 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         caption = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
         if direction_undefined(given, model, channels[model]):
             caption = "preference not defined"
-        axes.set_title(plain(f"{model}: {caption}"), fontsize=8, color=tints[model], y=1.0, pad=25.0)  # above "up"
-        _compass(axes)
+        heading = wrapped(f"{model}: {caption}", WIDTH / _across(len(channels)) - 0.1, 8)
+        named = len(channels) <= MANY or axes is panels[0]
+        above = 25.0 if named else 6.0  # above "up"
+        axes.set_title(plain(heading), fontsize=8, color=tints[model], y=1.0, pad=above)
+        _compass(axes, named=named)
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
         Line2D([], [], color="#555555", marker="s", ls="", mfc="white", label="response (dark object)"),
@@ -215,20 +225,28 @@ def _share(values: Sequence[float], scale: float | None = None) -> Sequence[floa
     return [max(value, 0.0) / whole for value in values]
 
 
-def _compass(axes: PolarAxes) -> None:
-    """Directions as in the image: rightward to the right, downward down."""
+def _compass(axes: PolarAxes, *, named: bool) -> None:
+    """Directions as in the image, in words where ``named``: rightward to the right, downward down."""
     axes.set_theta_direction(-1)
-    axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=8)
+    axes.set_xticks(
+        [math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"] if named else [""] * 4, fontsize=8
+    )
     axes.set_ylim(0.0, 1.1)
-    axes.set_yticks([0.5, 1.0], ["", "1"], fontsize=8)
+    axes.set_yticks([0.5, 1.0], ["", "1" if named else ""], fontsize=8)
     axes.set_rlabel_position(-22.5)
     axes.grid(lw=0.4)
 
 
+def _across(count: int) -> int:
+    """Return how many of so many models' panels stand side by side."""
+    return min(ACROSS if count <= MANY else MANY_ACROSS, count)
+
+
 def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a square panel for each model, `ACROSS` a row; the rest of the last row is empty."""
-    across = min(ACROSS, count)
+    """Return a figure with a square panel for each model, `_across` a row; the rest of the last row is empty."""
+    across = _across(count)
     down = -(-count // across)
+    side *= 1.0 if across <= ACROSS else 1.3 * ACROSS / across
     drawn = Figure(figsize=(WIDTH if across > 1 else 5.6, side * down + 0.9), layout="constrained")
     panels = list(drawn.subplots(down, across, squeeze=False, subplot_kw=options).flat)
     for axes in panels[count:]:

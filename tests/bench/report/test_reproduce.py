@@ -18,6 +18,7 @@ from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
+from experiments.bench.robot import recording as robot_recording
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.trial import forget_simulations
 from experiments.bench.studies.study import WHOLE
@@ -33,6 +34,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 OWN = ("--model", "my_model.py", "--experiment", "my_experiment.py")
 
 
+def condition_of(spec):
+    return spec.experiment, spec.condition, spec.settings
+
+
 def once_a_condition(trial):
     """Return ``trial``, which runs each condition of an experiment once: its repeats and replicates get that result.
 
@@ -41,12 +46,25 @@ def once_a_condition(trial):
     done = {}
 
     def run_trial(spec, *, keep_media=False, watch=None):
-        same = (spec.experiment, spec.condition, spec.settings, keep_media)
+        same = (*condition_of(spec), keep_media)
         if same not in done:
             done[same] = trial(spec, keep_media=keep_media)
         return dataclasses.replace(done[same], spec=spec)
 
     return run_trial
+
+
+def recorded_once_a_condition(record):
+    """Return ``record``, which makes one recording of trials that `once_a_condition` gave one result."""
+    done = {}
+
+    def record_trial(result):
+        same = condition_of(result.spec)
+        if same not in done:
+            done[same] = record(result)
+        return done[same]
+
+    return record_trial
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +75,7 @@ def reproduced(tmp_path_factory):
         (folder / name).write_text(user_files.FILES[name])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(robot_run, "run_trial", once_a_condition(robot_run.run_trial))
+        patch.setattr(robot_recording, "record", recorded_once_a_condition(robot_recording.record))
         done = inside(folder, ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN), 1200)
     forget_simulations()
     assert done.returncode == 0, done.stderr
