@@ -19,18 +19,44 @@ from experiments.bench.judging.miniature import HEIGHT, WIDTH, miniature
 from experiments.bench.judging.stored import decision, decision_entry
 from experiments.bench.judging.verdict import Decision
 
-COLUMN, ROW, GAP, TEXT_PX = 384, 68, 10, 198
-"""Width of a claim's place and height of it, space around the picture and between text and edge, width of text; px."""
-LETTERS = 27
-"""Of a line of the claim's title."""
-COLUMNS = 2
+COLUMN, ROW, GAP, TEXT_PX = 196, 134, 10, 60
+"""Width of a claim's place and height of it, space around the picture, height of text above a claim's picture; px.
+
+Three columns of this width leave type of some 8 px where the picture is shown 390 px wide.
+"""
+LETTERS = 25
+"""Of a line of the claim's title, of which there are two at most."""
+COLUMNS = 3
 MARKS = "a dot where the claim holds, a cross where it fails, a ring where it could not be judged"
 KEY = (
-    f"In the picture a mark is a replicate: {MARKS}. The line is the bound, and its tinted side keeps the claim."
+    f"In the picture a mark is a replicate: {MARKS}. Above the marks stand what is read and its bound, below them the"
+    " least and the greatest reading. The line is the bound, and its tinted side keeps the claim. HS and VS are"
+    " potentials, without a unit. A *lead* is the difference between what should be larger and what should be smaller:"
+    " of potentials, or of spikes a trial. A *slack* is how far inside its bound a reading lies, below 0 outside: C11"
+    " and C30 ask several things with different bounds, and not the same decides in each replicate. Of B1 to B4 the"
+    " reading is the lower end of the 95 % interval."
     " A claim that no seed moves has one mark. Of a claim with two halves a mark stands at the half that is nearer to"
     " failing; the DSNN's half alone is in the table. *T* is the spiking threshold: 0.16 for clips, 0.2 on the robot."
 )
 """What the picture does not say by itself, in Markdown."""
+QUANTITIES: Mapping[str, tuple[str, ...]] = {
+    "HS": ("C1", "C6", "C14", "C28"),
+    "|HS|": ("C11",),
+    "|VS|": ("C8",),
+    "|HS| or |VS|": ("C2", "C3", "C5"),
+    "HS correlation": ("C12",),
+    "lead in HS": ("C7", "C9", "C10", "C24", "C25", "C26"),
+    "lead": ("C15", "C16", "C17", "C18", "C19", "C20", "C21", "C29", "C31"),
+    "share left": ("C4", "C22"),
+    "share of |HS|": ("C23",),
+    "|HS|, |VS| ratio": ("C27",),
+    "with spikes": ("C13",),
+    "": ("C30",),
+    "ratio of rates": ("B1", "B2"),
+    "optomotor gain": ("B3",),
+    "time on target": ("B4",),
+}
+"""What the reading that decides a claim is -> the claims. Results keep numbers of readings, and not their words."""
 NUMBERS = ("reading", "bound", "needs", "unit", "scale")
 """What is kept of a check: all but its words."""
 STYLE = """
@@ -87,8 +113,9 @@ def _place(claim: Mapping[str, Any], x: int, y: int) -> str:
         f'<text class="name {count.kind}" x="{x}" y="{y + 18}">{html.escape(head)}</text>',
         *(f'<text x="{x}" y="{y + 36 + 16 * at}">{html.escape(line)}</text>' for at, line in enumerate(lines[:2])),
     ]
-    picture = miniature(decisions_of(claim))
-    place = f'<svg x="{x + TEXT_PX}" y="{y + 4}" width="{WIDTH:g}" height="{HEIGHT:g}"'
+    quantity = next((name for name, ids in QUANTITIES.items() if claim["id"] in ids), "")
+    picture = miniature(decisions_of(claim), quantity)
+    place = f'<svg x="{x}" y="{y + TEXT_PX}" width="{WIDTH:g}" height="{HEIGHT:g}"'
     return "".join([*texts, picture.replace("<svg", place, 1)])
 
 

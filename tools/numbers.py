@@ -22,6 +22,7 @@ from typing import Any
 
 from experiments.bench import registry
 from experiments.bench.judging import stored
+from experiments.bench.judging.claim_files import BEHAVIOURS, claim_ids
 from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import SIGNS, Count, Kind, totals
 from experiments.bench.judging.verdict import Outcome, Verdict
@@ -55,6 +56,16 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
 }
 """What claims are about -> their ids: the rows of the README's table."""
+NOT_RUN, NEITHER = "not run", "n/a"
+"""Words of a cell of the README's table for claims that were not run under its eye and drive, and that have neither."""
+TABLE_KEY = (
+    "*Hold*, *sometimes* and *fail* are the word over all replicates, and *k of n* is said where they are too few for a"
+    " word. *Not judged*: there is no word, for the reason beside it. *Unknown constants*: the claim compares the DSNN"
+    " with a model whose constants the paper does not give. *Silent model*: the model stays silent, as the claim asks,"
+    " but does not answer the paper's own crossings either. *Not shown*: what the claim needs was missing. *Not run*:"
+    " its trials were not run under that eye and drive. *n/a*: clips have neither eye nor drive."
+)
+"""What the words in the README's table mean, in Markdown."""
 STALE = "The design has changed since: `make numbers` measures anew."
 LOST_AND_GAINED, DISTANCE = (
     "Claims lost and gained against the float network", "Distance from the float network, frame by frame",
@@ -234,9 +245,9 @@ def _groups(results: Mapping[str, Any]) -> str:
     for about, claims in GROUPS.items():
         ids = [claim for claim in claims if claim in counts]
         sides = [eyes.side_by_side(claim, counts[claim], under) for claim in ids]
-        cells = [_kinds(ids, column) for column in zip(*sides, strict=True)] if ids else [""] * len(eyes.CELLS)
+        cells = [_kinds(ids, column) for column in zip(*sides, strict=True)] if ids else [NEITHER] * len(eyes.CELLS)
         lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells))} |")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", TABLE_KEY]) + "\n"
 
 
 def _home(results: Mapping[str, Any]) -> str:
@@ -279,7 +290,7 @@ def _sheet(results: Mapping[str, Any], path: str = SHEET.relative_to(ROOT).as_po
 
 
 def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:
-    """Say which claims hold, hold sometimes, fail, and of those without a word their counts; empty: none was shown."""
+    """Say which claims hold, hold sometimes, fail, were not run, and of those without a word their counts."""
     pairs = [(claim, count) for claim, count in zip(claims, counts, strict=True) if count is not None]
     parts = []
     for word, heading in (("holds", "hold"), ("sometimes", "sometimes"), ("fails", "fail")):
@@ -287,8 +298,8 @@ def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:
         parts += [f"{heading}: {', '.join(ids)}"] if ids else []
     parts += [f"{claim}: {count}" for claim, count in pairs if not count.word]
     without = [claim for claim, count in zip(claims, counts, strict=True) if count is None]
-    missing = [claim for claim in without if claim in registry.answering()]
-    return "; ".join([*parts, *([f"not shown: {', '.join(missing)}"] if missing else [])])
+    missing = [claim for claim in without if claim in (*registry.answering(), *claim_ids(BEHAVIOURS))]
+    return "; ".join([*parts, *([f"{NOT_RUN}: {', '.join(missing)}"] if missing else [])]) or NEITHER
 
 
 def _totals(results: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ import math
 import re
 import subprocess
 import sys
+import textwrap
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import words
+from experiments.bench.judging.miniature import LETTER, WIDTH, axis
 from experiments.bench.judging.stored import document, outcome_entry
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
@@ -32,7 +34,7 @@ from experiments.bench.studies.counts import FORM
 from experiments.bench.tuning.probes import families
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.claim_sheet import has_readings, sheet
+from tools.claim_sheet import LETTERS, QUANTITIES, decisions_of, has_readings, sheet
 from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, STALE, blocks, renewed, stale, unfit
 
 CLAIMS = paper_claims()
@@ -166,7 +168,7 @@ def test_the_command_takes_figures_over(run):
     assert f"{counted}. A replicate has 7" in readme
     held = "held in 2 of 3 replicates; not judged in 1: what it needs was not shown"
     group = next(about for about, claims in GROUPS.items() if "C1" in claims)
-    assert f"| {group} | C1: 2 of 3 (not shown in 1); C2: not judged: not shown in 1 |  |  |  |" in readme
+    assert f"| {group} | C1: 2 of 3 (not shown in 1); C2: not judged: not shown in 1 | n/a | n/a | n/a |" in readme
     assert f"| C1 | {words('C1').says} | - | {held} |" in claims
     assert rf"| C1 | {held} | holds | \|VS\| 0.1 (needs below 0.2) |" in claims
     assert "| C2 | not judged; what it needs was not shown | not shown | needs more |" in claims
@@ -197,6 +199,18 @@ def test_the_picture_of_all_claims_is_drawn_from_the_results():
     path = ROOT / "docs" / "claims.svg"
     assert path.exists() == has_readings(results()) == ("claims.svg" in blocks(results())["groups"])
     assert not path.exists() or path.read_text() == sheet(results())
+
+
+@pytest.mark.parametrize("claim", claim_ids())
+def test_the_picture_says_what_each_claim_reads(claim):
+    """One quantity, short enough for its place; the claims whose replicates have several bounds have a slack."""
+    (quantity,) = [name for name, ids in QUANTITIES.items() if claim in ids]
+    assert len(textwrap.wrap(words(claim).title, LETTERS)) <= 2
+    shown = {entry["id"]: decisions_of(entry) for entry in (*results()["claims"], *results()["behaviours"])}
+    checks = [decision.check for decision in shown[claim] if decision.check]
+    if checks:
+        says = axis(checks, quantity).says
+        assert len(says) * LETTER <= WIDTH and says.startswith("slack") == (claim in ("C11", "C30"))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from experiments.bench.judging.checks import Check, Needs
@@ -40,16 +40,16 @@ class Axis:
     kept
         The two values between which the bound is kept; infinite where nothing ends it.
     says
-        The bound, in a few words.
-    form
-        Writes a value, with its unit where ``values`` are no readings.
+        The quantity and its bound, in a few words.
+    ends
+        Labels of the least and the greatest value, with their unit where ``values`` are no readings.
     """
 
     values: tuple[float, ...]
     bounds: tuple[float, ...]
     kept: tuple[float, float]
     says: str
-    form: Callable[[float], str]
+    ends: tuple[str, str]
 
     def across(self, value: float) -> float:
         """Return where a value lies in the picture, px from its left edge; infinities lie at the edges."""
@@ -59,39 +59,46 @@ class Axis:
         return INSET + (value - low) / (high - low) * (WIDTH - 2 * INSET) if high > low else WIDTH / 2
 
 
-def axis(checks: Sequence[Check]) -> Axis:
+def axis(checks: Sequence[Check], quantity: str = "") -> Axis:
     """Return the axis of the readings, in their unit, where the checks have one bound.
 
-    Where their bounds differ it is that of how far inside its bound each reading lies; where their units or scales
-    differ too, that is in parts of the scale.
+    Where their bounds differ it is that of the slack: how far inside its bound each reading lies. Where their units
+    differ too, marks stand at slacks over scales.
 
     Parameters
     ----------
     checks
         One or more, with finite readings and bounds.
+    quantity
+        What the readings are, in a few letters.
     """
     first = checks[0]
-    unit = f" {first.unit}" if first.unit else ""
     if all((check.needs, check.bound, check.unit) == (first.needs, first.bound, first.unit) for check in checks):
         bounds = first.bound if isinstance(first.bound, tuple) else (first.bound,)
         above = first.needs in ("above", "at least")
         kept = (bounds[0], bounds[1]) if len(bounds) == 2 else (bounds[0], math.inf) if above else (-math.inf, *bounds)
-        says = f"{SIGNS[first.needs]}{' to '.join(map(_number, bounds))}{unit}"
-        return Axis(tuple(check.reading for check in checks), bounds, kept, says, _number)
-    if all((check.unit, check.scale) == (first.unit, first.scale) for check in checks):
-        slacks = tuple(check.slack for check in checks)
-        return Axis(slacks, (0.0,), (0.0, math.inf), "its bound", lambda value: f"{_number(value, '+')}{unit}")
-    shares = tuple(check.slack / check.scale for check in checks)
-    return Axis(shares, (0.0,), (0.0, math.inf), "its bound", lambda value: f"{_number(100 * value, '+')} %")
+        one = bounds == (1.0,) and first.unit in ("spikes", "trials")
+        unit = first.unit.removesuffix("s") if one else first.unit
+        bound = f"{SIGNS[first.needs]}{' to '.join(map(_number, bounds))}"
+        readings = tuple(check.reading for check in checks)
+        says = " ".join(filter(None, (quantity, bound, unit)))
+        return Axis(readings, bounds, kept, says, (_number(min(readings)), _number(max(readings))))
+    alike = all(check.unit == first.unit for check in checks)
+    values = tuple(check.slack / (1.0 if alike else check.scale) for check in checks)
+    least, most = (_slack(checks[values.index(end)]) for end in (min(values), max(values)))
+    says = f"slack{f' in {quantity}' if quantity else ''}, bound 0"
+    return Axis(values, (0.0,), (0.0, math.inf), says, (least, most))
 
 
-def miniature(decisions: Sequence[Decision]) -> str:
+def miniature(decisions: Sequence[Decision], quantity: str = "") -> str:
     """Return the picture of a claim, as an ``<svg>`` element that takes its colours from the page around it.
 
     Parameters
     ----------
     decisions
         What decided in each replicate. Those without a finite reading or bound are not drawn: the label counts them.
+    quantity
+        What the readings are, in a few letters: the bound's label and its unit stand beside it.
 
     Returns
     -------
@@ -101,7 +108,7 @@ def miniature(decisions: Sequence[Decision]) -> str:
     drawn = [(decision.verdict, decision.check) for decision in decisions if decision.check and _finite(decision.check)]
     if not drawn:
         return ""
-    place = axis([check for _, check in drawn])
+    place = axis([check for _, check in drawn], quantity)
     begin, end = map(place.across, place.kept)
     depth = FLOOR - TOP
     lines = [place.across(bound) for bound in place.bounds]
@@ -114,10 +121,10 @@ def miniature(decisions: Sequence[Decision]) -> str:
         *_ends(place),
     ]
     begin_tag = f'<svg class="mini" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
-    return f'{begin_tag} aria-label="{html.escape(described(decisions))}">{"".join(parts)}</svg>'
+    return f'{begin_tag} aria-label="{html.escape(described(decisions, quantity))}">{"".join(parts)}</svg>'
 
 
-def described(decisions: Sequence[Decision]) -> str:
+def described(decisions: Sequence[Decision], quantity: str = "") -> str:
     """Say what the picture draws: in how many replicates the claim holds and fails, the readings, and their bound."""
     held, failed = (sum(decision.verdict == word for decision in decisions) for word in ("holds", "fails"))
     numbers = {"holds": held, "fails": failed, "not judged": len(decisions) - held - failed}
@@ -125,15 +132,20 @@ def described(decisions: Sequence[Decision]) -> str:
     checks = [decision.check for decision in decisions if decision.check and _finite(decision.check)]
     if not checks:
         return f"{counts}; no reading"
-    place = axis(checks)
-    ends = " to ".join(dict.fromkeys(map(place.form, (min(place.values), max(place.values)))))
+    place = axis(checks, quantity)
+    ends = " to ".join(dict.fromkeys(place.ends))
     missing = len(decisions) - len(checks)
-    return f"{counts}; deciding reading {ends}, bound {place.says}{f'; {missing} without a number' if missing else ''}"
+    lacking = f"; {missing} without a number" if missing else ""
+    return f"{counts}; deciding reading {ends}; asked: {place.says}{lacking}"
 
 
 def _finite(check: Check) -> bool:
     bounds = check.bound if isinstance(check.bound, tuple) else (check.bound,)
     return all(map(math.isfinite, (check.reading, *bounds)))
+
+
+def _slack(check: Check) -> str:
+    return " ".join(filter(None, (_number(check.slack, "+" if check.slack else ""), check.unit)))
 
 
 def _number(value: float, sign: str = "") -> str:
@@ -167,7 +179,7 @@ def _mark(verdict: str, x: float, y: float) -> str:
 def _ends(place: Axis) -> list[str]:
     """Labels of the least and the greatest reading; one, where two would cover each other."""
     low, high = min(place.values), max(place.values)
-    texts, at = (place.form(low), place.form(high)), (place.across(low), place.across(high))
+    texts, at = place.ends, (place.across(low), place.across(high))
     y = HEIGHT - 3
     if texts[0] == texts[1]:
         return [_label(texts[0], at[0], y)]

@@ -67,14 +67,15 @@ def test_readings_of_one_replicate_stand_where_the_axis_has_them(needs):
 
 
 def test_bounds_that_differ_are_drawn_as_one_line_at_no_slack():
-    """In the unit where there is one; in parts of the scale where the units differ."""
+    """In the unit where there is one; in parts of the scale, each end in its own unit, where the units differ."""
     checks = [Check("a", 5.0, 3.0, unit="spikes"), Check("b", 1.0, 2.0, unit="spikes")]
     one = [Decision("holds" if check.passes else "fails", check) for check in checks]
     marks, (begin, end), (line,) = drawn(miniature(one))
     assert [x > line for _, x, _ in marks] == [True, False] and (begin, end) == (pytest.approx(line, abs=0.1), WIDTH)
     assert "+2 spikes" in miniature(one) and "\N{MINUS SIGN}1 spikes" in miniature(one)
     other = [*one, Decision("fails", Check("c", 0.08, 0.16, unit="", scale=0.16))]
-    assert "+200 %" in miniature(other) and "its bound" in described(other)
+    assert described(other).endswith("deciding reading \N{MINUS SIGN}1 spikes to +2 spikes; asked: slack, bound 0")
+    assert ">slack in HS, bound 0</text>" in miniature(other, "HS")
     marks, _, (line,) = drawn(miniature(other))
     by_slack = [line - x for _, x, _ in marks]
     assert by_slack[2] == pytest.approx(by_slack[1] / 2, abs=0.1), "half a scale outside, beside a whole one"
@@ -85,8 +86,17 @@ def test_what_has_no_number_is_counted_and_not_drawn():
     listed = [*(Decision("holds", check) for check in checks), Decision("not shown")]
     marks, _, _ = drawn(miniature(listed))
     assert len(marks) == 1
-    assert described(listed) == "holds in 3, not judged in 1; deciding reading 0.3, bound > 0.2; 3 without a number"
+    assert described(listed) == "holds in 3, not judged in 1; deciding reading 0.3; asked: > 0.2; 3 without a number"
     assert miniature(listed[3:]) == miniature(()) == "" and described(listed[3:]) == "not judged in 1; no reading"
+
+
+def test_a_label_says_quantity_bound_and_unit():
+    lead = [Decision("holds", Check("more", 1.2, 1.0, "at least", unit="spikes"))]
+    assert ">lead \N{GREATER-THAN OR EQUAL TO} 1 spike</text>" in miniature(
+        lead, "lead"
+    ) and ">1.2</text>" in miniature(lead)
+    share = [Decision("holds", Check("half", 0.5, (0.4, 0.6), "within"))]
+    assert "asked: share left 0.4 to 0.6" in miniature(share, "share left")
 
 
 def test_a_replicate_that_could_not_be_judged_has_a_ring():
