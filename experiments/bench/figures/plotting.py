@@ -28,6 +28,8 @@ from experiments.bench.store.places import replacing
 
 WIDTH, COLUMN = 7.16, 3.5
 """Widths of figures, inches: of a page of two columns (IEEE), and of one column."""
+PAGE = 11.0
+"""Height of a page, inches, which figures of as many models as ship keep to."""
 TYPE, TITLE = 8.0, 9.0
 """Sizes of type, in points where a figure is `WIDTH` inches wide: the smallest of all, and that of titles."""
 
@@ -78,6 +80,8 @@ LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
 LETTER_INCHES = LETTER * TYPE / 72.0
 """Mean width of a letter of the smallest type, inches."""
+LINE = 0.14
+"""Height of a line of the smallest type, inches."""
 
 
 def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:
