@@ -119,7 +119,8 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
         upper, words = len(polarities) * (LOW if below else HIGH), TITLE_HIGH + KEY_HIGH * -(-len(keys) // across)
         lower = rows_inches(len(others), PAGE - upper - words - AXIS_HIGH) + AXIS_HIGH if below else 0.0
         drawn = Figure(figsize=(WIDTH, upper + lower + words), layout="constrained")
-        parts: list[Any] = list(drawn.subfigures(2, 1, height_ratios=[upper, lower])) if below else [drawn]
+        split: Any = drawn.subfigures(2, 1, height_ratios=[upper, lower]) if below else [drawn]
+        parts = list(split)
         grid = parts[0].add_gridspec(len(polarities), len(ratios), width_ratios=ratios)
         lying = parts[1].subplots(1, len(polarities), sharey=True, squeeze=False)[0] if below else []
         highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
