@@ -35,6 +35,8 @@ MODULES = 8
 """Test modules that a mutant is given."""
 LIMIT_S = 600.0
 """What these may take together before it is said to hang."""
+FAILED = Path(".pytest_cache", "v", "cache", "lastfailed")
+"""Pytest's record of the tests that failed, in the folder where it ran."""
 
 
 @dataclass(frozen=True)
@@ -338,7 +340,7 @@ def copy(target: Path) -> None:
 def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """Run pytest in the copy, in one process, and end all that it started."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
+    command = [sys.executable, "-m", "pytest", "-q", "--cache-clear", *arguments]
     with subprocess.Popen(
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         start_new_session=True,
@@ -370,10 +372,13 @@ def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 
-def first_failure(done: subprocess.CompletedProcess[str]) -> str:
-    """Return the id of the first test that failed, or of the module that could not be imported."""
-    lines = [line.split(" ") for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
-    return lines[0][1] if lines else ""
+def first_failure(folder: Path) -> str:
+    """Return the id of the test that failed in the last run of `pytest`, or of the module that could not be imported.
+
+    It is read from pytest's own record, as an id in the printed summary ends where nobody can tell: it may have spaces.
+    """
+    record = folder / FAILED
+    return next(iter(json.loads(record.read_text(encoding="utf-8")))) if record.exists() else ""
 
 
 def judge(site: Site | None, mutant: Mutant, folder: Path, failing: list[str]) -> Result:
@@ -386,8 +391,8 @@ def judge(site: Site | None, mutant: Mutant, folder: Path, failing: list[str]) -
     while not outcome:
         site.path.write_bytes(site.apply(source))
         try:
-            done = pytest(folder, ["-x", "--tb=no", "-rfE", *(f"--deselect={test}" for test in failing), *tests])
-            by = first_failure(done)
+            done = pytest(folder, ["-x", "--tb=no", *(f"--deselect={test}" for test in failing), *tests])
+            by = first_failure(folder)
             outcome = "survived" if done.returncode == 0 else "killed"
         except subprocess.TimeoutExpired:
             outcome = "timed out"

@@ -9,6 +9,7 @@ from another; they never tell models apart. Grey is of baselines alone.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,8 +26,8 @@ MOST_LINES = len(HUES)
 WHITE, DARK = "#ffffff", "#121212"
 """Backgrounds on which every hue and grey is seen."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-LINES: tuple[Any, ...] = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
-"""Line styles of conditions, and of several channels of one model."""
+LINES: tuple[Any, ...] = ("-", ":", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 2, 1, 2)), (0, (6, 3)), "--")
+"""Line styles of conditions, and of several channels of one model. Dashes are last: thresholds are dashed."""
 BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
@@ -116,16 +117,16 @@ def _next(home: Mark | None, given: Sequence[Mark], *, apart: bool) -> Mark:
 
 
 def lanes(names: Iterable[str]) -> list[list[str]]:
-    """Return the names in groups, for pictures of lines without markers: no two of a group have one colour."""
-    looks = marks(names)
-    groups: list[list[str]] = []
-    for name, mark in looks.items():
-        group = next(
-            (candidate for candidate in groups if all(looks[other].colour != mark.colour for other in candidate)), None
-        )
-        if group is None:
-            groups.append(group := [])
-        group.append(name)
+    """Return the names in groups, for pictures of lines without markers: no two of a group have one colour.
+
+    There are as few groups as there can be, with about as many names in each.
+    """
+    given = colours(names)
+    groups: list[list[str]] = [[] for _ in range(max(Counter(given.values()).values(), default=0))]
+    most = -(-len(given) // max(len(groups), 1))
+    for name, colour in given.items():
+        free = [group for group in groups if all(given[other] != colour for other in group)]
+        next((group for group in free if len(group) < most), min(free, key=len)).append(name)
     return groups
 
 

@@ -21,6 +21,7 @@ from experiments.bench.figures.palette import LINES, Mark, lanes, level_colours,
 from experiments.bench.figures.plotting import (
     LETTER_INCHES,
     STYLE,
+    TYPE,
     WIDTH,
     End,
     columns_of_key,
@@ -158,8 +159,9 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     counted = [row for row in rows if row["model"] not in silent]
     groups = lanes(model for model in models if model not in silent) or [[]]
     beside = len(models) <= MOST_BESIDE
-    across = 1 if len(models) == 1 else 2 if beside else ACROSS if len(models) <= MANY else MANY_ACROSS
-    down = math.ceil(len(models) / across)
+    blocks = _blocks(rows, models)
+    across = min(2 if beside else ACROSS if len(models) <= MANY else MANY_ACROSS, max(map(len, blocks)))
+    down = sum(math.ceil(len(block) / across) for block in blocks)
     lane = 1.5 + 0.15 * max(map(len, groups))
     heights = (lane * math.ceil(len(groups) / LANES_ACROSS) + 0.8, (1.35 if across <= ACROSS else 1.15) * down + 0.8)
     with mpl.rc_context(STYLE):
@@ -171,7 +173,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
             left, right = drawn.subfigures(2, 1, height_ratios=heights)  # type: ignore[misc]
         headline(drawn, title)
         _counts(left, counted, varies, levels, colours if len(models) == 1 else None, models, groups, silent)
-        _potentials(right, rows, frames, varies, colours, thresholds, (down, across))
+        _potentials(right, rows, frames, varies, colours, thresholds, blocks, across)
     return drawn
 
 
@@ -183,31 +185,77 @@ def _silent(rows: Rows, models: Sequence[str], thresholds: Mapping[str, float | 
 
 def _potentials(
     place: SubFigure, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str],
-    thresholds: Mapping[str, float | None], shape: tuple[int, int],
+    thresholds: Mapping[str, float | None], blocks: Sequence[Sequence[str]], across: int,
 ) -> None:  # fmt: skip
-    """Draw a panel of traces for each model, in a grid of ``shape`` (down, across)."""
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    panels = place.subplots(*shape, squeeze=False, sharex=True, sharey=True)
-    axis = _trace_axis(rows)
-    looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
-    mixed, looks = any(looming) and not all(looming), marks(models)
-    shown = list(panels.flat)[: len(models)]
-    for axes, model, looms in zip(shown, models, looming, strict=True):
-        model_rows = [row for row in rows if row["model"] == model]
-        _traces(axes, model_rows, frames, varies, colours, axis)
-        _threshold(axes, thresholds.get(model), (1,) if looms else (1, -1))
-        if len(models) > 1:
-            _name(axes, wrapped(model, 0.8 * WIDTH / (shape[1] + (shape[1] < ACROSS)), 8), looks[model])
-    for axes in list(panels.flat)[len(models) :]:
-        axes.set_visible(False)
-    for axes in lowest([shown]):
+    """Draw a panel of traces for each model, at most ``across`` in a row; each of the ``blocks`` begins one."""
+    looks, axis, looming = marks(itertools.chain(*blocks)), _trace_axis(rows), _looming_models(rows)
+    panels, inches = _blocks_of_panels(place, blocks, across)
+    for block, shown in zip(blocks, panels, strict=True):
+        of = "looming\npotential" if block[0] in looming else "HS potential\n(right positive)"
+        for axes, model in zip(shown, block, strict=True):
+            _traces(axes, [row for row in rows if row["model"] == model], frames, varies, colours, axis)
+            _limits(axes, 0.0 if model in looming else -1.0)
+            if len(looks) > 1:
+                _name(axes, wrapped(model, inches[0], 8), looks[model])
+        for axes, left in zip(shown, [None, *shown], strict=False):
+            spec = axes.get_subplotspec()
+            assert spec is not None
+            if spec.is_first_col() and len(blocks) > 1:
+                axes.set_ylabel(of, fontsize=8)
+            same = left is not None and axes.get_ylim() == left.get_ylim()
+            axes.tick_params(labelleft=spec.is_first_col() or not same)
+    for axes in lowest(panels):
         axes.tick_params(labelbottom=True)
-    for index, (axes, looms) in enumerate(zip(shown, looming, strict=True)):
-        if mixed and (index % shape[1] == 0 or looms != looming[index - 1]):
-            axes.set_ylabel("looming\npotential" if looms else "HS potential\n(right positive)", fontsize=8)
-    whose = "" if mixed else "of the looming detector" if all(looming) else "of HS, right positive"
-    _frame(place, panels[0, 0], axis, whose, 0.0 if all(looming) else -1.0)
-    _level_keys(place, colours, varies, _others(rows, varies, models))
+    for axes, model in zip(itertools.chain(*panels), itertools.chain(*blocks), strict=True):
+        # When all traces are drawn: they have one axis of time.
+        _threshold(axes, thresholds.get(model), (1,) if model in looming else (1, -1), inches)
+    bearing = axis == "stimulus_bearing_deg"
+    place.supxlabel("bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)",
+                    fontsize=8)  # fmt: skip
+    if len(blocks) == 1:
+        whose = "of the looming detector" if blocks[0][0] in looming else "of HS, right positive"
+        place.supylabel(f"potential {whose}", fontsize=8)
+    _level_keys(place, colours, varies, _others(rows, varies, blocks[0]))
+
+
+def _blocks(rows: Rows, models: Sequence[str]) -> list[list[str]]:
+    """Return the models that answer by direction, and the looming detectors, whose potential has another scale."""
+    looming = _looming_models(rows)
+    kinds = [[model for model in models if (model in looming) == looms] for looms in (False, True)]
+    return [block for block in kinds if block]
+
+
+def _looming_models(rows: Rows) -> set[str]:
+    firsts = {row["model"]: row for row in reversed(rows)}
+    return {model for model, row in firsts.items() if _looming(row)}
+
+
+def _blocks_of_panels(
+    place: SubFigure, blocks: Sequence[Sequence[str]], across: int
+) -> tuple[list[list[Axes]], tuple[float, float]]:
+    """Return a panel for each model, a list for each of the ``blocks``; and width and height of each, inches, about."""
+    down = [-(-len(block) // across) for block in blocks]
+    grid = place.subplots(sum(down), across, squeeze=False, sharex=True)
+    for axes in grid.flat:
+        axes.set_visible(False)
+    panels = []
+    for block, first, rows in zip(blocks, itertools.accumulate([0, *down]), down, strict=False):
+        panels.append(list(grid[first : first + rows].flat)[: len(block)])
+        for axes in panels[-1]:
+            axes.set_visible(True)
+    whole = place.bbox.width / place.figure.dpi, place.bbox.height / place.figure.dpi
+    return panels, (float(whole[0]) / across - 0.3, (float(whole[1]) - AROUND[1]) / sum(down) - 0.25)
+
+
+def _limits(axes: Axes, lowest: float) -> None:
+    """Have potentials from ``lowest`` to 1, or further both ways where a model's go: those of `flow` are in px."""
+    largest = max((float(np.abs(line.get_ydata()).max(initial=0.0)) for line in axes.get_lines()), default=0.0)
+    if largest <= 1.0:
+        axes.set_ylim(lowest - 0.02, 1.02)
+        if not lowest:
+            axes.set_yticks([0.0, 0.5, 1.0])
+    else:
+        axes.set_ylim(-1.02 * largest if lowest else -0.02, 1.02 * largest)
 
 
 def level_text(level: Any) -> str:
@@ -280,16 +328,16 @@ def _counts(
         curves = [_means(one, varies, levels) for one in in_lane]
         extra = extra_widths(curves, 0.01 * max((max(curve) for curve in curves), default=1.0))
         beside = _dodged(axes, len(in_lane), [] if ordinal else levels, len(panels[0]))
+        # Numbers stand at their place on the axis, words have room beside theirs.
+        places, step = _beside_words(in_lane, ticks, varies) if ordinal else ([ticks] * len(in_lane), 0.0)
         for index, one_series in enumerate(in_lane):
-            # Numbers stand at their place on the axis, words have room beside theirs.
-            shift = SPREAD * (index / (len(in_lane) - 1) - 0.5) if ordinal and len(in_lane) > 1 else 0.0
-            step = SPREAD / len(in_lane) if ordinal else 0.0
-            shifted = {level: tick + shift for level, tick in ticks.items()}
-            _draw_series(axes, one_series, shifted, varies, colours,
+            _draw_series(axes, one_series, places[index], varies, colours,
                          step=step, extra=0.0 if ordinal else extra[index], ordinal=ordinal, alone=len(series) == 1,
                          dotted=dotted, beside=axes.transData if ordinal else beside[index])  # fmt: skip
         axes.set_xticks(list(ticks.values()), [level_text(level) for level in levels], fontsize=8)
-        if not ordinal:
+        if ordinal:
+            axes.set_xlim(-0.5, len(levels) - 0.5)
+        else:
             axes.tick_params(axis="x", labelrotation=90 if _crowded(levels, len(panels[0])) else 0)
     for axes in list(panels.flat)[len(groups) :]:
         axes.set_visible(False)
@@ -322,6 +370,23 @@ def _counts(
         place.suptitle(caption, fontsize=8, x=0.01, ha="left")
     else:
         panels[0, 0].set_title(caption, fontsize=8, loc="left")
+
+
+def _beside_words(
+    series: Sequence[Series], ticks: Mapping[Any, float], varies: str
+) -> tuple[list[dict[Any, float]], float]:
+    """Return where each series stands at each word, and the room that it has there.
+
+    Those that have trials at a word stand about its tick, side by side.
+    """
+    there = {level: [any(row[varies] == level for row in one.rows) for one in series] for level in ticks}
+    step = SPREAD / max((sum(present) for present in there.values()), default=1)
+    places = [
+        {level: tick + step * (sum(there[level][:index]) - (sum(there[level]) - 1) / 2)
+         for level, tick in ticks.items()}
+        for index in range(len(series))
+    ]  # fmt: skip
+    return places, step
 
 
 def _label_ends(axes: Axes, series: Sequence[Series], varies: str, levels: Sequence[Any], place: SubFigure) -> bool:
@@ -406,10 +471,13 @@ def _level(
 ) -> float:  # fmt: skip
     """Draw the trials of one series at one level, beside it by shares of ``step``; return their mean.
 
-    Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves. No interval of a count goes below 0. At a number,
-    where there is no room beside it, trials of one count are one dot, with their area together.
+    Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves, and one that is alone has the marker of the mean, if
+    that has one. No interval of a count goes below 0. At a number, where there is no room beside it, trials of one
+    count are one dot, with their area together.
     """
     summary = summarise(spikes, 0.0)
+    if summary.n == 1 and not alone:  # beside its mean, or on it, a dot would show nothing more
+        return summary.mean
     if dotted and step:
         left = place - np.linspace(0.2, 0.55, len(spikes)) * step  # of the mean, so that neither hides the other
         axes.scatter(left, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
@@ -455,28 +523,28 @@ def _name(axes: Axes, name: str, mark: Mark) -> None:
                 borderpad=0.0, borderaxespad=0.3, handlelength=0.8, handletextpad=0.4)  # fmt: skip
 
 
-def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> None:
+def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int], inches: tuple[float, float]) -> None:
     """Draw the threshold as dashed lines: of either sign for HS, the positive one for looming.
 
-    Its value stands in the corner where traces seldom are.
+    Its value stands in the corner of a panel of so many ``inches`` where there is least of the traces.
     """
     if threshold is None:
         return
+    traces = axes.get_lines()
     for sign in signs:
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    words = f"threshold {'±' if len(signs) > 1 else ''}{threshold:.4g}"
-    axes.annotate(words, (0.99, 0.02), xycoords="axes fraction", ha="right", va="bottom", fontsize=8,
+    words = f"threshold {'±' if len(signs) > 1 else ''}{threshold:.3g}"
+    points = np.concatenate([axes.transLimits.transform(line.get_xydata()) for line in traces])
+    wide, high = LETTER_INCHES * len(words) / inches[0], 1.6 * TYPE / 72.0 / inches[1]
+
+    def covered(corner: tuple[float, float]) -> int:
+        x, y = (np.abs(points[:, side] - corner[side]) for side in (0, 1))
+        return int(((x < wide) & (y < high)).sum())
+
+    right, top = min(((1.0, 0.0), (1.0, 1.0), (0.0, 0.0), (0.0, 1.0)), key=covered)
+    axes.annotate(words, (0.01 + 0.98 * right, 0.02 + 0.96 * top), xycoords="axes fraction", fontsize=8,
+                  ha="right" if right else "left", va="top" if top else "bottom",
                   bbox={"fc": "white", "alpha": 0.7, "lw": 0, "pad": 0.5})  # fmt: skip
-
-
-def _frame(place: SubFigure, axes: Axes, axis: str, of: str, lowest: float) -> None:
-    """Draw what all panels of traces have in common; ``of`` says whose potential it is, where they show the same."""
-    bearing = axis == "stimulus_bearing_deg"
-    xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
-    axes.set_ylim(lowest - 0.02, 1.02)
-    place.supxlabel(xlabel, fontsize=8)
-    if of:
-        place.supylabel(f"potential {of}", fontsize=8)
 
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], varies: str, others: Mapping[str, Any]) -> None:

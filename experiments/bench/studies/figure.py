@@ -91,7 +91,7 @@ def draw(counts: Counts) -> Figure:
     Parameters
     ----------
     counts
-        What a study comes to.
+        The study's result.
 
     Returns
     -------

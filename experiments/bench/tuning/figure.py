@@ -38,6 +38,8 @@ ACROSS, MANY_ACROSS = 3, 5
 """Most panels side by side: of up to `MANY` models, and of more."""
 MANY = 12
 SHADES = "RdBu_r"
+MORE = {"map": "; ○ a column's maximum, where it has one", "approach": "; l/v: half-size over speed"}
+"""What the title of a kind of figure explains."""
 LEAST_RATIO = 4.0
 """From the first to the last place on a logarithmic axis; those nearer, and those from 0, stand on a linear one."""
 
@@ -64,8 +66,7 @@ def draw(family: Family, given: Answers, channels: Channels, changed: Mapping[st
     with mpl.rc_context(STYLE):
         drawings = {"curve": _curves, "map": _maps, "polar": _polars, "approach": approach_figure.draw}
         drawn = drawings[family.kind](family, given, channels)
-        more = "; ○ a column's maximum, where it has one" if family.kind == "map" else ""
-        headline(drawn, f"{family.name}: {family.summary}{more}{in_title(changed)}")
+        headline(drawn, f"{family.name}: {family.summary}{MORE.get(family.kind, '')}{in_title(changed)}")
     return drawn
 
 
@@ -96,7 +97,7 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
     panels[0].set_ylabel("response / largest")
     keys = [
         Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ms=3.5, lw=1.2,
-               label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
+               label=plain(f"{model} (largest {_largest(given, model, family):.2g})"))
         for model in channels
     ]  # fmt: skip
     key_below(drawn, keys, 3)
@@ -119,7 +120,7 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     for axes, model in zip(panels, channels, strict=False):
         x, y, response = grid(given, model, family.name)
         largest = _largest(given, model, family)
-        caption = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
+        caption = f"largest {largest:.2g}" if largest > NOTHING else "no answer"
         scatters = largest > NOTHING and undefined_peak(response)
         caption += "; peak not defined" if scatters else ""
         axes.set_title(
@@ -190,7 +191,7 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         Line2D([], [], color="black", lw=0.9, label="HS (gratings)"),
         Line2D([], [], color="black", lw=0.9, ls=":", label="VS (gratings)"),
     ]
-    title = "all rectified; radius: share of the largest of that stimulus"
+    title = "all rectified; radius: share of the largest of that stimulus, rings at ½ and 1"
     across = 4 if len(channels) > 1 else 2
     drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8, title=title,
                  title_fontsize=8)  # fmt: skip
@@ -232,8 +233,7 @@ def _compass(axes: PolarAxes, *, named: bool) -> None:
         [math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"] if named else [""] * 4, fontsize=8
     )
     axes.set_ylim(0.0, 1.1)
-    axes.set_yticks([0.5, 1.0], ["", "1" if named else ""], fontsize=8)
-    axes.set_rlabel_position(-22.5)
+    axes.set_yticks([0.5, 1.0], ["", ""])
     axes.grid(lw=0.4)
 
 

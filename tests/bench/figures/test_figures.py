@@ -113,6 +113,38 @@ def test_lines_that_end_close_together_keep_their_order_and_are_named_apart():
     assert len(axes.texts) == 3, "nothing is drawn of what does not fit"
 
 
+def test_looming_detectors_begin_a_row_and_have_a_scale_from_0_to_1():
+    panels = drawn(SPEEDS, models=("dsnn", "lplc2", "emd"), looming=("lplc2",), lplc2=0.7).subfigs[1].axes
+    shown = [axes for axes in panels if axes.get_visible()]
+    assert [axes.get_legend().get_texts()[0].get_text() for axes in shown] == ["dsnn", "emd", "lplc2"]
+    assert [axes.get_subplotspec().rowspan.start for axes in shown] == [0, 0, 1]
+    assert [round(axes.get_ylim()[0]) for axes in shown] == [-1, -1, 0]
+    assert [axes.get_ylabel().split()[0] for axes in shown if axes.get_ylabel()] == ["HS", "looming"]
+
+
+def test_a_potential_beyond_1_is_not_cut_off_and_its_panel_has_numbers_of_its_own():
+    _, panel, strong = drawn(SPEEDS, models=("dsnn", "flow"), strong=("flow",)).axes
+    assert panel.get_ylim()[1] < 1.1 and strong.get_ylim()[1] > 3.0
+    assert all(axes.yaxis.get_tick_params()["labelleft"] for axes in (panel, strong))
+
+
+def test_the_threshold_s_words_keep_clear_of_the_traces():
+    """The made-up traces of a strong potential lie along the top, those of a weak one below the middle."""
+    _, weak, strong = drawn(SPEEDS, models=("dsnn", "mine"), strong=("mine",)).axes
+    assert [text.get_va() for axes in (weak, strong) for text in axes.texts] == ["bottom", "bottom"]
+    (low,) = drawn(SPEEDS, models=("lplc2",), looming=("lplc2",), lplc2=0.7).subfigs[1].axes
+    assert low.texts[0].get_text() == "threshold 0.7"
+
+
+def test_at_a_word_series_stand_about_its_tick_and_a_single_trial_is_one_marker():
+    """Of two directions that a model has, one is of one speed alone: it stands at its tick."""
+    kinds = [("rightward", 4.0, 8.0), ("leftward", 4.0, 8.0), ("leftward", 6.0, 8.0)]
+    counts = drawn(kinds, varies="direction", repeats=1).axes[0]
+    slow, fast = (line.get_xdata() for line in counts.get_lines() if line.get_label() in series(counts))
+    assert list(slow) == pytest.approx([0.0, 1.0 - (fast[0] - 1.0)]) and list(fast) > [1.0]
+    assert not [c for c in counts.collections if isinstance(c, PathCollection)]
+
+
 def test_an_axis_of_numbers_has_their_scale():
     counts = drawn(SPEEDS).axes[0]
     ticks = {tick.get_text(): place for tick, place in zip(counts.get_xticklabels(), counts.get_xticks(), strict=True)}

@@ -142,6 +142,7 @@ def test_no_two_of_a_lane_have_one_colour_and_every_name_is_in_one_lane(own):
     assert sorted(name for group in groups for name in group) == sorted(names)
     assert all(len({given[name] for name in group}) == len(group) <= MOST_LINES + len(GREYS) for group in groups)
     assert len(lanes(names[:4])) == 1
+    assert max(map(len, groups)) - min(map(len, groups)) <= MOST_LINES // 2, "about as many in each"
 
 
 @pytest.mark.parametrize("levels", [[1.0, 2.0, 5.0, 9.0], ["approach", "recession", "translation"]])

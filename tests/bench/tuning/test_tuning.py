@@ -35,7 +35,17 @@ from experiments.bench.tuning.curves import (
 )
 from experiments.bench.tuning.defined import direction_noise, order_p, undefined_direction, undefined_peak
 from experiments.bench.tuning.preferences import direction_undefined, firing_angle, preferences, prefers_looming
-from experiments.bench.tuning.probes import CROSSES, CURVES, LOOMS, RECEDES, Family, Probe, curve_family, families
+from experiments.bench.tuning.probes import (
+    CROSSES,
+    CURVES,
+    LOOMS,
+    RECEDES,
+    SHADES,
+    Family,
+    Probe,
+    curve_family,
+    families,
+)
 from tests.helpers import user_files
 
 TURNS = [22.5 * i for i in range(16)]
@@ -487,4 +497,7 @@ def test_every_figure_is_drawn_of_whatever_there_is():
             drawn = tuning_figure.draw(family, given, channels, {})
             drawn.draw_without_rendering()
             titles = [axes.get_title() for axes in drawn.axes]
+            timed = [axes.get_title(loc="left") for axes in drawn.axes
+                     if axes.get_visible() and axes.get_ylabel().startswith("time")]  # fmt: skip
+            assert timed == {"l-over-v": list(SHADES), "disc": [LOOMS]}.get(family.name, []), "what comes nearer"
             assert all(any(m in title for title in titles) for m in channels) or family.kind in ("curve", "approach")
