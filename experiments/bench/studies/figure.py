@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -18,22 +18,13 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 
 from experiments.bench.engine.settings import PRESET
-from experiments.bench.figures.plotting import (
-    LETTER_INCHES,
-    LINE,
-    STYLE,
-    WIDTH,
-    headline,
-    leftmost,
-    lowest,
-    plain,
-    wrapped,
-)
+from experiments.bench.figures.plotting import LETTER_INCHES, LINE, STYLE, headline, leftmost, lowest, plain, wrapped
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.measures import BELOW_THRESHOLD
 from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.studies.sheet import NUMBER_HIGH, SHORT, Panel, Sheet, broken, cell_lines, lay_out, notes
 from experiments.bench.studies.study import Axis, value_text
 
 SHADES, SCALE = "Blues", "YlGnBu"
@@ -41,48 +32,8 @@ SHADES, SCALE = "Blues", "YlGnBu"
 UNJUDGED, HATCH = "#e3dccb", "#9a9078"
 DEFAULT = "#c0392b"
 """Colour of the marks at the default's place."""
-SHORT = {"at the end of the range": "at end"}
-"""Marks that are too long for a cell."""
 MOST_ROWS = 16
 """Points with names, of two axes and more: above so many, they make a map for each claim and not the rows of one."""
-MOST_COLUMNS = 3
-CELL, CLAIM_HIGH, NUMBER_HIGH = 0.55, 0.27, 0.5
-"""Size of a cell, inches: its width where there is room for it, the height of one line and of three."""
-LEAST_PANEL = 1.5
-"""Least width of a panel, inches: that of a short title."""
-GAP, MARGIN = 0.15, 0.45
-"""Width between panels, and of what stands left and right of all, inches."""
-MOST_LABEL = 2.6
-"""Greatest width of a row's label, inches; longer ones are broken."""
-LEAST_WIDTH = 4.2
-"""Least width of a figure, inches: that of its title."""
-BAR_HIGH = 0.45
-"""Height of a colour bar with its numbers, inches."""
-
-
-@dataclass(frozen=True, slots=True)
-class Panel:
-    """A heat map: cells by row and column.
-
-    Parameters
-    ----------
-    title
-        What its cells are about.
-    columns, rows
-        Labels, in the order in which they are drawn; rows from below.
-    cells
-        (Row, column) -> its cell, by their places.
-    """
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[str, ...]
-    cells: Mapping[tuple[int, int], ClaimCell | Number]
-
-    @property
-    def of_claims(self) -> bool:
-        """True if the cells are counts of a claim, not values of a measure."""
-        return not isinstance(next(iter(self.cells.values())), Number)
 
 
 def draw(counts: Counts) -> Figure:
@@ -102,42 +53,38 @@ def draw(counts: Counts) -> Figure:
         scale of each measure goes from its lowest to its highest value. Triangles at the axes mark the defaults; a
         frame marks the cell where both are. Of points with names, one panel has them down and the claims across; of
         more than `MOST_ROWS` of several axes, each claim has a panel with the last axis down and the others across.
+        Where the panels of several models would be taller than a page, those of one axis are the rows of one panel,
+        and the others have a scale of each measure in common.
     """
     plan = counts.plan
     panels = _grids(counts) if _gridded(plan) else _maps(counts) if _mapped(plan) else [_matrix(counts)]
-    layout = _layout(panels)
-    panels = [part for panel in panels for part in _parts(panel, layout.most)]
     keys = _keys(panels, counts, framed=_gridded(plan) or _mapped(plan))
-    wide, high = max(len(panel.columns) for panel in panels), max(len(panel.rows) for panel in panels)
-    columns = layout.columns(len(panels), wide)
-    lines = math.ceil(len(panels) / columns)
-    panel_inches = min(max(wide * CELL, 2.2), (WIDTH - layout.left - MARGIN) / columns - GAP)
-    longest = LETTER_INCHES * max(len(label) for panel in panels for label in panel.columns)
-    turned = longest > panel_inches / wide - 0.1
-    once = turned and len({panel.columns for panel in panels}) == 1
-    of_claims = [panel.of_claims for panel in panels]
-    below = 0.0 if once else longest if turned else LINE
-    line_high = high * layout.high + 0.45 + below + (0.0 if all(of_claims) else BAR_HIGH)
-    size = (
-        min(WIDTH, max(layout.left + MARGIN + columns * (panel_inches + GAP), *map(_key_inches, keys), LEAST_WIDTH)),
-        lines * line_high + 0.75 + (0.65 if any(of_claims) else 0.0) + 0.2 * len(keys),
-    )
-    title_inches = panel_inches if columns > 1 else size[0] - layout.left - MARGIN
+    sheet = lay_out([panels], [*map(_key_inches, keys)])
+    if sheet.tight and len({panel.subject for panel in panels}) < len(panels):  # of several models
+        if all(len(panel.rows) == 1 for panel in panels):
+            sheet = lay_out([_stacked(panels)], [*map(_key_inches, keys)])
+        else:
+            keys = [*_subject_keys(counts), *keys]
+            sheet = lay_out(_by_subject(panels), [*map(_key_inches, keys)], shared=True)
+    panels = sheet.panels
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=size, layout="constrained")
-        places = drawn.subplots(lines, columns, squeeze=False, sharey=True)
-        shown = list(places.flat[: len(panels)])
-        for axes in places.flat[len(panels) :]:
-            axes.set_axis_off()
-        _heat(drawn, shown, panels, pad=0.1 / size[1] if all(of_claims) else 0.04)
+        drawn = Figure(figsize=sheet.size, layout="constrained")
+        places = drawn.subplots(sum(sheet.lines), sheet.columns, squeeze=False, sharey=True)
+        firsts = [sum(sheet.lines[:place]) for place in range(len(sheet.groups))]
+        shown = [axes for first, group in zip(firsts, sheet.groups, strict=True)
+                 for axes in list(places[first:].flat)[: len(group)]]  # fmt: skip
+        for axes in places.flat:
+            if axes not in shown:
+                axes.set_axis_off()
+        _heat(drawn, shown, sheet)
         for axes, panel in zip(shown, panels, strict=True):
-            axes.set_title(plain(wrapped(panel.title, title_inches, 8)), fontsize=8, loc="left")
-            axes.tick_params(axis="x", labelrotation=90 if turned else 0, labelbottom=not once)
+            axes.set_title(plain(wrapped(panel.title, sheet.title_inches, 8)), fontsize=8, loc="left")
+            axes.tick_params(axis="x", labelrotation=90 if sheet.turned else 0, labelbottom=not sheet.once)
             if _gridded(plan):
-                _mark_default(axes, plan.axes)
+                _mark_default(axes, plan.axes, len(panel.rows))
             if _mapped(plan):
                 _frame_default(axes, plan, panel)
-        _name_axes(drawn, shown, plan, panel_inches)
+        _name_axes(drawn, shown, plan, sheet)
         if keys:
             drawn.legend(handles=keys, loc="outside lower left", frameon=False, fontsize=8, handlelength=3.0,
                          handler_map={Text: SignHandler()})  # fmt: skip
@@ -156,33 +103,90 @@ def _mapped(plan: StudyPlan) -> bool:
     return not _gridded(plan) and len(plan.axes) > 1 and len(plan.points) > MOST_ROWS
 
 
-def _heat(drawn: Figure, shown: Sequence[Axes], panels: Sequence[Panel], pad: float) -> None:
+def _heat(drawn: Figure, shown: Sequence[Axes], sheet: Sheet) -> None:
     """Draw the cells of all panels, and their scales: one of all claims, and one of each measure."""
+    short = min(1.0, 2.5 / drawn.get_size_inches()[0])
+    pad = 0.1 / sheet.size[1] if sheet.tight or all(panel.of_claims for panel in sheet.panels) else 0.04
     shares: list[tuple[Axes, AxesImage]] = []
-    for axes, panel in zip(shown, panels, strict=True):
-        if panel.of_claims:
-            shares.append((axes, _claims(axes, panel)))
-        else:
-            image = _numbers(axes, panel)
+    places = iter(shown)
+    for group in sheet.groups:
+        numbers: list[tuple[Axes, AxesImage]] = []
+        for panel, axes in zip(group, places, strict=False):
+            if panel.of_claims:
+                shares.append((axes, _claims(axes, panel, sheet.label)))
+            else:
+                numbers.append((axes, _numbers(axes, panel, sheet, _limits(group if sheet.shared else [panel]))))
+        if sheet.shared and numbers:
+            bar = drawn.colorbar(numbers[0][1], ax=[axes for axes, _ in numbers], location="bottom", aspect=30, pad=pad,
+                                 shrink=short)  # fmt: skip
+            bar.outline.set_visible(False)
+            bar.set_label(plain(group[0].subject))
+        for axes, image in numbers if not sheet.shared else ():
             drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad).outline.set_visible(False)
     if shares:
         bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], location="bottom", aspect=30, pad=pad,
-                             shrink=min(1.0, 2.5 / drawn.get_size_inches()[0]))  # fmt: skip
+                             shrink=short)  # fmt: skip
         bar.ax.set_xlim(0.0, 1.0)
         bar.outline.set_visible(False)
         bar.set_label("share of replicates in which it holds")
 
 
-def _name_axes(drawn: Figure, shown: Sequence[Axes], plan: StudyPlan, panel_inches: float) -> None:
+def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
+    """Return the smallest and largest value of a measure."""
+    numbers = [cell for panel in panels for cell in panel.cells.values() if isinstance(cell, Number)]
+    known = [number.value for number in numbers if number.value is not None and math.isfinite(number.value)]
+    return (min(known), max(known)) if known else (0.0, 1.0)
+
+
+def _stacked(panels: Sequence[Panel]) -> list[Panel]:
+    """Return for panels of one row a panel for each subject, with a row for each model, the first on top."""
+    models = list(dict.fromkeys(panel.first.model for panel in reversed(panels)))
+    return [
+        Panel(subject, group[0].columns, tuple(models),
+              {(models.index(panel.first.model), column): cell
+               for panel in group for (_, column), cell in panel.cells.items()})
+        for subject, group in _groups(panels).items()
+    ]  # fmt: skip
+
+
+def _by_subject(panels: Sequence[Panel]) -> list[list[Panel]]:
+    """Return the panels of each subject, called by their model alone, and by the subject's name if there are more."""
+    groups = list(_groups(panels).values())
+    if len(groups) == 1:
+        return [[replace(panel, title=panel.first.model) for panel in groups[0]]]
+    return [[replace(panel, title=f"{_name(panel.first)}, {panel.first.model}") for panel in group] for group in groups]
+
+
+def _groups(panels: Sequence[Panel]) -> dict[str, list[Panel]]:
+    groups: dict[str, list[Panel]] = {}
+    for panel in panels:
+        groups.setdefault(panel.subject, []).append(panel)
+    return groups
+
+
+def _name(cell: ClaimCell | Number) -> str:
+    """Return what a cell is of, in a word."""
+    return cell.measure.name if isinstance(cell, Number) else cell.claim
+
+
+def _subject_keys(counts: Counts) -> list[Artist]:
+    """Return the words of the claims, of panels that are called by a claim's id or not at all."""
+    words = {claim.id: claim.title for claim, _ in counts.plan.claims} | {TOGETHER: "all claims together"}
+    return [_sign(claim, words.get(claim, claim)) for claim in dict.fromkeys(cell.claim for cell in counts.cells)]
+
+
+def _name_axes(drawn: Figure, shown: Sequence[Axes], plan: StudyPlan, sheet: Sheet) -> None:
     """Write what is along the axes: at each outer panel of a grid; once where a row is called by levels."""
     for axes in lowest([shown]):
         axes.tick_params(axis="x", labelbottom=True)
         if _gridded(plan):
-            axes.set_xlabel(plain(wrapped(" ".join(plan.axes[0].words()), panel_inches, 8)), fontsize=8)
+            axes.set_xlabel(plain(wrapped(" ".join(plan.axes[0].words()), sheet.panel, 8)), fontsize=8)
         if _mapped(plan):
             axes.set_xlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
     if _gridded(plan) and len(plan.axes) > 1:
-        for axes in leftmost([shown]):
+        if sheet.tight:
+            drawn.supylabel(plain(" ".join(plan.axes[1].words())), fontsize=8)
+        for axes in leftmost([shown]) if not sheet.tight else ():
             axes.set_ylabel(plain("\n".join(plan.axes[1].words())), fontsize=8)
     elif _mapped(plan):
         drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
@@ -190,76 +194,12 @@ def _name_axes(drawn: Figure, shown: Sequence[Axes], plan: StudyPlan, panel_inch
         drawn.supylabel(plain(", ".join(axis.name for axis in plan.axes)), fontsize=8)
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
-    """Sizes that panels need, inches.
-
-    Parameters
-    ----------
-    left
-        Width of the labels of rows.
-    least, high
-        Least width of a cell, and its height.
-    """
-
-    left: float
-    least: float
-    high: float
-
-    @property
-    def most(self) -> int:
-        """The most cells beside each other on a page."""
-        return max(int((WIDTH - self.left - MARGIN - GAP) / self.least), 1)
-
-    def columns(self, panels: int, wide: int) -> int:
-        """Return how many panels of ``wide`` cells stand beside each other, of so many ``panels``."""
-        fitting = int((WIDTH - self.left - MARGIN) / (max(wide * self.least, LEAST_PANEL) + GAP))
-        return max(min(panels, fitting, MOST_COLUMNS), 1)
-
-
-def _layout(panels: Sequence[Panel]) -> Layout:
-    cells = [cell for panel in panels for cell in panel.cells.values()]
-    lines = [
-        line
-        for cell in cells
-        for line in (cell.text(), *(_notes(cell).split("\n") if isinstance(cell, Number) else ()))
-    ]
-    labels = [line for panel in panels for row in panel.rows for line in _row_label(row).split("\n")]
-    of_rows = max(_row_label(row).count("\n") + 1 for panel in panels for row in panel.rows)
-    numbers = any(isinstance(cell, Number) for cell in cells)
-    return Layout(
-        LETTER_INCHES * max(map(len, labels)),
-        LETTER_INCHES * max(map(len, lines), default=1) + 0.05,
-        max(NUMBER_HIGH if numbers else CLAIM_HIGH, LINE * of_rows + 0.06),
-    )
-
-
-def _row_label(row: str) -> str:
-    """Break the label of a row into lines that leave room for the cells."""
-    return wrapped(row, MOST_LABEL, 8)
-
-
-def _parts(panel: Panel, most: int) -> list[Panel]:
-    """Break a panel of more than ``most`` columns into panels of about equally many, below each other."""
-    number = math.ceil(len(panel.columns) / most)
-    if number <= 1:
-        return [panel]
-    share = math.ceil(len(panel.columns) / number)
-    starts = range(0, len(panel.columns), share)
-    return [
-        Panel(f"{panel.title} ({place} of {len(starts)})", panel.columns[start : start + share], panel.rows,
-              {(row, column - start): cell for (row, column), cell in panel.cells.items()
-               if start <= column < start + share})
-        for place, start in enumerate(starts, 1)
-    ]  # fmt: skip
-
-
 def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Artist]:
     """Return what the cells' signs mean, in words: of those that there are."""
     cells = [cell for panel in panels for cell in panel.cells.values()]
     judged = [cell for cell in cells if isinstance(cell, ClaimCell)]
     numbers = [cell for cell in cells if isinstance(cell, Number)]
-    notes = {note for number in numbers for note in _notes(number).split("\n")}
+    signs = {note for number in numbers for note in notes(number).split("\n")}
     keys: list[Artist] = []
     if judged:
         total = counts.plan.replicates
@@ -271,8 +211,8 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
         keys.append(Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words))
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
         keys.append(_sign("a-b", "lowest and highest value of a replicate"))
-    keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in notes]
-    if BELOW_THRESHOLD in notes:
+    keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in signs]
+    if BELOW_THRESHOLD in signs:
         keys.append(_sign(BELOW_THRESHOLD, "the value does not pass the model's threshold"))
     if framed and any(axis.default is not None for axis in counts.plan.axes):
         keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
@@ -317,12 +257,15 @@ def _grids(counts: Counts) -> list[Panel]:
     words = _words(counts)
     panels = []
     for title, cells in by_claim(counts.cells).items():
-        about = "all together" if cells[0].claim == TOGETHER else f"{title}{words.get(cells[0].claim, '')}"
-        panels.append(Panel(about, columns, rows, {place(cell): cell for cell in cells}))
+        claim, model = cells[0].claim, title.removeprefix(cells[0].claim)  # ", MODEL" of several models
+        about = f"all together{model}" if claim == TOGETHER else f"{title}{words.get(claim, '')}"
+        subject = "all together" if claim == TOGETHER else f"{claim}{words.get(claim, '')}"
+        panels.append(Panel(about, columns, rows, {place(cell): cell for cell in cells}, subject))
     for title, numbers in by_measure(counts.numbers).items():
         unit = f", {numbers[0].measure.unit}" if numbers[0].measure.unit else ""
-        about = f"{title}{unit}  ({numbers[0].experiment})"
-        panels.append(Panel(about, columns, rows, {place(number): number for number in numbers}))
+        more = f"{unit}  ({numbers[0].experiment})"
+        cells_of = {place(number): number for number in numbers}
+        panels.append(Panel(f"{title}{more}", columns, rows, cells_of, f"{numbers[0].measure.name}{more}"))
     return panels
 
 
@@ -342,11 +285,13 @@ def _maps(counts: Counts) -> list[Panel]:
     def place(point: Point) -> tuple[int, int]:
         return rows.index(point.values[-1][1]), columns.index(_across(point))
 
-    return [
-        Panel("all together" if cells[0].claim == TOGETHER else title + words.get(cells[0].claim, ""), columns, rows,
-              {place(cell.point): cell for cell in cells})
-        for title, cells in by_claim(counts.cells).items()
-    ]  # fmt: skip
+    panels = []
+    for title, cells in by_claim(counts.cells).items():
+        claim, model = cells[0].claim, title.removeprefix(cells[0].claim)
+        about = f"all together{model}" if claim == TOGETHER else title + words.get(claim, "")
+        subject = "all together" if claim == TOGETHER else claim + words.get(claim, "")
+        panels.append(Panel(about, columns, rows, {place(cell.point): cell for cell in cells}, subject))
+    return panels
 
 
 def _across(point: Point) -> str:
@@ -392,7 +337,7 @@ def _counted(counts: Counts) -> str:
     return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeat{plural} each'}"
 
 
-def _claims(axes: Axes, panel: Panel) -> AxesImage:
+def _claims(axes: Axes, panel: Panel, label: float) -> AxesImage:
     held = np.zeros((len(panel.rows), len(panel.columns)))
     for (row, column), cell in panel.cells.items():
         assert isinstance(cell, ClaimCell)
@@ -404,11 +349,11 @@ def _claims(axes: Axes, panel: Panel) -> AxesImage:
         axes.text(column, row, cell.text(), ha="center", va="center", fontsize=8, bbox=clear,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
     image = axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
-    _frame(axes, panel)
+    _frame(axes, panel, label)
     return image
 
 
-def _numbers(axes: Axes, panel: Panel) -> AxesImage:
+def _numbers(axes: Axes, panel: Panel, sheet: Sheet, limits: tuple[float, float]) -> AxesImage:
     """Draw the cells of one measure; a second line has its spread over replicates, or its mark."""
     values = np.full((len(panel.rows), len(panel.columns)), np.nan)
     for (row, column), number in panel.cells.items():
@@ -417,34 +362,27 @@ def _numbers(axes: Axes, panel: Panel) -> AxesImage:
             axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec=HATCH, hatch="///", lw=0))
         else:
             values[row, column] = number.value
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    (low, high), line = limits, LINE / sheet.row
+    values_up, notes_down = ((0.0, 0.16, 0.28), (0.0, 0.22, 0.14)) if sheet.row >= NUMBER_HIGH else (
+        (0.0, 0.5 * line, line), (0.0, 0.5 * line, 0.5 * line)
+    )  # fmt: skip
     for (row, column), number in panel.cells.items():
         assert isinstance(number, Number)
         dark = number.value is not None and high > low and (number.value - low) / (high - low) > 0.6
         style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
-        notes = _notes(number)
-        lines = notes.count("\n") + 1 if notes else 0
-        axes.text(column, row + (0.0, 0.16, 0.28)[lines], number.text(), fontsize=8, **style)
-        axes.text(column, row - (0.0, 0.22, 0.14)[lines], notes, fontsize=8, **style)
+        more = cell_lines(number)[1:]
+        axes.text(column, row + values_up[len(more)], number.text(), fontsize=8, **style)
+        axes.text(column, row - notes_down[len(more)], "\n".join(more), fontsize=8, **style)
     most = high + 0.15 * (high - low)
     image = axes.imshow(values, cmap=SCALE, vmin=low, vmax=most, origin="lower", aspect="auto", zorder=0)
-    _frame(axes, panel)
+    _frame(axes, panel, sheet.label)
     return image
 
 
-def _notes(number: Number) -> str:
-    """Say, as a cell's further lines, the replicates' lowest and highest value if they differ, and the mark's words."""
-    spread = ""
-    if number.lowest is not None and number.highest is not None and number.lowest != number.highest:
-        spread = f"{number.lowest:.3g}-{number.highest:.3g}"
-    return "\n".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
-
-
-def _frame(axes: Axes, panel: Panel) -> None:
+def _frame(axes: Axes, panel: Panel, label: float) -> None:
     """Ticks, and lines between the cells."""
-    axes.set_xticks(range(len(panel.columns)), [plain(label) for label in panel.columns])
-    rows = [plain(_row_label(label)) for label in panel.rows] if any(panel.rows) else []
+    axes.set_xticks(range(len(panel.columns)), [plain(column) for column in panel.columns])
+    rows = [plain(broken(row, label)) for row in panel.rows] if any(panel.rows) else []
     axes.set_yticks(range(len(rows)), rows)
     axes.tick_params(length=0, labelbottom=True)
     axes.set_xticks(np.arange(len(panel.columns) - 1) + 0.5, minor=True)
@@ -453,8 +391,11 @@ def _frame(axes: Axes, panel: Panel) -> None:
     axes.tick_params(which="minor", length=0)
 
 
-def _mark_default(axes: Axes, moved: Sequence[Axis]) -> None:
-    """Triangles where the defaults lie along the axes, and a frame around a cell that is the default in all."""
+def _mark_default(axes: Axes, moved: Sequence[Axis], rows: int) -> None:
+    """Triangles where the defaults lie along the axes, and a frame around a cell that is the default in all.
+
+    Where there is one axis, the frame is around all ``rows``.
+    """
     across, up = (*moved, None)[:2]
     assert across is not None
     x, y = place(across), place(up) if up else 0.0
@@ -464,7 +405,8 @@ def _mark_default(axes: Axes, moved: Sequence[Axis]) -> None:
     if y is not None and up:
         axes.plot(1.0, y, marker="<", transform=axes.get_yaxis_transform(), **style)
     if x is not None and y is not None and x == round(x) and y == round(y):
-        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
+        high = 1 if up else rows
+        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, high, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
 
 
 def _frame_default(axes: Axes, plan: StudyPlan, panel: Panel) -> None:
