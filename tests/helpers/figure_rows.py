@@ -180,7 +180,7 @@ def ranges(models: Sequence[str]) -> Figure:
 
 
 def edges(models: Sequence[str]) -> Figure:
-    """Both directions at two speeds, as the experiment has them; a model of the user's answers most, some models not."""
+    """Both directions at two speeds, as the experiment has; a model of the user's answers most, some models not."""
     clips = [{"polarity": polarity, "motion": motion, "speed": speed} for polarity in ("off", "on")
              for motion in ("rightward", "leftward") for speed in (60.0, 120.0)]  # fmt: skip
     rows = clip_rows(models, clips)
