@@ -12,11 +12,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.clips import thresholds as threshold_lines
 from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
 from experiments.bench.figures.palette import Mark, marks
-from experiments.bench.figures.plotting import STYLE, WIDTH, columns_of_key, extra_widths, plain, wrapped
+from experiments.bench.figures.plotting import (
+    LETTER_INCHES,
+    PAGE,
+    STYLE,
+    WIDTH,
+    columns_of_key,
+    extra_widths,
+    plain,
+    rows_inches,
+    wrapped,
+)
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -35,10 +46,20 @@ WIDTHS = (1.15, 1.0, 0.95)
 """Widths of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
 SAME = 0.004
 """Potentials that differ by less look like one curve."""
-MOST_WRITTEN = 4
-"""Bars beyond which they stand in a row of their own, and words and numbers at them upright."""
-HIGH, UPRIGHT_HIGH, KEY_HIGH = 2.55, 3.0, 0.17
-"""Heights of a row of panels, of a row of bars with their words, and of a line of the key, inches."""
+MOST_BARS = 2.6
+"""Width of the bars of a polarity, inches: wider ones lie below the traces, with their names beside them."""
+LEAST_BAR, BARS_AROUND = 0.47, 0.4
+"""Least width of a bar with its words, and of what is beside the bars, inches."""
+HIGH, LOW, AXIS_HIGH, KEY_HIGH = 2.55, 2.25, 0.75, 0.17
+"""Heights of a row of panels, and with many models; of what is above and below bars that lie; of a line of the key."""
+TITLE_HIGH = 0.8
+"""Height of the title and of what is around the key, inches."""
+BOUNDS = (100.0 * MOST_OF_DRIVEN, 100.0 * LEAST_OF_OTHER)
+"""Bounds of C22, per cent."""
+ROOM_OF_NUMBERS = 45.0
+"""Room for the numbers right of the longest bar that lies, per cent."""
+MARK_POINTS = 6.0
+"""Distance of a model's marker from its bar that lies, points."""
 
 
 def shares(rows: Rows) -> dict[tuple[str, str], float]:
@@ -85,21 +106,26 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
     motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda pair: (pair[0] != "rightward", *pair))
     looks, left = marks(models), shares(rows)
+    others = [model for model in models if any((row["clip"], model) in left for row in rows)]
+    of_bars = _bars_inches(others)
+    below = of_bars > MOST_BARS
     with mpl.rc_context(STYLE):
-        below = len(models) - 1 > MOST_WRITTEN
-        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(motions), *([] if below else [WIDTHS[2]]))
-        heights = [high for _ in polarities for high in ((HIGH, UPRIGHT_HIGH) if below else (HIGH,))]
-        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()]
-        keys += threshold_lines.keys(thresholds, models)
+        ratios = [WIDTHS[0], *[WIDTHS[1]] * len(motions)]
+        ratios += [] if below else [max(WIDTHS[2], sum(ratios) * of_bars / (WIDTH - of_bars))]
+        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()
+                if not (below and model in others)]  # fmt: skip
+        keys += [*threshold_lines.keys(thresholds, models), *([_key_of_bounds()] if below else [])]
         across = columns_of_key([line for key in keys for line in str(key.get_label()).split("\n")], WIDTH, 8)
-        size = (WIDTH, sum(heights) + KEY_HIGH * -(-len(keys) // across) + 0.8)
-        drawn = Figure(figsize=size, layout="constrained")
-        grid = drawn.add_gridspec(len(heights), len(ratios), width_ratios=ratios, height_ratios=heights)
+        upper, words = len(polarities) * (LOW if below else HIGH), TITLE_HIGH + KEY_HIGH * -(-len(keys) // across)
+        lower = rows_inches(len(others), PAGE - upper - words - AXIS_HIGH) + AXIS_HIGH if below else 0.0
+        drawn = Figure(figsize=(WIDTH, upper + lower + words), layout="constrained")
+        split: Any = drawn.subfigures(2, 1, height_ratios=[upper, lower]) if below else [drawn]
+        parts = list(split)
+        grid = parts[0].add_gridspec(len(polarities), len(ratios), width_ratios=ratios)
+        lying = parts[1].subplots(1, len(polarities), sharey=True, squeeze=False)[0] if below else []
         highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
         for down, polarity in enumerate(polarities):
-            first = 2 * down if below else down
-            icons, *places = (drawn.add_subplot(grid[first, place]) for place in range(len(ratios)))
-            bars = drawn.add_subplot(grid[first + 1, :]) if below else places[-1]
+            icons, *places = (parts[0].add_subplot(grid[down, place]) for place in range(len(ratios)))
             traces = places[: len(motions)]
             edge_rows = [row for row in rows if row["polarity"] == polarity]
             _icons(icons, polarity, 2.0 if below else 1.0)
@@ -112,9 +138,18 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 axes.set_title(f"{motion},\n{speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
-            _bars(bars, edge_rows, left, looks)
+            if below:
+                _lying_bars(lying[down], CASES[polarity][0], _by_clip(edge_rows, left, others), looks)
+            else:
+                _bars(places[-1], _by_clip(edge_rows, left, others), looks)
         drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
     return drawn
+
+
+def _bars_inches(models: Sequence[str]) -> float:
+    """Return the width of upright bars with the names of ``models`` below them."""
+    words = [word for model in models for word in _said(model).split()]
+    return (len(models) + 0.5) * max(LEAST_BAR, *(LETTER_INCHES * len(word) for word in words), 0.0) + BARS_AROUND
 
 
 def _said(model: str) -> str:
@@ -166,29 +201,64 @@ def _look(model: str, mark: Mark, count: int, extra: float = 0.0) -> dict[str, A
     return {"color": mark.colour, "lw": 1.2 + extra, **dots}
 
 
-def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: Mapping[str, Mark]) -> None:
-    """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
+def _by_clip(rows: Rows, left: Mapping[tuple[str, str], float], models: Sequence[str]) -> dict[str, list[float]]:
+    """Return the shares of each model over the clips, per cent; none of a model that was not shown them."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
-    others = [model for model in looks if model != DSNN and any((clip, model) in left for clip in clips)]
-    upright = 90 if len(others) > MOST_WRITTEN else 0
+    return {model: [100.0 * left[clip, model] for clip in clips if (clip, model) in left] for model in models}
+
+
+def _reach(shares: Sequence[float], gap: str) -> str:
+    """Return the smallest and largest share in words, with ``gap`` between them."""
+    if max(shares) - min(shares) < 0.05:
+        return f"{min(shares):.1f} %"
+    return f"{min(shares):.0f} to{gap}{max(shares):.0f} %"
+
+
+def _bars(axes: Axes, left: Mapping[str, Sequence[float]], looks: Mapping[str, Mark]) -> None:
+    """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
+    others = [model for model, shares in left.items() if shares]
     for place, model in enumerate(others):
-        shares = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
+        shares = left[model]
         axes.bar(place, float(np.mean(shares)), width=0.62, color=looks[model].colour, alpha=0.75)
         axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
-        text = f"{min(shares):.1f}" if max(shares) - min(shares) < 0.05 else f"{min(shares):.0f} to\n{max(shares):.0f}"
-        axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=8, ha="center", va="bottom", rotation=upright,
+        axes.text(place, max(shares) + CLEAR, _reach(shares, "\n"), fontsize=8, ha="center", va="bottom",
                   bbox={"fc": "white", "lw": 0, "pad": 0.4}, zorder=4)  # fmt: skip
-    for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
-        axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
-        axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=8,
+    for bound in BOUNDS:
+        axes.axhline(bound, color=MARK, ls="--", lw=0.9)
+        axes.annotate(f"{bound:g} %", (1.0, bound), xycoords=("axes fraction", "data"), fontsize=8,
                       color=MARK, ha="right", va="bottom")  # fmt: skip
-    names = [_said(model) if upright else _said(model).replace(" ", "\n") for model in others]
-    axes.set_xticks(range(len(others)), names, fontsize=8, rotation=upright)
-    highest = max((100.0 * left[clip, model] for clip in clips for model in others if (clip, model) in left), default=0)
-    axes.set(
-        ylim=(0.0, max(118.0, highest + (60.0 if upright else 18.0))),
-        xlim=(-0.5, len(others) + (1.0 if upright else 0.0)),
-    )
+    axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others], fontsize=8)
+    highest = max((share for shares in left.values() for share in shares), default=0.0)
+    axes.set(ylim=(0.0, max(118.0, highest + 18.0)), xlim=(-0.5, len(others)))
     axes.set_yticks([0, 25, 50, 75, 100])
     axes.tick_params(axis="y", labelsize=8)
-    axes.set_title("largest |HS|, % of intact" if upright else "largest |HS|,\n% of intact", fontsize=8)
+    axes.set_title("largest |HS|,\n% of intact", fontsize=8)
+
+
+def _lying_bars(axes: Axes, title: str, left: Mapping[str, Sequence[float]], looks: Mapping[str, Mark]) -> None:
+    """Draw the bars of `_bars` below each other, each beside its model's name and marker."""
+    whole = axes.get_figure(root=True)
+    assert whole is not None
+    aside = ScaledTranslation(-MARK_POINTS / 72, 0.0, whole.dpi_scale_trans)
+    for place, (model, shares) in enumerate(left.items()):
+        tint, marker = looks[model].colour, looks[model].marker
+        axes.plot(0.0, place, marker, ms=4, color=tint, transform=axes.transData + aside, clip_on=False)
+        if shares:
+            axes.barh(place, float(np.mean(shares)), height=0.7, color=tint, alpha=0.75)
+            axes.plot(shares, place + np.linspace(-0.2, 0.2, len(shares)), "o", ms=2, color=INK, zorder=3)
+            axes.text(max(shares) + CLEAR / 2, place, _reach(shares, " "), fontsize=8, va="center", zorder=4,
+                      bbox={"fc": "white", "lw": 0, "pad": 0.4})  # fmt: skip
+    for bound in BOUNDS:
+        axes.axvline(bound, color=MARK, ls="--", lw=0.9)
+    axes.set_yticks(range(len(left)), [_named(model) for model in left], fontsize=8)
+    axes.tick_params(axis="y", length=0, pad=2 * MARK_POINTS)
+    axes.set_xticks([0, 25, 50, 75, 100])
+    highest = max((share for shares in left.values() for share in shares), default=0.0)
+    axes.set(ylim=(len(left) - 0.5, -0.5), xlim=(0.0, max(100.0, highest) + ROOM_OF_NUMBERS))
+    axes.set_xlabel("largest |HS| (% of intact)", fontsize=8)
+    axes.set_title(title, fontsize=8, loc="left")
+
+
+def _key_of_bounds() -> Line2D:
+    low, high = (f"{bound:g} %" for bound in BOUNDS)
+    return Line2D([], [], color=MARK, ls="--", lw=0.9, label=f"bounds of C22: {low} and {high}")
