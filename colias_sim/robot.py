@@ -249,7 +249,7 @@ class Robot:
         return WheelSpeeds(left * scale, right * scale)
 
     def motion_of(self, wheels: WheelSpeeds) -> tuple[float, float]:
-        """Compute what wheel speeds come to, the inverse of `wheels_for`.
+        """Compute the motion of the robot under wheel speeds, the inverse of `wheels_for`.
 
         Parameters
         ----------

@@ -35,11 +35,13 @@ MODULES = 8
 """Test modules that a mutant is given."""
 LIMIT_S = 600.0
 """What these may take together before it is said to hang."""
+FAILED = Path(".pytest_cache", "v", "cache", "lastfailed")
+"""Pytest's record of the tests that failed, in the folder where it ran."""
 
 
 @dataclass(frozen=True)
 class Area:
-    """A part of the source that mutants are drawn from, and the tests that are nearest to it."""
+    """A part of the source that mutants are drawn from, and the folders and files with the tests of it."""
 
     sources: tuple[str, ...]
     tests: tuple[str, ...]
@@ -48,13 +50,13 @@ class Area:
 AREAS: Mapping[str, Area] = {
     "network": Area(
         ("dsnn/*.py", "dsnn/direction/*.py", "dsnn/looming/*.py", "dsnn/onboard/*.py"),
-        ("tests/dsnn", "tests/bench/robot/test_trial.py"),
+        ("tests/dsnn", "tests/dsnn/test_network.py", "tests/bench/robot/test_trial.py"),
     ),
     "camera": Area(
         tuple(f"colias_sim/{name}.py" for name in ("camera", "exposure", "sensor", "simulation", "lens", "noise")),
-        ("tests/colias_sim", "tests/bench/robot/test_trial.py"),
+        ("tests/colias_sim", "tests/colias_sim/test_eye.py", "tests/bench/robot/test_trial.py"),
     ),
-    "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs",)),
+    "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs", "tests/colias_sim/envs/test_envs_physics.py")),
     "judges": Area(
         (
             "experiments/claims/c*.py", "experiments/bench/robot/judging.py",
@@ -338,7 +340,7 @@ def copy(target: Path) -> None:
 def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """Run pytest in the copy, in one process, and end all that it started."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
+    command = [sys.executable, "-m", "pytest", "-q", "--cache-clear", *arguments]
     with subprocess.Popen(
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         start_new_session=True,
@@ -354,7 +356,8 @@ def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProces
 def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     """Return the test modules that name a mutant's module, class and function, those that fewest name before others.
 
-    First come those whose file has the module's name in its own.
+    First come those whose file has the module's name in its own. The files that an area names are among them, as they
+    test what no test calls by its name.
     """
     places = [folder / test for test in tests]
     modules = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("test_*.py")))
@@ -366,14 +369,17 @@ def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
         for test in naming_tests:
             scores[test] += 1 / len(naming_tests)
     for test in texts:
-        scores[test] += 2 * bool(re.search(rf"_{site.path.stem}(_|$)", Path(test).stem))
+        scores[test] += 2 * bool(re.search(rf"_{site.path.stem}(_|$)", Path(test).stem)) + (test in tests)
     return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 
-def first_failure(done: subprocess.CompletedProcess[str]) -> str:
-    """Return the id of the first test that failed, or of the module that could not be imported."""
-    lines = [line.split(" ") for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
-    return lines[0][1] if lines else ""
+def first_failure(folder: Path) -> str:
+    """Return the id of the test that failed in the last run of `pytest`, or of the module that could not be imported.
+
+    It is read from pytest's own record, as an id in the printed summary ends where nobody can tell: it may have spaces.
+    """
+    record = folder / FAILED
+    return next(iter(json.loads(record.read_text(encoding="utf-8")))) if record.exists() else ""
 
 
 def judge(site: Site | None, mutant: Mutant, folder: Path, failing: list[str]) -> Result:
@@ -386,8 +392,8 @@ def judge(site: Site | None, mutant: Mutant, folder: Path, failing: list[str]) -
     while not outcome:
         site.path.write_bytes(site.apply(source))
         try:
-            done = pytest(folder, ["-x", "--tb=no", "-rfE", *(f"--deselect={test}" for test in failing), *tests])
-            by = first_failure(done)
+            done = pytest(folder, ["-x", "--tb=no", *(f"--deselect={test}" for test in failing), *tests])
+            by = first_failure(folder)
             outcome = "survived" if done.returncode == 0 else "killed"
         except subprocess.TimeoutExpired:
             outcome = "timed out"

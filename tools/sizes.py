@@ -79,12 +79,9 @@ def sizes(revision: str = "") -> tuple[Mapping[str, int], Mapping[str, int]]:
     code: Counter[str] = Counter()
     data: Counter[str] = Counter()
     for path, text in sources(revision):
-        names = {room(path), path.parts[0]}
-        for name in names:
-            if path.suffix == ".py":
-                code[name] += code_lines(text)
-            else:
-                data[name] += sum(bool(line.strip()) for line in text.splitlines())
+        lines = code_lines(text) if path.suffix == ".py" else sum(bool(line.strip()) for line in text.splitlines())
+        for name in {room(path), path.parts[0]}:
+            (code if path.suffix == ".py" else data)[name] += lines
     return code, data
 
 

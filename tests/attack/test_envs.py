@@ -52,7 +52,7 @@ def _other(answer: dict, honest: dict) -> bool:
 
 def _through_envs(folder: Path, how: str, cases: Sequence[Case]) -> dict[str, dict]:
     written = [case.write(folder) for case in cases]
-    ended = python(folder, [str(ENVS), how, *written], environment={"ATTACK_LAST": "9"})
+    ended = python(folder, [str(ENVS), how, *written], environment={"ATTACK_LAST": "9"}, timeout_s=600.0)
     assert ended.status == 0 and ended.left == (), _tail(ended)
     return json.loads((folder / "answers.json").read_text())
 

@@ -227,7 +227,7 @@ def test_set_takes_a_preset_first_and_then_the_others():
 
 
 @pytest.mark.parametrize(
-    ("assignments", "said"),
+    ("assignments", "message"),
     [
         (["camera.preset=ov"], "camera.preset=ov: legal is default, ideal, ov7670"),
         (["camera.preset=ov7670", "camera.ae_zone=1"], "jump over the control zone 107..109"),
@@ -244,6 +244,6 @@ def test_set_takes_a_preset_first_and_then_the_others():
         (["camera.preset=ov7670", "camera.still_background=true"], "legal is a global shutter, row_time_us=0"),
     ],
 )
-def test_settings_that_cannot_be_are_refused_by_name_and_range(assignments, said):
-    with pytest.raises(UsageError, match=said):
+def test_settings_that_cannot_be_are_refused_by_name_and_range(assignments, message):
+    with pytest.raises(UsageError, match=message):
         set_camera(*assignments)

@@ -12,19 +12,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.clips import thresholds as threshold_lines
 from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
 from experiments.bench.figures.palette import Mark, marks
 from experiments.bench.figures.plotting import (
     LETTER_INCHES,
+    PAGE,
     STYLE,
-    TYPE,
     WIDTH,
     columns_of_key,
     extra_widths,
     plain,
+    rows_inches,
     wrapped,
 )
 
@@ -39,17 +40,26 @@ DARK, LIGHT, MARK, INK = "#4a4a4a", "#f4f4f4", "#c21f3a", "#222222"
 SKY = "#b9b9b9"
 """The ground in the icons, between the greys of the two objects."""
 NAMES = {DSNN: "intact", "dsnn-on-blocked": "ON blocked", "dsnn-off-blocked": "OFF blocked"}
-WIDTHS = (1.15, 1.0, 1.3)
+CLEAR = 7.0
+"""Distance of a bar's numbers above its highest dot, per cent: over the line at 5 %."""
+WIDTHS = (1.15, 1.0, 0.95)
 """Widths of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
 SAME = 0.004
 """Potentials that differ by less look like one curve."""
-BAR_INCHES = 0.22
-"""Least room of a bar whose words stand upright, inches. Where bars have less, they are in rows of their own."""
-BOUND_INCHES = 0.5
-"""Room of the numbers at the bounds, right of the bars, inches."""
-HIGH, LOWER, BARS_HIGH, KEY_HIGH = 2.55, 2.0, 1.2, 0.17
-"""Heights of a row of panels with bars beside them, and with bars below, of a row of bars without their words, and of
-a line of the key, inches."""
+MOST_BARS = 2.6
+"""Width of the bars of a polarity, inches: wider ones lie below the traces, with their names beside them."""
+LEAST_BAR, BARS_AROUND = 0.47, 0.4
+"""Least width of a bar with its words, and of what is beside the bars, inches."""
+HIGH, LOW, AXIS_HIGH, KEY_HIGH = 2.55, 2.25, 0.75, 0.17
+"""Heights of a row of panels, and with many models; of what is above and below bars that lie; of a line of the key."""
+TITLE_HIGH = 0.8
+"""Height of the title and of what is around the key, inches."""
+BOUNDS = (100.0 * MOST_OF_DRIVEN, 100.0 * LEAST_OF_OTHER)
+"""Bounds of C22, per cent."""
+ROOM_OF_NUMBERS = 45.0
+"""Room for the numbers right of the longest bar that lies, per cent."""
+MARK_POINTS = 6.0
+"""Distance of a model's marker from its bar that lies, points."""
 
 
 def shares(rows: Rows) -> dict[tuple[str, str], float]:
@@ -96,30 +106,29 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
     motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda pair: (pair[0] != "rightward", *pair))
     looks, left = marks(models), shares(rows)
+    others = [model for model in models if any((row["clip"], model) in left for row in rows)]
+    of_bars = _bars_inches(others)
+    below = of_bars > MOST_BARS
     with mpl.rc_context(STYLE):
-        others = [_said(model) for model in models if model != DSNN]
-        ratios: tuple[float, ...] = (WIDTHS[0], *[WIDTHS[1]] * len(motions), WIDTHS[2])
-        beside = WIDTH * WIDTHS[2] / sum(ratios) - 0.45
-        below = BAR_INCHES * len(others) > beside - BOUND_INCHES
-        bar_inches = (WIDTH - 0.6, BARS_HIGH - 0.3) if below else (beside, HIGH - 1.2)
-        heights, words = [HIGH] * len(polarities), 0.0
-        if not others:
-            ratios = ratios[:-1]
-        elif below:  # the bars of all polarities on each other, with the models' names below the last
-            words = max(map(len, others), default=0) * LETTER_INCHES if _upright(others, bar_inches[0]) else 0.3
-            ratios, heights = ratios[:-1], [*[LOWER] * len(polarities), *[BARS_HIGH] * len(polarities)]
-        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()]
-        keys += threshold_lines.keys(thresholds, models)
+        ratios = [WIDTHS[0], *[WIDTHS[1]] * len(motions)]
+        ratios += [] if below else [max(WIDTHS[2], sum(ratios) * of_bars / (WIDTH - of_bars))]
+        keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()
+                if not (below and model in others)]  # fmt: skip
+        keys += [*threshold_lines.keys(thresholds, models), *([_key_of_bounds()] if below else [])]
         across = columns_of_key([line for key in keys for line in str(key.get_label()).split("\n")], WIDTH, 8)
-        size = (WIDTH, sum(heights) + words + KEY_HIGH * -(-len(keys) // across) + 0.8)
-        drawn = Figure(figsize=size, layout="constrained")
-        grid = drawn.add_gridspec(len(heights), len(ratios), width_ratios=ratios, height_ratios=heights)
+        upper, words = len(polarities) * (LOW if below else HIGH), TITLE_HIGH + KEY_HIGH * -(-len(keys) // across)
+        lower = rows_inches(len(others), PAGE - upper - words - AXIS_HIGH) + AXIS_HIGH if below else 0.0
+        drawn = Figure(figsize=(WIDTH, upper + lower + words), layout="constrained")
+        split: Any = drawn.subfigures(2, 1, height_ratios=[upper, lower]) if below else [drawn]
+        parts = list(split)
+        grid = parts[0].add_gridspec(len(polarities), len(ratios), width_ratios=ratios)
+        lying = parts[1].subplots(1, len(polarities), sharey=True, squeeze=False)[0] if below else []
         highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
         for down, polarity in enumerate(polarities):
-            icons, *places = (drawn.add_subplot(grid[down, place]) for place in range(len(ratios)))
+            icons, *places = (parts[0].add_subplot(grid[down, place]) for place in range(len(ratios)))
             traces = places[: len(motions)]
             edge_rows = [row for row in rows if row["polarity"] == polarity]
-            _icons(icons, polarity)
+            _icons(icons, polarity, 2.0 if below else 1.0)
             for axes, (motion, speed) in zip(traces, motions, strict=True):
                 here = [row for row in edge_rows if (row["motion"], row["speed"]) == (motion, speed)]
                 _traces(axes, here, frames, looks)
@@ -129,15 +138,18 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 axes.set_title(f"{motion},\n{speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
-            if not others:
-                continue
-            bars = drawn.add_subplot(grid[len(polarities) + down, :]) if below else places[-1]
-            _bars(bars, edge_rows, left, looks, bar_inches)
             if below:
-                bars.tick_params(axis="x", labelbottom=polarity == polarities[-1])
-                bars.set_title(f"{CASES[polarity][0].partition(':')[0]}: {bars.get_title()}", fontsize=8)
+                _lying_bars(lying[down], CASES[polarity][0], _by_clip(edge_rows, left, others), looks)
+            else:
+                _bars(places[-1], _by_clip(edge_rows, left, others), looks)
         drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
     return drawn
+
+
+def _bars_inches(models: Sequence[str]) -> float:
+    """Return the width of upright bars with the names of ``models`` below them."""
+    words = [word for model in models for word in _said(model).split()]
+    return (len(models) + 0.5) * max(LEAST_BAR, *(LETTER_INCHES * len(word) for word in words), 0.0) + BARS_AROUND
 
 
 def _said(model: str) -> str:
@@ -148,25 +160,27 @@ def _named(model: str) -> str:
     return f"{model} ({NAMES[model]})" if model in NAMES else plain(model)
 
 
-def _icons(axes: Axes, polarity: str) -> None:
-    """Draw both objects that have such an edge, the edge marked; and luminance over time where the edge passes."""
+def _icons(axes: Axes, polarity: str, inches: float) -> None:
+    """Draw both objects that have such an edge, the edge marked; and luminance over time where the edge passes.
+
+    Captions are ``inches`` wide.
+    """
     name, cases = CASES[polarity]
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
     axes.set_title(name.replace(": ", ":\n"), fontsize=8, loc="left", color=INK, fontweight="bold")
-    for bottom, caption in zip((9.9, 5.4), cases, strict=True):
+    for bottom, caption in zip((8.6, 4.4), cases, strict=True):
         dark, leading = caption.startswith("dark"), caption.endswith("leading edge")
-        axes.add_patch(Rectangle((0.2, bottom), 9.4, 1.6, fc=SKY, ec="none"))
-        axes.add_patch(Rectangle((3.2, bottom), 3.0, 1.6, fc=DARK if dark else LIGHT, ec="none"))
+        axes.add_patch(Rectangle((0.2, bottom), 9.4, 2.4, fc=SKY, ec="none"))
+        axes.add_patch(Rectangle((3.2, bottom), 3.0, 2.4, fc=DARK if dark else LIGHT, ec="none"))
         edge = 6.2 if leading else 3.2
-        axes.plot([edge, edge], [bottom, bottom + 1.6], color=MARK, lw=2.6, solid_capstyle="butt")
-        axes.annotate("", (9.2, bottom + 0.8), (6.8, bottom + 0.8), arrowprops={"arrowstyle": "->", "color": INK})
-        words = axes.text(0.2, bottom - 0.15, caption.replace(", ", ",\n"), fontsize=8, va="top", color=INK)
-        words.set_in_layout(False)  # they fit; the layout would narrow all panels by what stands out of a narrow one
+        axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
+        axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
+        axes.text(0.2, bottom - 0.15, wrapped(caption, inches, 8), fontsize=8, va="top", color=INK)
     high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
     axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
     axes.plot([4.9, 4.9], [0.9, 2.2], color=MARK, lw=2.2)
-    axes.text(0.2, 0.55, "luminance\nwhere it passes", fontsize=8, va="top", color=INK).set_in_layout(False)
+    axes.text(0.2, 0.55, "luminance\nwhere it passes", fontsize=8, va="top", color=INK)
 
 
 def _traces(axes: Axes, rows: Rows, frames: pa.Table, looks: Mapping[str, Mark]) -> None:
@@ -187,57 +201,64 @@ def _look(model: str, mark: Mark, count: int, extra: float = 0.0) -> dict[str, A
     return {"color": mark.colour, "lw": 1.2 + extra, **dots}
 
 
-def _upright(names: Sequence[str], inches: float) -> bool:
-    """Tell whether bars that are so many ``inches`` wide together have no room for words and numbers side by side."""
-    longest = max((len(word) for name in names for word in ("100 to", *name.split(" "))), default=0)
-    return (longest + 1) * LETTER_INCHES * len(names) > inches - BOUND_INCHES
-
-
-def _bars(
-    axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], looks: Mapping[str, Mark],
-    inches: tuple[float, float],
-) -> None:  # fmt: skip
-    """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip.
-
-    The panel is of about so many ``inches``.
-    """
+def _by_clip(rows: Rows, left: Mapping[tuple[str, str], float], models: Sequence[str]) -> dict[str, list[float]]:
+    """Return the shares of each model over the clips, per cent; none of a model that was not shown them."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
-    others = [model for model in looks if model != DSNN and any((clip, model) in left for clip in clips)]
-    shares = {model: [100.0 * left[clip, model] for clip in clips if (clip, model) in left] for model in others}
-    upright = _upright([_said(model) for model in others], inches[0])
-    texts = {model: _range_text(values, "\u2013" if upright else " to\n") for model, values in shares.items()}
-    highest = {model: max(values) for model, values in shares.items()}
-    above = {model: len(text) * LETTER_INCHES if upright else 2.5 * TYPE / 72.0 for model, text in texts.items()}
-    top = max([110.0, *(highest[model] / (0.92 - above[model] / inches[1]) for model in others)])
+    return {model: [100.0 * left[clip, model] for clip in clips if (clip, model) in left] for model in models}
+
+
+def _reach(shares: Sequence[float], gap: str) -> str:
+    """Return the smallest and largest share in words, with ``gap`` between them."""
+    if max(shares) - min(shares) < 0.05:
+        return f"{min(shares):.1f} %"
+    return f"{min(shares):.0f} to{gap}{max(shares):.0f} %"
+
+
+def _bars(axes: Axes, left: Mapping[str, Sequence[float]], looks: Mapping[str, Mark]) -> None:
+    """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
+    others = [model for model, shares in left.items() if shares]
     for place, model in enumerate(others):
-        axes.bar(place, float(np.mean(shares[model])), width=0.62, color=looks[model].colour, alpha=0.75)
-        beside = place + np.linspace(-0.2, 0.2, len(shares[model]))
-        axes.plot(beside, shares[model], "o", ms=3, color=INK, zorder=3)
-        # Over the line at 5 %, and clear of the highest dot.
-        axes.text(place, max(highest[model], 100.0 * MOST_OF_DRIVEN) + 0.04 * top, texts[model], fontsize=8,
-                  ha="center", va="bottom", rotation=90 if upright else 0, linespacing=0.95,
+        shares = left[model]
+        axes.bar(place, float(np.mean(shares)), width=0.62, color=looks[model].colour, alpha=0.75)
+        axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
+        axes.text(place, max(shares) + CLEAR, _reach(shares, "\n"), fontsize=8, ha="center", va="bottom",
                   bbox={"fc": "white", "lw": 0, "pad": 0.4}, zorder=4)  # fmt: skip
-    bounds = {100.0 * bound: f"{100 * bound:g} %" for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER)}
-    for bound in bounds:
+    for bound in BOUNDS:
         axes.axhline(bound, color=MARK, ls="--", lw=0.9)
-    if (max(bounds) - min(bounds)) / top * inches[1] < 1.3 * TYPE / 72.0:  # their numbers would lie on each other
-        bounds = {max(bounds): f"{min(bounds):g}, {max(bounds):g} %"}
-    for bound, words in bounds.items():
-        axes.annotate(words, (1.0, bound), xycoords=("axes fraction", "data"), fontsize=8, color=MARK, ha="right",
-                      va="bottom")  # fmt: skip
-    names = [_said(model) if upright else _said(model).replace(" ", "\n") for model in others]
-    axes.set_xticks(range(len(others)), names, fontsize=8, rotation=90 if upright else 0)
-    room = len(others) * BOUND_INCHES / (inches[0] - BOUND_INCHES)
-    axes.set(ylim=(0.0, top), xlim=(-0.5, len(others) - 0.5 + room))
-    if top <= 200.0:
-        axes.set_yticks([0, 25, 50, 75, 100])
-    else:
-        axes.yaxis.set_major_locator(MaxNLocator(4))
+        axes.annotate(f"{bound:g} %", (1.0, bound), xycoords=("axes fraction", "data"), fontsize=8,
+                      color=MARK, ha="right", va="bottom")  # fmt: skip
+    axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others], fontsize=8)
+    highest = max((share for shares in left.values() for share in shares), default=0.0)
+    axes.set(ylim=(0.0, max(118.0, highest + 18.0)), xlim=(-0.5, len(others)))
+    axes.set_yticks([0, 25, 50, 75, 100])
     axes.tick_params(axis="y", labelsize=8)
-    axes.set_title(wrapped("largest |HS|, % of intact", inches[0] + 0.4, 8), fontsize=8)
+    axes.set_title("largest |HS|,\n% of intact", fontsize=8)
 
 
-def _range_text(shares: Sequence[float], between: str) -> str:
-    """Return the least and the greatest of some shares, or the one number that they all are."""
-    least, most = (f"{end:.0f}" if end >= 10.0 else f"{end:.2g}" for end in (min(shares), max(shares)))
-    return f"{least} %" if least == most else f"{least}{between}{most} %"
+def _lying_bars(axes: Axes, title: str, left: Mapping[str, Sequence[float]], looks: Mapping[str, Mark]) -> None:
+    """Draw the bars of `_bars` below each other, each beside its model's name and marker."""
+    whole = axes.get_figure(root=True)
+    assert whole is not None
+    aside = ScaledTranslation(-MARK_POINTS / 72, 0.0, whole.dpi_scale_trans)
+    for place, (model, shares) in enumerate(left.items()):
+        tint, marker = looks[model].colour, looks[model].marker
+        axes.plot(0.0, place, marker, ms=4, color=tint, transform=axes.transData + aside, clip_on=False)
+        if shares:
+            axes.barh(place, float(np.mean(shares)), height=0.7, color=tint, alpha=0.75)
+            axes.plot(shares, place + np.linspace(-0.2, 0.2, len(shares)), "o", ms=2, color=INK, zorder=3)
+            axes.text(max(shares) + CLEAR / 2, place, _reach(shares, " "), fontsize=8, va="center", zorder=4,
+                      bbox={"fc": "white", "lw": 0, "pad": 0.4})  # fmt: skip
+    for bound in BOUNDS:
+        axes.axvline(bound, color=MARK, ls="--", lw=0.9)
+    axes.set_yticks(range(len(left)), [_named(model) for model in left], fontsize=8)
+    axes.tick_params(axis="y", length=0, pad=2 * MARK_POINTS)
+    axes.set_xticks([0, 25, 50, 75, 100])
+    highest = max((share for shares in left.values() for share in shares), default=0.0)
+    axes.set(ylim=(len(left) - 0.5, -0.5), xlim=(0.0, max(100.0, highest) + ROOM_OF_NUMBERS))
+    axes.set_xlabel("largest |HS| (% of intact)", fontsize=8)
+    axes.set_title(title, fontsize=8, loc="left")
+
+
+def _key_of_bounds() -> Line2D:
+    low, high = (f"{bound:g} %" for bound in BOUNDS)
+    return Line2D([], [], color=MARK, ls="--", lw=0.9, label=f"bounds of C22: {low} and {high}")

@@ -1,6 +1,6 @@
 """Off-line experiments: clips of a stimulus shown to models, without a robot.
 
-What an experiment of clips is, what one clip comes to, and the rows it leaves.
+An experiment of clips, the result of one clip, and the rows it leaves.
 """
 
 from __future__ import annotations

@@ -14,8 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
+from experiments.bench.clips import panels as model_panels
 from experiments.bench.clips import thresholds as threshold_lines
 from experiments.bench.clips.experiment import Figure as Drawing
+from experiments.bench.clips.panels import ModelPanels
 from experiments.bench.figures.palette import LEVELS as LEVEL_SHADES
 from experiments.bench.figures.palette import Mark, lanes, level_colours, marks
 from experiments.bench.figures.plotting import (
@@ -36,11 +38,17 @@ from experiments.bench.store.rows import looming_alone
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 LEVELS = {"speed": "object", "grey": "grey", "background_speed": "background"}
-ACROSS, MANY_ACROSS, CLIPS_ACROSS = 3, 5, 6
-"""Most panels side by side: of up to `MANY` models; of more, where each has a panel, and where each clip has one."""
+ACROSS, MANY_ACROSS = 3, 6
+"""Most panels of clips side by side: of up to `MANY` models, and of more."""
 MANY = 9
 PANEL_INCHES = 2.0
-"""Width of a panel's title."""
+"""Width of the title of one of `ACROSS` panels."""
+BLOCKS_AROUND = 1.2
+"""Height of what stands above and below blocks of panels, inches."""
+TRACES_HIGH, TWO_KEYS = 2.6, 2.0
+"""Height of the traces above the peaks of contrasts, and of the titles and keys of all, inches."""
+TRACES_OF_ROWS = 1.8
+"""Height of the traces above rows, inches."""
 SAME = 0.004
 """Difference of two potentials that look like one."""
 THRESHOLD: dict[str, Any] = {"color": "black", "ls": "-", "lw": 1.2}
@@ -101,7 +109,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
     looks, groups = marks(models), lanes(models)
-    most = ACROSS if len(models) <= MANY else CLIPS_ACROSS
+    most = ACROSS if len(models) <= MANY else MANY_ACROSS
     down = -(-len(clips) // min(most, len(clips)))
     heights = [(1.9 if most == ACROSS else 1.2) * down + 1.0 + 0.08 * len(group) for group in groups]
     drawn = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
@@ -130,11 +138,6 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     return drawn
 
 
-def _most(models: Sequence[Any]) -> int:
-    """Return how many panels stand side by side, at most, where each of so many models has one."""
-    return ACROSS if len(models) <= MANY else MANY_ACROSS
-
-
 def _title_inches(across: int) -> float:
     """Return the width of the title of one of so many panels side by side."""
     return PANEL_INCHES * ACROSS / max(across, ACROSS)
@@ -152,18 +155,14 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
     models = list(dict.fromkeys(row["model"] for row in object_rows))
     levels_of_panels = sorted({row[shape.panels] for row in object_rows})
     shades = level_colours(sorted({row[shape.lines] for row in object_rows}))
-    drawn, panels = _by_model(models, len(levels_of_panels))
-    for level, block in zip(levels_of_panels, panels, strict=True):
+    titles = [_level(shape.panels, level, unit) for level in levels_of_panels]
+    drawn, panels = _by_model(models, titles, NAMES[shape.along].format(unit=unit))
+    for level, block in zip(levels_of_panels, panels.blocks, strict=True):
         for axes, model in zip(block, models, strict=True):
             panel_rows = [row for row in object_rows if (row["model"], row[shape.panels]) == (model, level)]
-            _by_level(axes, panel_rows, shape.lines, shades, shape.along)
+            _by_level(axes, panel_rows, shape.lines, shades, shape.along, panels.dots)
             threshold_lines.draw(axes, thresholds, [model])
-            axes.set_title(
-                plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", _title_inches(_most(models)), 8)),
-                fontsize=8,
-            )
-        _from_zero(block)
-    _labels(panels, NAMES[shape.along].format(unit=unit))
+    panels.from_zero(panels.blocks)
     keys = _level_keys(shape.lines, shades, unit)
     key_below(drawn, [*keys, *_system_keys(), *threshold_lines.key_of_panels(thresholds, models)])
     return drawn
@@ -179,11 +178,15 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
     models = list(dict.fromkeys(row["model"] for row in object_rows))
     speeds, greys = (sorted({row[name] for row in object_rows}) for name in ("speed", "grey"))
     middle = speeds[len(speeds) // 2]
-    across = min(len(models), _most(models))
-    rows_of_peaks = -(-len(models) // across)
-    heights = [2.6, *((2.2 if across <= ACROSS else 1.3) * rows_of_peaks,) * 2]
-    drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, sum(heights) + 2.0), layout="constrained")
-    top, *lower = np.asarray(drawn.subfigures(3, 1, height_ratios=heights)).tolist()
+    in_rows = model_panels.in_rows(len(models), 2, TRACES_HIGH + TWO_KEYS)
+    peaks_high = model_panels.blocks_inches(len(models), 1)
+    heights = [TRACES_HIGH, peaks_high, peaks_high]
+    if in_rows:
+        around = TRACES_OF_ROWS + model_panels.AROUND_ROWS
+        heights = [TRACES_OF_ROWS, model_panels.rows_inches(models, 2, around) + model_panels.AROUND_ROWS]
+    size = (WIDTH if len(models) > 1 else 5.4, sum(heights) + (0.0 if in_rows else TWO_KEYS))
+    drawn = Figure(figsize=size, layout="constrained")
+    top, *lower = np.asarray(drawn.subfigures(len(heights), 1, height_ratios=heights)).tolist()
     first = [row for row in object_rows if row["model"] == models[0]]
     trial, who, hs = frames["trial"].to_numpy(), np.asarray(frames["model"]), frames["hs"].to_numpy()
     for axes, name, traced, caption in zip(
@@ -201,18 +204,28 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         threshold_lines.draw(axes, thresholds, models[:1])
         axes.set_title(plain(f"HS of {models[0]}, {caption}; by {name}, as below"), fontsize=8)
         axes.set_xlabel("time (s)", fontsize=8)
-    for part, along, lines, levels in zip(lower, ("speed", "grey"), ("grey", "speed"), (greys, speeds), strict=True):
-        shades = level_colours(levels)
-        panels = grid_of_panels(part, 1, len(models), across, sharex=True)
-        for axes, model in zip(panels[0], models, strict=True):
+    sides = (("speed", "grey", level_colours(greys)), ("grey", "speed", level_colours(speeds)))
+    words = [NAMES[along].format(unit=unit) for along, _, _ in sides]
+    if in_rows:
+        groups = [model_panels.of_rows(lower[0], models, [f"by {lines}" for _, lines, _ in sides], words)]
+    else:
+        groups = [model_panels.in_blocks(part, models, [""], [word]) for part, word in zip(lower, words, strict=True)]
+    blocks = [block for panels in groups for block in panels.blocks]
+    for block, (along, lines, shades) in zip(blocks, sides, strict=True):
+        for axes, model in zip(block, models, strict=True):
             of_model = [row for row in object_rows if row["model"] == model]
-            _by_level(axes, of_model, lines, shades, along)
+            _by_level(axes, of_model, lines, shades, along, groups[0].dots)
             threshold_lines.draw(axes, thresholds, [model])
-            axes.set_title(plain(wrapped(model, _title_inches(across), 8)), fontsize=8)
-        _from_zero(panels[0])
-        _labels(panels, NAMES[along].format(unit=unit))
-        limits = threshold_lines.key_of_panels(thresholds, models)
-        key_below(part, [*_level_keys(lines, shades, unit), *_system_keys(), *limits])
+    for panels in groups:
+        panels.from_zero(panels.blocks)
+    keys = [_level_keys(lines, shades, unit) for _, lines, shades in sides]
+    others = [*_system_keys(), *threshold_lines.key_of_panels(thresholds, models)]
+    if in_rows:  # beside each other: a shade is a grey in one and a speed in the other
+        for side, handles in zip(("left", "center", "right"), (*keys, others), strict=True):
+            lower[0].legend(handles=handles, loc=f"outside lower {side}", frameon=False, fontsize=8)
+    else:
+        for part, level_keys in zip(lower, keys, strict=True):
+            key_below(part, [*level_keys, *others])
     return drawn
 
 
@@ -221,20 +234,16 @@ def _level(name: str, value: float, unit: str) -> str:
     return f"{LEVELS[name]} {value:g}{'' if name == 'grey' else f' {unit}'}"
 
 
-def _by_model(models: Sequence[str], blocks: int) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure of ``blocks`` of panels, in each a panel for every model."""
-    across = min(len(models), _most(models))
-    down = blocks * -(-len(models) // across)
-    high = 2.2 if across <= ACROSS else 1.4
-    drawn = Figure(figsize=(WIDTH if across > 1 else 5.4, high * down + 1.2), layout="constrained")
-    return drawn, grid_of_panels(drawn, blocks, len(models), across, sharex=True)
-
-
-def _from_zero(block: Sequence[Axes]) -> None:
-    """Give the panels of a block, when all are drawn, one scale from 0 up, by which models are compared."""
-    top = max(axes.get_ylim()[1] for axes in block)
-    for axes in block:
-        axes.set_ylim(0.0, top)
+def _by_model(models: Sequence[str], titles: Sequence[str], along: str) -> tuple[Figure, ModelPanels]:
+    """Return a figure with a panel for every model in each block, which ``titles`` name."""
+    in_rows = model_panels.in_rows(len(models), len(titles), BLOCKS_AROUND)
+    if in_rows:
+        high = model_panels.rows_inches(models, len(titles), model_panels.AROUND_ROWS) + model_panels.AROUND_ROWS
+    else:
+        high = model_panels.blocks_inches(len(models), len(titles)) + BLOCKS_AROUND
+    drawn = Figure(figsize=(WIDTH if len(models) > 1 else 5.4, high), layout="constrained")
+    make = model_panels.of_rows if in_rows else model_panels.in_blocks
+    return drawn, make(drawn, models, titles, [along] * len(titles))
 
 
 def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[float, list[Mapping[str, Any]]]:
@@ -245,10 +254,10 @@ def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[floa
     return by_value
 
 
-def _by_level(axes: Axes, rows: Rows, name: str, shades: Mapping[Any, str], along: str) -> None:
+def _by_level(axes: Axes, rows: Rows, name: str, shades: Mapping[Any, str], along: str, dots: float) -> None:
     """Draw a line for each level of the parameter ``name``, in its shade, along another."""
     lines = [(shade, [row for row in rows if row[name] == level]) for level, shade in shades.items()]
-    _systems(axes, [(shade, _along(line, partial(_number, along))) for shade, line in lines])
+    _systems(axes, [(shade, _along(line, partial(_number, along))) for shade, line in lines], dots)
 
 
 def _level_keys(name: str, shades: Mapping[Any, str], unit: str) -> list[Line2D]:
@@ -261,27 +270,24 @@ def _number(name: str, row: Mapping[str, Any]) -> float:
     return float(row[name])
 
 
-def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]]) -> None:
-    """Draw each line in its colour, HS solid and VS dotted: at each place the largest size of the clips there."""
+def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]], dots: float) -> None:
+    """Draw each line in its colour, HS solid and VS dotted: at each place the largest size of the clips there.
+
+    Dots, and what curves on each other are drawn wider by, are ``dots`` times as large as usual.
+    """
     for system, (_, style) in SYSTEMS.items():
         curves = [
             [max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in place) for place in places.values()]
             for _, places in lines
         ]
         for (colour, places), curve, extra in zip(lines, curves, extra_widths(curves, SAME), strict=True):
-            axes.plot(list(places), curve, "o", ls=style, ms=3 + extra, lw=1 + extra / 2, color=colour)
-
-
-def _labels(panels: Sequence[Sequence[Axes]], along: str) -> None:
-    across = _most(panels[0])
-    for axes in lowest(panels):
-        axes.set_xlabel(wrapped(along, _title_inches(across), 8) if across > ACROSS else along, fontsize=8)
-    for axes in leftmost(panels):
-        axes.set_ylabel("largest |potential|" if across <= ACROSS else "largest\n|potential|", fontsize=8)
+            axes.plot(list(places), curve, "o", ls=style, ms=dots * (3 + extra), lw=1 + dots * extra / 2, color=colour)
 
 
 DEPTH = ("looming", "receding")
 ALONE = "background alone"
+LOG_NUMBERS = (0.0001, 0.1)
+"""Numbers of the logarithmic axis of a row."""
 PAPER_PX_FRAME = 8.0 / 30.0
 """The paper's background speed, as it is read here."""
 
@@ -295,24 +301,23 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     models = list(dict.fromkeys(row["model"] for row in rows))
     shades = level_colours(sorted({row["speed"] for row in _moving(rows)}))
     parts, ticks = _background_parts(rows, shades), sorted({_px_a_frame(row) for row in rows})
-    drawn, panels = _by_model(models, len(parts))
-    for (title, lines), block in zip(parts, panels, strict=True):
+    drawn, panels = _by_model(models, [title for title, _ in parts], "background (px a frame)")
+    for (title, lines), block in zip(parts, panels.blocks, strict=True):
         for axes, model in zip(block, models, strict=True):
             _systems(axes, [(shade, _along([row for row in line_rows if row["model"] == model], _px_a_frame))
-                            for shade, line_rows in lines])  # fmt: skip
+                            for shade, line_rows in lines], panels.dots)  # fmt: skip
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
-            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8,
-                            rotation=90 if _most(models) > ACROSS else 0)  # fmt: skip
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8, rotation=90 if panels.in_rows else 0)
             axes.set_xticks([], minor=True)
-            axes.set_title(plain(wrapped(f"{model}, {title}", _title_inches(_most(models)), 8)), fontsize=8)
             if title == ALONE:
                 axes.set_yscale("log")
                 axes.set_ylim(1e-5, max(1.5, 1.2 * axes.dataLim.y1))
+                if panels.in_rows:
+                    axes.set_yticks(LOG_NUMBERS, [f"{number:g}" for number in LOG_NUMBERS])
+                    axes.set_yticks([], minor=True)
             threshold_lines.draw(axes, thresholds, [model])
-        if title != ALONE:
-            _from_zero(block)
-    _labels(panels, "background (px a frame)")
+    panels.from_zero([block for (title, _), block in zip(parts, panels.blocks, strict=True) if title != ALONE])
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
     keys += [*_system_keys(), Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
     key_below(drawn, [*keys, *threshold_lines.key_of_panels(thresholds, models)])

@@ -133,14 +133,14 @@ def rises(rows: Rows, threshold: float, what: str) -> list[Check]:
 
 
 def outcome_of(checks: Sequence[Check], measured: str, effect: str, n: int) -> Outcome:
-    """Return what the checks come to, with what was measured, an effect, and of how many clips."""
+    """Return the outcome of the checks, with what was measured, an effect, and of how many clips."""
     return Outcome.of(checks, measured, effect, n, n)
 
 
 def compared(
     of_dsnn: Sequence[Check], of_other: Sequence[Check], model: str, measured: str, effect: str, n: int
 ) -> Outcome:
-    """Return what a claim comes to that says one thing of the DSNN and another of a model of unknown constants.
+    """Return the outcome of a claim that says one thing of the DSNN and another of a model of unknown constants.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def compared(
     -------
     Outcome
         ``fails`` where the DSNN's half does, whatever the other model does. Otherwise it cannot be judged, whichever
-        way the other half comes out with the constants assumed; `Outcome.settled` is what it comes to with them.
+        way the other half comes out with the constants assumed; `Outcome.settled` is the outcome with them.
     """
     checks = (*of_dsnn, *of_other)
     alone, decided = decide(of_dsnn)

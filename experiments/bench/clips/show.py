@@ -1,4 +1,4 @@
-"""Show a clip to models, and what that comes to."""
+"""Show a clip to models, and collect their responses."""
 
 from __future__ import annotations
 

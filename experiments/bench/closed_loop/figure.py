@@ -23,6 +23,7 @@ from experiments.bench.engine.terminal import count
 from experiments.bench.figures import plotting
 from experiments.bench.figures.palette import HUES, Mark, marks
 from experiments.bench.figures.plotting import (
+    PAGE,
     WIDTH,
     Panel,
     grid_of_panels,
@@ -39,11 +40,14 @@ from scenes import ARENA_RADIUS_CM
 
 COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"
 """Colours of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
-ACROSS, MANY_ACROSS = 3, 5
-"""Most panels of paths side by side: of up to `MANY` behaviours, and of more."""
-MANY = 9
+ACROSS, MOST_ACROSS = 3, 6
+"""Panels of paths side by side, where all fit on a page so; and the most."""
 WAY_INCHES, KEYS_INCHES = 6.9, 0.9
 """Width of a row of panels of paths, each as high as it is wide, and height of the keys below them; inches."""
+TITLES_INCHES = 1.1
+"""Height of what stands above and below the rows of measures, inches."""
+LEAST_NAME = 1.05
+"""Least width of the name above a path, inches."""
 SHOWN_CM = ARENA_RADIUS_CM + 2.0
 """Half the width of a panel of paths."""
 
@@ -69,10 +73,10 @@ def draw(played: Played) -> Figure:
         for measure in env.all_measures
     ]  # fmt: skip
     looks = marks(standing.name for standing in standings)
-    upper = 1.1 + rows_inches(len(standings))
-    across = ACROSS if len(standings) <= MANY else MANY_ACROSS
-    down = -(-len(standings) // across)
-    lower = down * WAY_INCHES / across + KEYS_INCHES if env.draws_paths else 0.0
+    rows = rows_inches(len(standings))
+    across, lower = _paths_inches(len(standings), PAGE - TITLES_INCHES - rows) if env.draws_paths else (0, 0.0)
+    rows = rows_inches(len(standings), PAGE - TITLES_INCHES - lower)
+    upper = TITLES_INCHES + rows
     with mpl.rc_context(plotting.STYLE):
         drawn = Figure(figsize=(WIDTH, upper + lower), layout="constrained")
         parts: list[Any] = [drawn]
@@ -80,11 +84,20 @@ def draw(played: Played) -> Figure:
             split: Any = drawn.subfigures(2, 1, height_ratios=[upper, lower])
             parts = list(split)
         axes = np.atleast_1d(parts[0].subplots(1, len(panels), sharey=True))
-        scoreboard(list(axes), panels, standings, {name: mark.colour for name, mark in looks.items()})
+        scoreboard(list(axes), panels, standings, {name: mark.colour for name, mark in looks.items()}, rows)
         headline(parts[0], _title(played))
         if lower:
             _paths(parts[1], played, looks, across)
     return drawn
+
+
+def _paths_inches(behaviours: int, most: float) -> tuple[int, float]:
+    """Return how many paths stand side by side, and the height of all: the fewest whose height is at most ``most``."""
+    for across in range(ACROSS, MOST_ACROSS + 1):
+        high = -(-behaviours // across) * WAY_INCHES / across + KEYS_INCHES
+        if high <= most:
+            break
+    return across, high
 
 
 def _title(played: Played) -> str:
@@ -108,7 +121,7 @@ def _paths(part: Any, played: Played, looks: dict[str, Mark], across: int) -> No
     (panels,) = grid_of_panels(part, 1, len(standings), across, sharex=True, sharey=True)
     for axes, standing in zip(panels, standings, strict=True):
         _tracks(axes, standing, played, looks[standing.name].colour)
-        axes.set_title(plain(wrapped(standing.name, WAY_INCHES / across - 0.3, 8)), fontsize=8)
+        axes.set_title(plain(wrapped(standing.name, max(WAY_INCHES / across - 0.3, LEAST_NAME), 8)), fontsize=8)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_ticks([-40, -20, 0, 20, 40] if across == ACROSS else [-40, 0, 40])
     for axes in lowest([panels]):

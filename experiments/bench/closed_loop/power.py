@@ -72,7 +72,7 @@ class Pilot:
 
 
 def pilot(rows: Sequence[Mapping[str, Any]]) -> Pilot:
-    """Return what the rows of one behaviour's episodes come to; ``ValueError`` where nothing was driven."""
+    """Return the sums over the rows of one behaviour's episodes; ``ValueError`` where nothing was driven."""
     return Pilot(sum(bool(row["touched"]) for row in rows), sum(row["driven_m"] for row in rows), len(rows))
 
 

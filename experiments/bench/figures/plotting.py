@@ -28,6 +28,8 @@ from experiments.bench.store.places import replacing
 
 WIDTH, COLUMN = 7.16, 3.5
 """Widths of figures, inches: of a page of two columns (IEEE), and of one column."""
+PAGE = 11.0
+"""Height of a page, inches, which figures of as many models as ship keep to."""
 TYPE, TITLE = 8.0, 9.0
 """Sizes of type, in points where a figure is `WIDTH` inches wide: the smallest of all, and that of titles."""
 
@@ -78,6 +80,8 @@ LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
 LETTER_INCHES = LETTER * TYPE / 72.0
 """Mean width of a letter of the smallest type, inches."""
+LINE = 0.14
+"""Height of a line of the smallest type, inches."""
 
 
 def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:
@@ -301,24 +305,30 @@ class Panel:
     column: str = ""
 
 
-APART = 0.17
-"""Offsets of the dots of one row, from its middle."""
-INCHES_A_ROW, DENSE_ROW = 0.34, 0.24
-"""Heights of a row of a scoreboard: of up to `MANY_ROWS`, and of more, which fit on one page."""
+INCHES_A_ROW, DENSE_ROW, LEAST_ROW = 0.34, 0.24, 0.165
+"""Heights of a row of a scoreboard: of up to `MANY_ROWS`, and of more; and the least, of a line of type."""
 MANY_ROWS = 12
+APART, APART_IN_LEAST = 0.17, 0.22
+"""Offsets of the dots of one row, from its middle, as shares of its height; and in rows below `DENSE_ROW`."""
+DOT, DOT_IN_LEAST = 5.0, 3.6
+"""Sizes of dots, points."""
 TICKS_INCHES = 0.22
 """Height of the numbers below an axis; the keys stand under them."""
 MISSING = "#777777"
 NOT_APPLYING = "does not apply"
 
 
-def rows_inches(rows: int) -> float:
-    """Return the height of so many rows of a scoreboard."""
-    return rows * (INCHES_A_ROW if rows <= MANY_ROWS else DENSE_ROW)
+def rows_inches(rows: int, most: float = math.inf) -> float:
+    """Return the height of so many rows of a scoreboard: ``most``, or what lower rows take, if they need not less."""
+    return min(rows * (INCHES_A_ROW if rows <= MANY_ROWS else DENSE_ROW), max(rows * LEAST_ROW, most))
 
 
 def scoreboard(
-    axes: Sequence[Axes], panels: Sequence[Panel], standings: Sequence[Standing], tints: Mapping[str, str]
+    axes: Sequence[Axes],
+    panels: Sequence[Panel],
+    standings: Sequence[Standing],
+    tints: Mapping[str, str],
+    high: float = math.inf,
 ) -> None:
     """Draw a row for each standing, the first on top, and a panel for each kind of measure.
 
@@ -330,20 +340,23 @@ def scoreboard(
         What is drawn: dots with 95 % intervals; words where a measure does not apply or is infinite.
     tints
         Standing -> its colour.
+    high
+        Height of all rows, inches: dots are small where rows are low.
     """
+    low = high / max(len(standings), 1) < DENSE_ROW - 1e-9
     for place, panel in zip(axes, panels, strict=True):
-        _panel(place, panel, standings, tints)
+        _panel(place, panel, standings, tints, low=low)
     axes[0].set_yticks(range(len(standings)), [plain(standing.name) for standing in standings])
     axes[0].set_ylim(len(standings) - 0.5, -0.5)
 
 
-def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mapping[str, str]) -> None:
+def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mapping[str, str], *, low: bool) -> None:
     if panel.chance is not None:
         axes.axvline(panel.chance, color="black", ls=":", lw=0.8, zorder=1)
     for row in range(0, len(standings), 2):
         axes.axhspan(row - 0.5, row + 0.5, color="black", alpha=0.04, lw=0)
     for row, standing in enumerate(standings):
-        _row(axes, panel, row, standing, tints[standing.name])
+        _row(axes, panel, row, standing, tints[standing.name], low=low)
     if panel.log:
         axes.set_xscale("log")
         ticks = log_ticks(*axes.get_xlim())
@@ -360,7 +373,7 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
         _keys(axes, panel)
 
 
-def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> None:
+def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str, *, low: bool) -> None:
     scores = [standing.scores.get(measure) for measure in panel.measures]
     if not any(score is not None and math.isfinite(score.value) for score in scores):
         text = "none" if any(score is not None and math.isinf(score.value) for score in scores) else NOT_APPLYING
@@ -369,18 +382,19 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> N
     if panel.column:
         values = [value for one in standing.rows if (value := one[panel.column]) is not None]
         axes.plot(values, [row + 0.3] * len(values), "|", color=tint, alpha=0.45, ms=5)
-    shifts = (-APART, APART) if len(scores) > 1 else (0.0,)
+    apart, size = (APART_IN_LEAST, DOT_IN_LEAST) if low else (APART, DOT)
+    shifts = (-apart, apart) if len(scores) > 1 else (0.0,)
     for place, (score, shift) in enumerate(zip(scores, shifts, strict=True)):
         if score is not None and math.isfinite(score.value):
-            _dot(axes, score, row + shift, tint, filled=panel.filled and place == 0)
+            _dot(axes, score, row + shift, tint, size, filled=panel.filled and place == 0)
 
 
-def _dot(axes: Axes, score: Score, height: float, tint: str, *, filled: bool) -> None:
+def _dot(axes: Axes, score: Score, height: float, tint: str, size: float, *, filled: bool) -> None:
     """Draw a score with its interval; an infinite end is left out."""
     ends = [end if math.isfinite(end) else score.value for end in (score.low, score.high)]
     axes.plot(ends, [height, height], color=tint, lw=1.4, solid_capstyle="butt", zorder=2)
     face = tint if filled else "white"
-    axes.plot(score.value, height, "o", ms=5, mfc=face, mec=tint, mew=1.2, zorder=3, clip_on=False)
+    axes.plot(score.value, height, "o", ms=size, mfc=face, mec=tint, mew=1.2, zorder=3, clip_on=False)
 
 
 def log_ticks(low: float, high: float) -> list[float]:

@@ -166,7 +166,7 @@ def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
     Returns
     -------
     Placement
-        The one that `build` comes to.
+        The one that `build` ends with.
     dict
         Region -> bytes by which the chip's RAM is too small; empty where the program fits.
 

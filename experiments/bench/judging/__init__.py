@@ -1,1 +1,1 @@
-"""The words of the paper's claims, and what their verdicts in several replicates come to."""
+"""The words of the paper's claims, and the counts of their verdicts in several replicates."""

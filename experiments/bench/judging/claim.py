@@ -186,7 +186,7 @@ class Claim:
             return _broken(f"its judge failed: {blamed(error, rows)}", len(rows))
 
     def verdict(self, *outcomes: Outcome, random: bool = True, model: str = "", experiment: str = "") -> Verdict:
-        """Return the verdict that outcomes come to.
+        """Return the verdict of outcomes.
 
         Parameters
         ----------

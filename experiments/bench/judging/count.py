@@ -23,7 +23,7 @@ answer the crossings that the paper has it answer, so that a network that is alw
 whichever way it comes out with those assumed.
 """
 Word = Literal["holds", "fails", "sometimes", ""]
-"""What a claim comes to over its replicates; empty where too few could be judged for a word."""
+"""A claim's word over its replicates; empty where too few could be judged for a word."""
 Kind = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
 """A word; or ``counted``, where too few could be judged for one; or ``unjudged``, where none could."""
 
@@ -137,7 +137,7 @@ class Count:
 
     @property
     def word(self) -> Word:
-        """Return what the count comes to.
+        """Return the word of the count.
 
         Where nothing is random: ``holds`` or ``fails``. Otherwise, from `LEAST_JUDGED` judged replicates up: ``holds``
         where the lower end of the interval is at least `HOLDS_FROM`, ``fails`` where its upper end is at most
@@ -226,7 +226,7 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
 
 
 def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
-    """Say what a list of claims comes to, in a phrase for each kind; that of claims that hold comes first.
+    """Count the claims of each kind, in a phrase for each; that of claims that hold comes first.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
 
 
 def _with_half(claim: str, counted: Count) -> str:
-    """A claim's id; of one that hangs on unknown constants what the DSNN's half comes to beside it."""
+    """A claim's id; of one that depends on unknown constants with the count of the DSNN's half beside it."""
     return claim if counted.half is None else f"{claim} (the DSNN's half: {counted.half.label})"
 
 

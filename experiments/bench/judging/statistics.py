@@ -1,6 +1,6 @@
 """Pure statistics of trials: intervals and tests. Their p values are exact, or of a stated number of permutations.
 
-No test uses a normal approximation: of five pairs, all one way, it says p = 0.04 where the signs can come to no less
+No test uses a normal approximation: of five pairs, all one way, it says p = 0.04 where the signs can reach no less
 than 2 in 32. P is the share of all arrangements of the values that lie as far from what chance gives as those seen,
 so it is never below one arrangement in all there are. Where they are too many to count, `PERMUTATIONS` of them are
 drawn, always the same ones, and those seen count as one more: p is never below 1 in ``PERMUTATIONS + 1``.
@@ -45,7 +45,7 @@ class Summary:
 
 
 LEVEL = 0.05
-"""A p value is told where a test of so many values could come to this, or less; otherwise it could tell nothing."""
+"""A p value is told where a test of so many values could reach this, or less; otherwise it could tell nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Test:
     effect, p
         The effect size, and the two-sided p value; NaN of what is no number.
     least
-        The least p value that the test could come to with so many values, and as many equal ones.
+        The least p value that the test could reach with so many values, and as many equal ones.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Test:
 
 
 def least_of_pairs(n: int) -> float:
-    """Return the least two-sided p value that signed ranks of ``n`` pairs can come to: all differ one way."""
+    """Return the least two-sided p value that signed ranks of ``n`` pairs can reach: all differ one way."""
     return min(2.0 ** (1 - n), 1.0)
 
 

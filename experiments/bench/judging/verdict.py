@@ -16,11 +16,11 @@ LEAST_ANSWERED = 0.5
 """Share of the translations of one kind that a model answers, below which it counts as silent there."""
 
 Judged = Literal["holds", "fails", "judge failed", "not shown", "silent model", "unknown constants"]
-"""What a claim comes to in one replicate: it holds, it fails, or the `Reason` why it cannot be judged."""
+"""The outcome of a claim in one replicate: it holds, it fails, or the `Reason` why it cannot be judged."""
 
 
 def together(verdicts: Collection[str]) -> Judged:
-    """Return what the parts of a claim come to together: models, say, or clips and trials with the robot.
+    """Return the outcome of a claim from those of its parts: models, say, or clips and trials with the robot.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Outcome:
     checks
         Everything that was asked, each with its reading, its bound and its slack; empty where nothing could be.
     equal
-        What it comes to where the models that it compares with are on equal terms (`Claim.equal_terms`); ``None`` of a
+        The outcome where the models that it compares with are on equal terms (`Claim.equal_terms`); ``None`` of a
         claim without, and where these were not shown.
 
     Raises
@@ -89,7 +89,7 @@ class Outcome:
     def of(
         cls, checks: Iterable[Check], measured: str = "", effect: str = "", n: int = 0, fewest: int = 0
     ) -> Outcome:  # fmt: skip
-        """Return what checks come to: the claim holds if all pass, and the weakest decides.
+        """Return the outcome of checks: the claim holds if all pass, and the weakest decides.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class Outcome:
 
     @classmethod
     def together(cls, parts: Mapping[str, Outcome]) -> Outcome:
-        """Return what a claim comes to that is about several models or kinds: see `together`.
+        """Return the outcome of a claim about several models or kinds: see `together`.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class Outcome:
         )  # fmt: skip
 
     def settled(self) -> Outcome:
-        """Return what the claim comes to with the constants that were assumed.
+        """Return the outcome with the constants that were assumed.
 
         Returns
         -------

@@ -21,14 +21,16 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, key_below, plain, wrapped
+from experiments.bench.figures.plotting import LETTER_INCHES, LINE, PAGE, STYLE, WIDTH, key_below, plain, wrapped
 
-INCHES = (1.02, 0.62)
-"""Size of a panel, across and down."""
+INCHES, LEAST_HIGH = (1.02, 0.62), 0.3
+"""Size of a panel, across and down, and its least height."""
 LEAST_LABEL, MOST_LABEL, KEY_INCHES = 0.8, 1.5, 0.75
 """Width of the models' names, at least and at most; height of the key."""
-WRAP = 14
-"""Characters of a column's heading in a line."""
+WRAP, LEAST_HEADING = 14, 0.8
+"""Characters of a column's heading in a line, and the width of a column below which it is turned."""
+HEADING, TURNED_HEADING = 0.5, 1.2
+"""Heights of a heading with what is below its columns, and of one that is turned; inches."""
 BELOW, ABOVE = -1.45, 1.15
 TICKS = {"hs": -1.15, "vs": -1.35, "looming": -1.25}
 """Height of the spikes of each channel."""
@@ -55,11 +57,11 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
     down = len(models) + 1
     labels = {model.label: wrapped(model.label, MOST_LABEL, 8) for model in models}
     left = LETTER_INCHES * max(len(line) for label in labels.values() for line in label.split("\n")) + 0.2
-    blocks = math.ceil(len(columns) / max(int((WIDTH - max(left, LEAST_LABEL)) / INCHES[0]), 1))
-    across = math.ceil(len(columns) / blocks)
+    lines = max(label.count("\n") + 2 for label in labels.values())  # one for the scale of its axis
+    layout = _layout(len(columns), len(models), WIDTH - max(left, LEAST_LABEL), max(LEAST_HIGH, lines * LINE + 0.02))
+    blocks, across = layout.blocks, layout.across
     with mpl.rc_context(STYLE):
-        size = (WIDTH, (0.5 + INCHES[1] * (down + 1)) * blocks + KEY_INCHES)
-        drawn = Figure(figsize=size)
+        drawn = Figure(figsize=(WIDTH, (layout.heading + layout.high * (down + 1)) * blocks + KEY_INCHES))
         drawn.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
         grid = drawn.add_gridspec(down * blocks, across, height_ratios=[1.3, *[1.0] * len(models)] * blocks)
         panels = {
@@ -67,7 +69,7 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
             for row in range(down) for place in range(len(columns))
         }  # fmt: skip
         for place, column in enumerate(columns):
-            _head(panels[0, place], column)
+            _head(panels[0, place], column, turned=layout.heading == TURNED_HEADING)
         for row, model in enumerate(models, 1):
             model_series = {place: series.get((place, model.label)) for place in range(len(columns))}
             scale = _scale(model, model_series)
@@ -82,6 +84,30 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
             panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
         key_below(drawn, _keys())
     return drawn
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """How clips stand: in ``blocks`` below each other, ``across`` in each; heights of a panel and of headings."""
+
+    blocks: int
+    across: int
+    high: float
+    heading: float
+
+
+def _layout(clips: int, models: int, inches: float, least: float) -> _Layout:
+    """Return the layout of most blocks that fits on a page, with panels at least as high as ``least``.
+
+    ``inches`` is the width of a block. Where there are so many models that none fits, all clips stand in one block.
+    """
+    for blocks in range(math.ceil(clips / max(int(inches / INCHES[0]), 1)), 0, -1):
+        across = math.ceil(clips / blocks)
+        heading = HEADING if inches / across >= LEAST_HEADING else TURNED_HEADING
+        high = ((PAGE - KEY_INCHES) / blocks - heading) / (models + 2)
+        if high >= least:
+            break
+    return _Layout(blocks, across, min(max(high, least), INCHES[1]), heading)
 
 
 def _column(showing: Showing) -> _Column:
@@ -115,12 +141,12 @@ def _scale(model: ConfiguredModel, model_series: Mapping[int, Mapping[str, Any] 
     return max(sizes, default=0.0) or 1.0
 
 
-def _head(axes: Axes, column: _Column) -> None:
+def _head(axes: Axes, column: _Column, *, turned: bool) -> None:
     axes.imshow(column.picture, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
-    axes.set_title("\n".join(textwrap.wrap(column.name, WRAP)), fontsize=8)
+    axes.set_title("\n".join(textwrap.wrap(column.name, WRAP)), fontsize=8, rotation=90 if turned else 0)
 
 
 def _cell(

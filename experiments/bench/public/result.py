@@ -70,7 +70,7 @@ class Run(Record):
         Raises
         ------
         UsageError
-            A run of that kind has no summary, or has not come to it.
+            A run of that kind has no summary, or has none yet.
         """
         from experiments.bench.public.summary import of_clips, read  # not before: a listing needs no statistics
 

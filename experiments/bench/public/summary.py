@@ -40,9 +40,9 @@ CLIP_SCHEMA = pa.schema({"model": pa.string(), "clip": pa.string(), "quantity": 
 
 
 def read(run: Record) -> pa.Table:
-    """Read the table that sums up a run; of trials no rows where it has not come to one.
+    """Read the table that sums up a run; of trials no rows where it has none yet.
 
-    Raises `UsageError` where a run of its kind has no such table, or this one has not come to it.
+    Raises `UsageError` where a run of its kind has no such table, or this one has none yet.
     """
     path = run.folder / run.kind.summary
     if not run.kind.summary:

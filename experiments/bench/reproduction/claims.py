@@ -33,7 +33,7 @@ def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list
 
 
 def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
-    """Return the claims about the robot -> what each comes to on the trials of all replicates together."""
+    """Return the claims about the robot -> the outcome of each on the trials of all replicates together."""
     named = [claim for claim in claim_ids(PAPER) if _about_the_robot(claim)]
     return {claim: replicates.pooled(claim, every) for claim in named}
 

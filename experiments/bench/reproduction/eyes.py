@@ -1,7 +1,7 @@
 """The claims about the robot under each eye and drive of the study `fidelity`, side by side.
 
-The headline of a reproduction is that of the default eye, which no robot has. Beside it stands what the same claims
-come to under the model of the robot's own eye, and with its wheels in open loop, where that study was run.
+The headline of a reproduction is that of the default eye, which no robot has. Beside it stand the counts of
+the same claims under the model of the robot's own eye, and with its wheels in open loop, where that study was run.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The paper's experiments with the robot, and what its claims come to in their replicates.
+"""The paper's experiments with the robot, and the outcomes of its claims in their replicates.
 
 Which experiments there are and which models they show, the one that answers for each claim, and the claims judged.
 """

@@ -67,7 +67,7 @@ class Reproduction:
     claims: list[Verdict]
     """Of the paper."""
     pooled: Mapping[str, Outcome]
-    """Claim about the robot -> what it comes to on the trials of all replicates together."""
+    """Claim about the robot -> its outcome on the trials of all replicates together."""
     runs: list[tuple[Plan, Report]]
     offline: list[OfflineReport]
     sensitivity: Counts | None
@@ -80,7 +80,7 @@ class Reproduction:
     """Failures of the studies."""
     description: Mapping[str, Any]
     readings: list[readings.Chapter]
-    """The readings of the paper that were taken, and what claims come to under the others."""
+    """The readings of the paper that were taken, and the outcomes of claims under the others."""
     onboard: Counts | None = None
     """The claims in the robot's own arithmetic, where it was shown."""
     read_off: Mapping[str, Counts] = field(default_factory=dict)

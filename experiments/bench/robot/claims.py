@@ -31,7 +31,7 @@ EACH_TRIAL, MEANS = 5, 4
 
 A claim about every trial takes 5: if half of all trials broke it, five in a row would keep it once in 32 times. A
 claim that means of conditions differ takes 4: four against four are the fewest of which a two-sided rank test can
-come to p < 0.05 (2 of 70 arrangements).
+reach p < 0.05 (2 of 70 arrangements).
 """
 
 

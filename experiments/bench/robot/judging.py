@@ -1,4 +1,4 @@
-"""Parts that judges of trials with the robot share: the paper's trials, means by condition, and what checks come to.
+"""Parts that judges of trials with the robot share: the paper's trials, means by condition, and the outcome of checks.
 
 A judge tests its claim on every condition that the words cover among the trials it is given; where the words leave
 room, its docstring says how they are read.

@@ -68,7 +68,7 @@ def _with_constants_given(claim: ClipClaim) -> ClipClaim:
 
 
 def outcomes(counts: Counts, claim: str) -> dict[str, Outcome]:
-    """Return each choice of the other model's constants -> what a claim comes to with it in replicate 0."""
+    """Return each choice of the other model's constants -> a claim's outcome with it in replicate 0."""
     return {cell.point.values[0][1]: cell.outcomes[0] for cell in counts.cells if cell.claim == claim}
 
 

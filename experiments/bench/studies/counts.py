@@ -140,7 +140,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Counts:
-    """Counts and measures that a study comes to.
+    """The result of a study: counts and measures.
 
     Parameters
     ----------

@@ -18,7 +18,17 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 
 from experiments.bench.engine.settings import PRESET
-from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, headline, leftmost, lowest, plain, wrapped
+from experiments.bench.figures.plotting import (
+    LETTER_INCHES,
+    LINE,
+    STYLE,
+    WIDTH,
+    headline,
+    leftmost,
+    lowest,
+    plain,
+    wrapped,
+)
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
@@ -38,8 +48,6 @@ MOST_ROWS = 16
 MOST_COLUMNS = 3
 CELL, CLAIM_HIGH, NUMBER_HIGH = 0.55, 0.27, 0.5
 """Size of a cell, inches: its width where there is room for it, the height of one line and of three."""
-LINE = 0.14
-"""Height of a line of type, inches."""
 LEAST_PANEL = 1.5
 """Least width of a panel, inches: that of a short title."""
 GAP, MARGIN = 0.15, 0.45
@@ -83,7 +91,7 @@ def draw(counts: Counts) -> Figure:
     Parameters
     ----------
     counts
-        What a study comes to.
+        The study's result.
 
     Returns
     -------

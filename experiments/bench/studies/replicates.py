@@ -1,4 +1,4 @@
-"""One replicate of a study at one point, and what each claim comes to in it.
+"""One replicate of a study at one point, and the outcome of each claim in it.
 
 A claim is judged on the trials of one experiment in every replicate.
 """

@@ -228,7 +228,7 @@ class Study:
     probe
         What is kept of a trial beside its row.
     tables
-        Makes further tables from what the study comes to: `experiments.bench.studies.counts.Counts`.
+        Makes further tables from the study's result: `experiments.bench.studies.counts.Counts`.
     file
         The .py file that declares it, which ``colias study`` fills in.
 

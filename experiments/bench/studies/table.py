@@ -33,7 +33,7 @@ def show(counts: Counts, folder: Path, name: str) -> None:
     Parameters
     ----------
     counts
-        What it comes to.
+        The study's result.
     folder, name
         Where its files are, and what they are called.
     """

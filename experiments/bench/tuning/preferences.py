@@ -80,7 +80,7 @@ class Preferences:
 
 
 def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> Preferences:
-    """Return what the answers of ``model``, which answers by ``channels``, come to."""
+    """Return the preferences of ``model``, which answers by ``channels``."""
     speed, size = (curve(given, model, family, OBJECT) for family in ("speed", "size"))
     values: dict[str, Any] = {
         "speed_px_s": preferred(*speed),

@@ -1,4 +1,4 @@
-"""Measure tuning curves into a folder: the clips on a pool, then tables and figures of what they come to."""
+"""Measure tuning curves into a folder: the clips on a pool, then tables and figures of their curves and preferences."""
 
 from __future__ import annotations
 

@@ -341,7 +341,7 @@ def test_envs_by_short_names(name):
     assert env_id(name) == FIXATION
 
 
-@pytest.mark.parametrize(("arguments", "said"), [
+@pytest.mark.parametrize(("arguments", "message"), [
     (("hybird", None, (), 3, 0), "no behaviour 'hybird'.*nearest: hybrid"),
     (("hybrid", "Maze", (), 3, 0), "--env Maze: known are Avoidance-v0"),
     (("hybrid", None, ("robots",), 3, 0), "expected NAME=VALUE"),
@@ -356,8 +356,8 @@ def test_envs_by_short_names(name):
     (("hybrid", None, (), 3, -1), "--seed -1"),
     (("nothere.py", None, (), 3, 0), "no such file"),
 ])  # fmt: skip
-def test_wrong_uses_are_one_line(arguments, said):
-    with pytest.raises(UsageError, match=said) as caught:
+def test_wrong_uses_are_one_line(arguments, message):
+    with pytest.raises(UsageError, match=message) as caught:
         plan(*arguments, baselines=True)
     assert "\n" not in str(caught.value)
 

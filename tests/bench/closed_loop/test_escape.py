@@ -88,13 +88,15 @@ def test_the_table_of_survival_is_printed_and_written(tmp_path, capsys):
     assert table[0]["ratio"] == "" and float(table[1]["ratio"]) == pytest.approx(4.5)
 
 
-@pytest.mark.parametrize(("hits", "said"), [((2, 12), "so too"), ((2, 3), "not shown"), ((0, 0), "neither collided")])
-def test_b2_is_asked_of_the_best_beside(hits, said):
+@pytest.mark.parametrize(
+    ("hits", "message"), [((2, 12), "so too"), ((2, 3), "not shown"), ((0, 0), "neither collided")]
+)
+def test_b2_is_asked_of_the_best_beside(hits, message):
     played = [Standing("hybrid", {}, rows(hits[0], 20 - hits[0], metres=4.0)),
               Standing("escape-a", {}, rows(hits[1], 20 - hits[1])),
               Standing("escape-b", {}, rows(20, 0, metres=0.1))]  # fmt: skip
     told = best_against(survival(played, "hybrid"), ("escape-a", "escape-b"), "hybrid")
-    assert "best of them: escape-a" in told and said in told
+    assert "best of them: escape-a" in told and message in told
     assert best_against(survival(played[1:], "hybrid"), ("escape-a",), "hybrid") == ""
 
 

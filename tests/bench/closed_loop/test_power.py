@@ -148,7 +148,7 @@ def test_the_documentation_has_the_numbers_of_the_pilot():
 
 
 @pytest.mark.parametrize(
-    ("name", "other", "said"),
+    ("name", "other", "message"),
     [
         (
             "optomotor",
@@ -159,10 +159,10 @@ def test_the_documentation_has_the_numbers_of_the_pilot():
         ("hybrid", "hybird", "no behaviour 'hybird'"),
     ],
 )
-def test_wrong_uses_of_power_are_refused(name, other, said):
+def test_wrong_uses_of_power_are_refused(name, other, message):
     with pytest.raises(UsageError) as caught:
         planned(name, None, (), 3, 0, True, other)
-    assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
+    assert str(caught.value).startswith(message) and "\n" not in str(caught.value)
 
 
 def test_a_pilot_plays_the_other_in_place_of_the_baselines():

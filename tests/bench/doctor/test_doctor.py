@@ -50,14 +50,14 @@ def reference_renderer():
 
 
 @pytest.mark.parametrize(
-    "environment, said, remedy",
+    "environment, message, remedy",
     [
         ({"MUJOCO_GL": "quark"}, "no backend", "unset MUJOCO_GL"),
         ({"PYTHONPATH": "without-egl"}, "no OpenGL library", "apt-get install libegl1 libgl1"),
     ],
     ids=["broken MUJOCO_GL", "no EGL"],
 )
-def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, said, remedy):
+def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, message, remedy):
     site = colias.folder / "without-egl"
     site.mkdir()
     (site / "sitecustomize.py").write_text(WITHOUT_GL)
@@ -66,7 +66,7 @@ def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, said, rem
         environment = {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
     status, findings = doctored(colias, **environment)
     assert (status, findings["rendering"]["status"]) == (1, "fails")
-    assert said in findings["rendering"]["message"] and remedy in findings["rendering"]["remedy"]
+    assert message in findings["rendering"]["message"] and remedy in findings["rendering"]["remedy"]
     assert findings["run folder runs"]["status"] == "ok", "the other checks still answer"
 
 

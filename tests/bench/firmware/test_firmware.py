@@ -298,7 +298,7 @@ def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["budget", "--set", "dsnn.n_con=0"], "--set dsnn-onboard.n_con=0: legal is a whole number from 1 to 64"),
         (["budget", "--set", "dsnn.n_cons=4"], "no parameter 'dsnn-onboard.n_cons'"),
@@ -313,13 +313,13 @@ def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_
         (["loop", "speed", "--set", "chip.stack=1024"], "--set chip.stack=1024: the chip's memory changes no answer"),
     ],
 )
-def test_wrong_values_are_refused_in_one_line(arguments, said, tmp_path, monkeypatch):
+def test_wrong_values_are_refused_in_one_line(arguments, message, tmp_path, monkeypatch):
     from experiments.bench.cli import main
 
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError) as caught:
         main.command(["firmware", *arguments])
-    assert said in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
     assert not any(tmp_path.iterdir())
 
 

@@ -70,14 +70,14 @@ def test_what_is_no_claim(what):
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("made", "message"),
     [
         (lambda: experiment(clip_claim()), "expected experiments.Claim here"),
         (lambda: clips(claim()), "expected experiments.ClipClaim here"),
     ],
 )
-def test_a_claim_of_the_other_kind(made, said):
-    with pytest.raises(UsageError, match=said):
+def test_a_claim_of_the_other_kind(made, message):
+    with pytest.raises(UsageError, match=message):
         registry.check_claims(made(), "mine.py")
 
 

@@ -286,14 +286,14 @@ def test_what_numbers_look_like_otherwise(cell, tmp_path):
     assert run.frames["hs"][2].as_py() == float(cell) and run.frames["hs_spikes"][2].as_py() == 1
 
 
-@pytest.mark.parametrize(("separator", "said"), [(";", "';'"), ("\t", "a tab"), ("|", "'|'")])
-def test_another_separator_is_told_in_a_line(separator, said, tmp_path):
+@pytest.mark.parametrize(("separator", "message"), [(";", "';'"), ("\t", "a tab"), ("|", "'|'")])
+def test_another_separator_is_told_in_a_line(separator, message, tmp_path):
     """As spreadsheets write it where the decimal point is a comma."""
     log = written(tmp_path)
     log.write_text(log.read_text().replace(",", separator))
     with pytest.raises(UsageError, match="line 1: the columns are separated by ") as refused:
         taken(log, tmp_path / "run")
-    assert said in str(refused.value) and "legal are commas" in str(refused.value) and len(str(refused.value)) < 300
+    assert message in str(refused.value) and "legal are commas" in str(refused.value) and len(str(refused.value)) < 300
 
 
 def test_an_unknown_column_is_told_in_a_line(tmp_path):
@@ -304,14 +304,14 @@ def test_an_unknown_column_is_told_in_a_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("factor", "said"),
+    ("factor", "message"),
     [(1e3, "is time_s in milliseconds"), (1e6, "is time_s in microseconds"), (30, "the number of the frame"),
      (1 / 60, "legal are seconds"), (10.5, "legal are seconds")],
 )  # fmt: skip
-def test_times_in_another_unit_are_asked_about(factor, said, tmp_path):
+def test_times_in_another_unit_are_asked_about(factor, message, tmp_path):
     log = timed(written(tmp_path), factor)
     with pytest.raises(
-        UsageError, match=rf"^{log}, line 2: .* come at .* per second.*camera.fps is 30.*{said}"
+        UsageError, match=rf"^{log}, line 2: .* come at .* per second.*camera.fps is 30.*{message}"
     ) as refused:
         taken(log, tmp_path / "run")
     assert "\n" not in str(refused.value) and "--set camera.fps" in str(refused.value)

@@ -91,7 +91,7 @@ def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments, said",
+    "arguments, message",
     [
         (["--to", "xlsx"], "--to xlsx: legal is csv, npz, mat, mp4, log"),
         ([], "give --to, --frames, or both"),
@@ -100,9 +100,9 @@ def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
         (["--to", "log"], "--to log: legal is a run of trials with the robot"),
     ],
 )
-def test_what_cannot_be_exported(clips, tmp_path, monkeypatch, arguments, said):
+def test_what_cannot_be_exported(clips, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError, match=said):
+    with pytest.raises(UsageError, match=message):
         colias("export", clips.folder, *arguments)
     with pytest.raises(UsageError, match="no such run"):
         colias("export", tmp_path / "nothing", "--to", "csv")

@@ -73,10 +73,10 @@ def test_a_size_or_clock_that_the_true_eye_cannot_have_is_refused_in_a_line(chan
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [(["distance", "--eyes", "three"], "--eyes three: legal is one, both"),
      (["clean", "--eyes", "both"], "--eyes both: clean shows clips, which no camera sees")],
 )  # fmt: skip
-def test_bad_eyes_are_refused_in_a_line(colias_here, arguments, said):
+def test_bad_eyes_are_refused_in_a_line(colias_here, arguments, message):
     done = colias_here("run", *arguments, "--out", "run")
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr

@@ -195,12 +195,12 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("said", WRONG)
-def test_a_declaration_that_cannot_be_run(said):
+@pytest.mark.parametrize("message", WRONG)
+def test_a_declaration_that_cannot_be_run(message):
     usual = {"design": Translation((30.0,), (8.0,)), "varies": "speed_cm_s"}
     with pytest.raises(ValueError, match="experiment mine: ") as error:
-        Experiment("mine", "mine", **{**usual, **WRONG[said]})
-    assert said in str(error.value) and "\n" not in str(error.value)
+        Experiment("mine", "mine", **{**usual, **WRONG[message]})
+    assert message in str(error.value) and "\n" not in str(error.value)
 
 
 COMPARING = """

@@ -16,8 +16,9 @@ from tests.conftest import Colias
 from tests.helpers.disks import whole_recording
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "0")
-SLOW = ("--set", "experiment.speeds_cm_s=5,6", "--repeats", "6", "--no-recordings", "--workers", "2")
-"""Twelve trials, long enough, on any machine, for a run to be caught in the middle."""
+SLOW = ("--set", "experiment.speeds_cm_s=5,6", "--repeats", "4", "--no-recordings", "--workers", "2")
+TRIALS = 8
+"""Trials of `SLOW`: enough, and long enough, on any machine, for a run to be caught in the middle."""
 COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
 IMPATIENT = [sys.executable, "-c", """
 from experiments.bench.cli import entry
@@ -100,11 +101,11 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path, whole, 
     _, message = process.communicate(timeout=60)  # its pipes are open as long as a worker is there
     assert len(workers) >= 2 and gone(workers, 20)
     left = trials(tmp_path / "out")["trial"].to_pylist()
-    assert 1 <= len(left) < 12 and left == sorted(set(left))
+    assert 1 <= len(left) < TRIALS and left == sorted(set(left))
     assert set(left) <= set(tables.read(tmp_path / "out", "frames")["trial"].to_pylist())
     assert all(whole_recording(tmp_path / "out" / "recordings" / f"trial-{number:04d}.rrd") for number in left)
     if blow == signal.SIGINT:
-        assert process.returncode == 130 and f"stopped after {len(left)} of 12 trials" in message
+        assert process.returncode == 130 and f"stopped after {len(left)} of {TRIALS} trials" in message
         assert "Traceback" not in message
     resumed = colias("run", "speed", *command, "--out", "out")
     assert resumed.returncode == 0 and f"{len(left)} of them done already" in resumed.stderr
@@ -205,7 +206,7 @@ def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(col
     assert process.returncode == 2, errors
     assert f"--cluster {address}: " in errors.splitlines()[-1] and "Traceback" not in errors
     left = trials(tmp_path / "out").num_rows
-    assert 1 <= left < 12
+    assert 1 <= left < TRIALS
     assert colias(*command, "--out", "out", "-q").returncode == 0
     assert trials(tmp_path / "out").equals(whole)
 

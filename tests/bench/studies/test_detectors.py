@@ -162,7 +162,7 @@ def test_a_trial_that_failed_leaves_the_replicate_unjudged():
 
 
 @pytest.mark.parametrize(
-    ("counts", "said"),
+    ("counts", "message"),
     [
         ({0.0: 0, 15.0: 0, 30.0: 0}, "silent at every angle: its potential peaks at 0.690"),
         ({0.0: 98, 15.0: 99, 30.0: 100}, "spikes in nearly every frame"),
@@ -172,10 +172,10 @@ def test_a_trial_that_failed_leaves_the_replicate_unjudged():
         ),
     ],
 )
-def test_a_cause_is_told_in_numbers(counts, said):
+def test_a_cause_is_told_in_numbers(counts, message):
     plan = plan_of()
     row, _ = table_of(Counts(plan, rows_in(plan, counts)), "lgmd1")
-    assert row["held"] == 0 and row["why it fails"].startswith(said)
+    assert row["held"] == 0 and row["why it fails"].startswith(message)
 
 
 def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path):

@@ -137,7 +137,7 @@ def header(shape, descr="<f4"):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"weights0": None}, "expected 3 layers"),
         ({"more": np.zeros(3, np.float32)}, "expected 3 layers"),
@@ -155,14 +155,14 @@ def header(shape, descr="<f4"):
         ({"weights0": b"\x93NUMPY\x09\x00" + bytes(90)}, "not a policy file"),
     ],
 )
-def test_damaged_contents_are_refused_in_a_line(saved, changes, said):
-    with pytest.raises(UsageError, match=said) as caught:
+def test_damaged_contents_are_refused_in_a_line(saved, changes, message):
+    with pytest.raises(UsageError, match=message) as caught:
         policy_file.load(rewritten(saved, **changes))
     assert str(caught.value).startswith(str(saved)) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"env": "colias_sim/Chess-v0"}, "no such env; known are colias_sim/Avoidance-v0"),
         ({"model": "dsm"}, "About.model='dsm'"),
@@ -178,8 +178,8 @@ def test_damaged_contents_are_refused_in_a_line(saved, changes, said):
         ({"hidden": [5, 5]}, "layers of shapes"),
     ],
 )
-def test_what_a_file_says_of_itself_is_checked(saved, changes, said):
-    with pytest.raises(UsageError, match=said) as caught:
+def test_what_a_file_says_of_itself_is_checked(saved, changes, message):
+    with pytest.raises(UsageError, match=message) as caught:
         policy_file.load(about_with(saved, **changes))
     assert str(caught.value).startswith(str(saved)) and "\n" not in str(caught.value)
 
@@ -264,7 +264,7 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("--env", "Pursuit"), "colias: --env Pursuit: a policy learns Optomotor or Fixation"),
         (("--env", "Chess"), "colias: --env Chess: known are"),
@@ -279,9 +279,9 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
         (("--replay", "policy.npz", "--steps", "5"), "colias: --steps 5: the policy's file says that"),
     ],
 )
-def test_wrong_uses_end_in_a_line(colias_here, arguments, said):
+def test_wrong_uses_end_in_a_line(colias_here, arguments, message):
     done = colias_here("train", *arguments)
-    assert done.returncode == 2 and done.stderr.startswith(said) and done.stderr.count("\n") == 1
+    assert done.returncode == 2 and done.stderr.startswith(message) and done.stderr.count("\n") == 1
     assert not list(colias_here.folder.iterdir())
 
 

@@ -135,7 +135,7 @@ def test_a_new_study_overwrites_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"steps": 5000}, "has steps 600, asked for is 5000"),
         ({"seed": 4}, "has seeds 3 to 5, asked for is 4 to 6"),
@@ -144,8 +144,8 @@ def test_a_new_study_overwrites_nothing(tmp_path):
         ({"env": "colias_sim/Fixation-v0"}, "has env colias_sim/Optomotor-v0, asked for is colias_sim/Fixation-v0"),
     ],
 )
-def test_another_study_is_not_gone_on_with(begun, changes, said):
-    with pytest.raises(UsageError, match=said):
+def test_another_study_is_not_gone_on_with(begun, changes, message):
+    with pytest.raises(UsageError, match=message):
         study.open_folder(study.Study(replace(ABOUT, **changes), 3), begun)
 
 
@@ -178,7 +178,7 @@ def test_a_design_that_cannot_be_read_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ({"seeds": 0}, "--seeds 0: legal is a whole number from 2 to 100; without it one is trained"),
         ({"seeds": 1}, "--seeds 1: legal is"),
@@ -188,11 +188,11 @@ def test_a_design_that_cannot_be_read_is_refused(tmp_path):
         ({"seeds": 5, "episodes": 3}, "--episodes 3: goes with --replay"),
     ],
 )
-def test_wrong_uses_are_refused_before_anything_is_made(arguments, said, tmp_path, monkeypatch):
+def test_wrong_uses_are_refused_before_anything_is_made(arguments, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError) as caught:
         command.train(**arguments)
-    assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
+    assert str(caught.value).startswith(message) and "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
 

@@ -125,15 +125,15 @@ BAD = [
 
 
 @every_env
-@pytest.mark.parametrize(("options", "said"), BAD, ids=lambda value: str(value)[:24])
-def test_a_bad_argument_is_named_with_what_is_legal(name, options, said, contexts):
-    with pytest.raises(ValueError, match=said) as told:
+@pytest.mark.parametrize(("options", "message"), BAD, ids=lambda value: str(value)[:24])
+def test_a_bad_argument_is_named_with_what_is_legal(name, options, message, contexts):
+    with pytest.raises(ValueError, match=message) as told:
         gym.make(name, **options)
     assert "\n" not in str(told.value)
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "said"),
+    ("name", "options", "message"),
     [
         ("Fixation", {"robots": 0}, r"robots=0.*1 \.\. 20"),
         ("Fixation", {"slowest_deg_s": 50.0, "fastest_deg_s": 20.0}, "slowest_deg_s=50.*fastest_deg_s, 20"),
@@ -144,8 +144,8 @@ def test_a_bad_argument_is_named_with_what_is_legal(name, options, said, context
         ("Avoidance", {"moving": 21}, r"moving=21.*0 \.\. 20"),
     ],
 )
-def test_a_bad_argument_of_one_env(name, options, said, contexts):
-    with pytest.raises(ValueError, match=said) as told:
+def test_a_bad_argument_of_one_env(name, options, message, contexts):
+    with pytest.raises(ValueError, match=message) as told:
         gym.make(f"colias_sim/{name}-v0", **options)
     assert "\n" not in str(told.value)
 

@@ -290,6 +290,19 @@ def test_the_target_stands_in_the_picture_where_its_bearing_says(name):
     env.close()
 
 
+def test_noise_is_a_multiple_of_the_camera_s_own():
+    """Bytes of frames: three times the noise is a camera whose photon and read noise are three times as large."""
+    usual = CameraConfig()
+    louder = {"shot_noise": 3 * usual.shot_noise, "read_noise": 3 * usual.read_noise}
+    frames = []
+    for options in ({"noise": 3.0}, {"camera": louder}, {}):
+        env = bare("colias_sim/Fixation-v0", observation="pixels", arena="plain", **options)
+        env.reset(seed=3)
+        frames.append(env.step([0.0, 0.0])[0])
+        env.close()
+    assert np.array_equal(frames[0], frames[1]) and not np.array_equal(frames[0], frames[2])
+
+
 def test_the_state_tells_where_the_others_are():
     """Geometry by hand: a target 10 cm to the left of where the observer looks, a wall behind it."""
     env = bare("colias_sim/Pursuit-v0", observation="state", robots=3)

@@ -279,9 +279,9 @@ BAD: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("options", "said"), BAD, ids=lambda value: str(value)[:40])
-def test_a_bad_range_or_setting_is_named_with_what_is_legal(options, said, contexts):
-    with pytest.raises(ValueError, match=said) as caught:
+@pytest.mark.parametrize(("options", "message"), BAD, ids=lambda value: str(value)[:40])
+def test_a_bad_range_or_setting_is_named_with_what_is_legal(options, message, contexts):
+    with pytest.raises(ValueError, match=message) as caught:
         gym.make(OPTOMOTOR, observation="state", **options)
     assert "\n" not in str(caught.value)
 

@@ -98,7 +98,7 @@ def test_disabled_autoreset_wants_a_reset_of_what_ended() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         (np.array([[0, 0], [np.nan, 0]]), "env 1: action .*nan"),
         (np.array([[1.5, 0], [0, 0]]), "env 0: action .*1.5"),
@@ -115,10 +115,10 @@ def test_disabled_autoreset_wants_a_reset_of_what_ended() -> None:
         ({(0.0, 0.0): 0, (0.1, 0.1): 1}, "expected 2, one for each env"),
     ],
 )
-def test_a_bad_action_names_its_env_and_moves_nobody(wrong: Any, said: str) -> None:
+def test_a_bad_action_names_its_env_and_moves_nobody(wrong: Any, message: str) -> None:
     env = make(2, workers=0, observation="state")
     env.reset(seed=0)
-    with pytest.raises(error.InvalidAction, match=said):
+    with pytest.raises(error.InvalidAction, match=message):
         env.step(wrong)
     after = env.step(np.zeros((2, 2)))
     env.reset(seed=0)
@@ -150,7 +150,7 @@ def test_order_of_calls() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"count": 0}, "num_envs=0: expected a whole number, 1 or more"),
         ({"count": 2.5}, "num_envs=2.5: expected a whole number"),
@@ -166,8 +166,8 @@ def test_order_of_calls() -> None:
         ({"observation": "neural", "model": threading.Lock(), "workers": 1}, "model=.* does not pickle"),
     ],
 )
-def test_a_bad_argument_is_one_clear_error(options: dict[str, Any], said: str) -> None:
-    with pytest.raises(ValueError, match=said) as caught:
+def test_a_bad_argument_is_one_clear_error(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message) as caught:
         make(**options)
     assert "\n" not in str(caught.value)
 

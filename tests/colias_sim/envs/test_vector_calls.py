@@ -72,7 +72,7 @@ def test_what_they_are_set_to(env: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_", "kind", "said"),
+    ("request_", "kind", "message"),
     [
         (lambda env: env.get_attr("no_such"), AttributeError, "no_such"),
         (lambda env: env.call("render", 1, 2), TypeError, "render"),
@@ -82,11 +82,11 @@ def test_what_they_are_set_to(env: Any) -> None:
     ],
 )
 def test_errors_are_gymnasiums_and_leave_everything_open(
-    request_: Any, kind: type[Exception], said: str, env: Any, theirs: Any
+    request_: Any, kind: type[Exception], message: str, env: Any, theirs: Any
 ) -> None:
-    with pytest.raises(kind, match=said):
+    with pytest.raises(kind, match=message):
         request_(theirs)
-    with pytest.raises(kind, match=said):
+    with pytest.raises(kind, match=message):
         request_(env)
     assert_same(env.get_attr("np_random_seed"), (3, 4, 5))
     env.step(np.zeros((COUNT, 2)))

@@ -60,7 +60,7 @@ class Card:
     used
         The readings that it was used to choose, without those that all claims were used to choose.
     readings
-        The readings that bear on it alone, each with what it comes to under it.
+        The readings that bear on it alone, each with the claim's outcome under it.
     assumed, choices
         Of a claim that compares models: what is assumed of the other model, and its other constants.
     cause
@@ -68,7 +68,7 @@ class Card:
     tried
         What was tried to make it hold, or what limits it; empty where it holds in every replicate.
     pooled
-        What it comes to on the trials of all replicates together; empty of one replicate.
+        The outcome on the trials of all replicates together; empty of one replicate.
     rate
         Of a claim about every single trial: the share of the trials of all replicates that break it.
     implied
@@ -76,7 +76,7 @@ class Card:
     half
         Of a claim that hangs on unknown constants: its half about the DSNN, in how many replicates that held.
     equal
-        What it comes to with the models that it compares with on equal terms, and the number that decided.
+        The outcome with the models that it compares with on equal terms, and the number that decided.
     """
 
     tile: Tile
@@ -151,7 +151,7 @@ def half_text(claim: Verdict, name: str = "replicate") -> str:
 
 
 def equal_text(claim: Verdict, name: str = "replicate") -> str:
-    """Say what a claim comes to with its rivals on equal terms; empty of a claim without, and where none was shown."""
+    """Say how a claim ends with its rivals on equal terms; empty of a claim without, and where none was shown."""
     if claim.equal is None or claim.outcome.equal is None:
         return ""
     terms = ", ".join(f"{equal} for {label}" for label, equal in words(claim.id).equal_terms.items())
@@ -207,7 +207,7 @@ def mechanism_of(
 
 
 def outcomes_by_constants(claim: str, read_off: Mapping[str, Counts]) -> dict[str, Outcome]:
-    """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
+    """Return the constants of the other model -> the claim's outcome with them; empty where they were not run."""
     for name in STUDIES:
         if name in read_off and any(asked.id == claim for asked, _ in read_off[name].plan.claims):
             return outcomes(read_off[name], claim)

@@ -35,7 +35,7 @@ def draw(fitted: Fitted | Optimum) -> Figure:
     Parameters
     ----------
     fitted
-        What it comes to.
+        The fit's result.
 
     Returns
     -------

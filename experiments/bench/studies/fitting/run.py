@@ -10,7 +10,7 @@ import importlib.util
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -134,7 +134,7 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted | Optimum:
     Returns
     -------
     Fitted or Optimum
-        What it comes to, in claims or in measures; the caller writes it.
+        The result, in claims or in measures; the caller writes it.
 
     Raises
     ------
@@ -163,9 +163,9 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted | Optimum:
                              fit.study.replicates, pool)  # fmt: skip
     looks = len({folder.name.split("-")[2] for folder in out.glob("held-out-*") if begun(folder)})
     shares = {name: dict(search.importance(name)) for name in ("", *searched[0].numbers)}
-    result: Any = Fitted if fit.of_claims else Optimum
-    return cast("Fitted | Optimum", result(fit, plan.box, plan.seed, tuple(searched), tuple(best), tuple(anew),
-                                           tuple(sample), looks, shares, tuple(failures)))  # fmt: skip
+    scores: tuple[Any, ...] = (tuple(searched), tuple(best), tuple(anew), tuple(sample))
+    values = (fit, plan.box, plan.seed, *scores, looks, shares, tuple(failures))
+    return Fitted(*values) if fit.of_claims else Optimum(*values)
 
 
 def spread(box: Box, number: int, seed: int) -> list[dict[str, str]]:
