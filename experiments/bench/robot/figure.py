@@ -35,7 +35,7 @@ from experiments.bench.figures.plotting import (
 from experiments.bench.judging.statistics import LEAST_FOR_BOOTSTRAP, summarise
 from experiments.bench.robot.rows import is_tracked, varying
 from experiments.bench.store.parameters import in_title
-from experiments.bench.store.rows import group
+from experiments.bench.store.rows import group, looming_alone
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -188,7 +188,7 @@ def _potentials(
     thresholds: Mapping[str, float | None], blocks: Sequence[Sequence[str]], across: int,
 ) -> None:  # fmt: skip
     """Draw a panel of traces for each model, at most ``across`` in a row; each of the ``blocks`` begins one."""
-    looks, axis, looming = marks(itertools.chain(*blocks)), _trace_axis(rows), _looming_models(rows)
+    looks, axis, looming = marks(itertools.chain(*blocks)), _trace_axis(rows), looming_alone(rows)
     panels, inches = _blocks_of_panels(place, blocks, across)
     for block, shown in zip(blocks, panels, strict=True):
         of = "looming\npotential" if block[0] in looming else "HS potential\n(right positive)"
@@ -220,14 +220,9 @@ def _potentials(
 
 def _blocks(rows: Rows, models: Sequence[str]) -> list[list[str]]:
     """Return the models that answer by direction, and the looming detectors, whose potential has another scale."""
-    looming = _looming_models(rows)
+    looming = looming_alone(rows)
     kinds = [[model for model in models if (model in looming) == looms] for looms in (False, True)]
     return [block for block in kinds if block]
-
-
-def _looming_models(rows: Rows) -> set[str]:
-    firsts = {row["model"]: row for row in reversed(rows)}
-    return {model for model, row in firsts.items() if _looming(row)}
 
 
 def _blocks_of_panels(
@@ -498,7 +493,7 @@ def _level(
 def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str], axis: str) -> None:
     """The potential of one model over each of its trials."""
     model_frames = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
-    looming, sign = _looming(rows[0]), -1.0 if axis == "stimulus_bearing_deg" else 1.0
+    looming, sign = bool(looming_alone(rows)), -1.0 if axis == "stimulus_bearing_deg" else 1.0
     names, styles = _conditions(rows, varies), _others(rows, varies, [rows[0]["model"]])
     trial, potential, place = (
         model_frames[name].to_numpy() for name in ("trial", "looming" if looming else "hs", axis)
@@ -507,13 +502,6 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
         chosen = trial == row["trial"]
         style = styles.get(_condition(row, names), "-")
         axes.plot(sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.7, alpha=0.75)
-
-
-def _looming(row: Mapping[str, Any]) -> bool:
-    """Tell whether a trial's model answers by a looming potential alone: a channel that is not declared is 0
-    throughout.
-    """
-    return row["hs_spikes"] is None and bool(row["peak_looming"]) and not (row["peak_hs"] or row["trough_hs"])
 
 
 def _name(axes: Axes, name: str, mark: Mark) -> None:
