@@ -14,8 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend_handler import HandlerBase
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
 
 from experiments.bench.engine.settings import PRESET
 from experiments.bench.figures.plotting import (
@@ -164,7 +166,10 @@ def _heat(drawn: Figure, shown: Sequence[Axes], panels: Sequence[Panel], pad: fl
             shares.append((axes, _claims(axes, panel)))
         else:
             image = _numbers(axes, panel)
-            drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad).outline.set_visible(False)
+            values = {number.value for number in panel.cells.values() if isinstance(number, Number)} - {None}
+            ticks = MaxNLocator(4) if len(values) != 1 else list(values)  # one value has no scale
+            bar = drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad, ticks=ticks)
+            bar.outline.set_visible(False)
     if shares:
         bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], location="bottom", aspect=30, pad=pad,
                              shrink=min(1.0, 2.5 / drawn.get_size_inches()[0]))  # fmt: skip
@@ -274,9 +279,23 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
     keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in notes]
     if BELOW_THRESHOLD in notes:
         keys.append(_sign(BELOW_THRESHOLD, "the value does not pass the model's threshold"))
-    if framed and any(axis.default is not None for axis in counts.plan.axes):
-        keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
-    return keys
+    return [*keys, *(_default_keys(counts.plan) if framed else [])]
+
+
+def _default_keys(plan: StudyPlan) -> list[Artist]:
+    """Return what the marks of the defaults mean: of those that there are."""
+    if not _gridded(plan):
+        framed = any(axis.default is not None for axis in plan.axes)
+        return [Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default")] if framed else []
+    places = [place(axis) for axis in plan.axes]
+    keys: list[Artist] = []
+    if any(where is not None for where in places):
+        keys.append(Line2D([], [], ls="", marker="v", color=DEFAULT, ms=5, label="the default"))
+    if all(where is not None and where == round(where) for where in places):
+        keys.append(
+            Patch(fill=False, ec=DEFAULT, lw=1.6, label="all at their defaults" if len(places) > 1 else "the default")
+        )
+    return keys[-1:] if len(places) == 1 else keys
 
 
 def _key_inches(key: Artist) -> float:
@@ -321,7 +340,7 @@ def _grids(counts: Counts) -> list[Panel]:
         panels.append(Panel(about, columns, rows, {place(cell): cell for cell in cells}))
     for title, numbers in by_measure(counts.numbers).items():
         unit = f", {numbers[0].measure.unit}" if numbers[0].measure.unit else ""
-        about = f"{title}{unit}  ({numbers[0].experiment})"
+        about = f"{title}{unit} ({numbers[0].experiment})"
         panels.append(Panel(about, columns, rows, {place(number): number for number in numbers}))
     return panels
 
@@ -427,7 +446,7 @@ def _numbers(axes: Axes, panel: Panel) -> AxesImage:
         lines = notes.count("\n") + 1 if notes else 0
         axes.text(column, row + (0.0, 0.16, 0.28)[lines], number.text(), fontsize=8, **style)
         axes.text(column, row - (0.0, 0.22, 0.14)[lines], notes, fontsize=8, **style)
-    most = high + 0.15 * (high - low)
+    most = high + (0.15 * (high - low) or 1.0)  # of equal values the scale begins at theirs
     image = axes.imshow(values, cmap=SCALE, vmin=low, vmax=most, origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
     return image
