@@ -9,9 +9,11 @@ import matplotlib as mpl
 import numpy as np
 import pyarrow as pa
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.clips import thresholds as threshold_lines
@@ -56,8 +58,13 @@ TITLE_HIGH = 0.8
 """Height of the title and of what is around the key, inches."""
 BOUNDS = (100.0 * MOST_OF_DRIVEN, 100.0 * LEAST_OF_OTHER)
 """Bounds of C22, per cent."""
-ROOM_OF_NUMBERS = 45.0
-"""Room for the numbers right of the longest bar that lies, per cent."""
+ROOM_OF_NUMBERS, ROOM_ABOVE = 0.45, 0.4
+"""Room for the numbers right of the longest bar that lies, and above the highest, as shares of it."""
+USUAL = 118.0
+"""Least height of the axis of bars, per cent."""
+MOST_QUARTERS, MOST_APART = 150.0, 700.0
+"""Largest share, per cent, up to which the axis has quarters, and height of the axis up to which the numbers at the
+bounds keep clear of each other."""
 MARK_POINTS = 6.0
 """Distance of a model's marker from its bar that lies, points."""
 
@@ -111,7 +118,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     below = of_bars > MOST_BARS
     with mpl.rc_context(STYLE):
         ratios = [WIDTHS[0], *[WIDTHS[1]] * len(motions)]
-        ratios += [] if below else [max(WIDTHS[2], sum(ratios) * of_bars / (WIDTH - of_bars))]
+        ratios += [] if below or not others else [max(WIDTHS[2], sum(ratios) * of_bars / (WIDTH - of_bars))]
         keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()
                 if not (below and model in others)]  # fmt: skip
         keys += [*threshold_lines.keys(thresholds, models), *([_key_of_bounds()] if below else [])]
@@ -140,7 +147,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
             traces[0].set_ylabel("HS, right positive", fontsize=8)
             if below:
                 _lying_bars(lying[down], CASES[polarity][0], _by_clip(edge_rows, left, others), looks)
-            else:
+            elif others:
                 _bars(places[-1], _by_clip(edge_rows, left, others), looks)
         drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
     return drawn
@@ -149,7 +156,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
 def _bars_inches(models: Sequence[str]) -> float:
     """Return the width of upright bars with the names of ``models`` below them."""
     words = [word for model in models for word in _said(model).split()]
-    return (len(models) + 0.5) * max(LEAST_BAR, *(LETTER_INCHES * len(word) for word in words), 0.0) + BARS_AROUND
+    return (len(models) + 0.5) * max(LEAST_BAR, *(LETTER_INCHES * (len(word) + 1) for word in words), 0.0) + BARS_AROUND
 
 
 def _said(model: str) -> str:
@@ -169,13 +176,13 @@ def _icons(axes: Axes, polarity: str, inches: float) -> None:
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
     axes.set_title(name.replace(": ", ":\n"), fontsize=8, loc="left", color=INK, fontweight="bold")
-    for bottom, caption in zip((8.6, 4.4), cases, strict=True):
+    for bottom, caption in zip((9.9, 5.4), cases, strict=True):
         dark, leading = caption.startswith("dark"), caption.endswith("leading edge")
-        axes.add_patch(Rectangle((0.2, bottom), 9.4, 2.4, fc=SKY, ec="none"))
-        axes.add_patch(Rectangle((3.2, bottom), 3.0, 2.4, fc=DARK if dark else LIGHT, ec="none"))
+        axes.add_patch(Rectangle((0.2, bottom), 9.4, 1.6, fc=SKY, ec="none"))
+        axes.add_patch(Rectangle((3.2, bottom), 3.0, 1.6, fc=DARK if dark else LIGHT, ec="none"))
         edge = 6.2 if leading else 3.2
-        axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
-        axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
+        axes.plot([edge, edge], [bottom, bottom + 1.6], color=MARK, lw=2.6, solid_capstyle="butt")
+        axes.annotate("", (9.2, bottom + 0.8), (6.8, bottom + 0.8), arrowprops={"arrowstyle": "->", "color": INK})
         axes.text(0.2, bottom - 0.15, wrapped(caption, inches, 8), fontsize=8, va="top", color=INK)
     high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
     axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
@@ -210,27 +217,32 @@ def _by_clip(rows: Rows, left: Mapping[tuple[str, str], float], models: Sequence
 def _reach(shares: Sequence[float], gap: str) -> str:
     """Return the smallest and largest share in words, with ``gap`` between them."""
     if max(shares) - min(shares) < 0.05:
-        return f"{min(shares):.1f} %"
+        return f"{min(shares):.3g} %"
     return f"{min(shares):.0f} to{gap}{max(shares):.0f} %"
 
 
 def _bars(axes: Axes, left: Mapping[str, Sequence[float]], looks: Mapping[str, Mark]) -> None:
     """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
     others = [model for model, shares in left.items() if shares]
+    highest = max((share for shares in left.values() for share in shares), default=0.0)
+    top = max(USUAL, (1.0 + ROOM_ABOVE) * highest if highest > 101.0 else 0.0)
     for place, model in enumerate(others):
         shares = left[model]
         axes.bar(place, float(np.mean(shares)), width=0.62, color=looks[model].colour, alpha=0.75)
         axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
-        axes.text(place, max(shares) + CLEAR, _reach(shares, "\n"), fontsize=8, ha="center", va="bottom",
+        axes.text(place, max(shares) + CLEAR * top / USUAL, _reach(shares, "\n"), fontsize=8, ha="center", va="bottom",
                   bbox={"fc": "white", "lw": 0, "pad": 0.4}, zorder=4)  # fmt: skip
     for bound in BOUNDS:
         axes.axhline(bound, color=MARK, ls="--", lw=0.9)
-        axes.annotate(f"{bound:g} %", (1.0, bound), xycoords=("axes fraction", "data"), fontsize=8,
-                      color=MARK, ha="right", va="bottom")  # fmt: skip
+    words = {bound: f"{bound:g} %" for bound in BOUNDS}
+    if top > MOST_APART:
+        words = {max(BOUNDS): ", ".join(f"{bound:g}" for bound in sorted(BOUNDS)) + " %"}
+    for bound, text in words.items():
+        axes.annotate(text, (1.0, bound), xycoords=("axes fraction", "data"), fontsize=8, color=MARK, ha="right",
+                      va="bottom")  # fmt: skip
     axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others], fontsize=8)
-    highest = max((share for shares in left.values() for share in shares), default=0.0)
-    axes.set(ylim=(0.0, max(118.0, highest + 18.0)), xlim=(-0.5, len(others)))
-    axes.set_yticks([0, 25, 50, 75, 100])
+    axes.set(ylim=(0.0, top), xlim=(-0.5, len(others) + (0.5 if len(words) == 1 else 0.0)))
+    _per_cent(axes.yaxis, highest)
     axes.tick_params(axis="y", labelsize=8)
     axes.set_title("largest |HS|,\n% of intact", fontsize=8)
 
@@ -240,23 +252,32 @@ def _lying_bars(axes: Axes, title: str, left: Mapping[str, Sequence[float]], loo
     whole = axes.get_figure(root=True)
     assert whole is not None
     aside = ScaledTranslation(-MARK_POINTS / 72, 0.0, whole.dpi_scale_trans)
+    longest = max([100.0, *(share for shares in left.values() for share in shares)])
     for place, (model, shares) in enumerate(left.items()):
         tint, marker = looks[model].colour, looks[model].marker
         axes.plot(0.0, place, marker, ms=4, color=tint, transform=axes.transData + aside, clip_on=False)
         if shares:
             axes.barh(place, float(np.mean(shares)), height=0.7, color=tint, alpha=0.75)
             axes.plot(shares, place + np.linspace(-0.2, 0.2, len(shares)), "o", ms=2, color=INK, zorder=3)
-            axes.text(max(shares) + CLEAR / 2, place, _reach(shares, " "), fontsize=8, va="center", zorder=4,
+            beside = max(shares) + CLEAR / 2 * longest / 100.0
+            axes.text(beside, place, _reach(shares, " "), fontsize=8, va="center", zorder=4,
                       bbox={"fc": "white", "lw": 0, "pad": 0.4})  # fmt: skip
     for bound in BOUNDS:
         axes.axvline(bound, color=MARK, ls="--", lw=0.9)
     axes.set_yticks(range(len(left)), [_named(model) for model in left], fontsize=8)
     axes.tick_params(axis="y", length=0, pad=2 * MARK_POINTS)
-    axes.set_xticks([0, 25, 50, 75, 100])
-    highest = max((share for shares in left.values() for share in shares), default=0.0)
-    axes.set(ylim=(len(left) - 0.5, -0.5), xlim=(0.0, max(100.0, highest) + ROOM_OF_NUMBERS))
+    _per_cent(axes.xaxis, longest)
+    axes.set(ylim=(len(left) - 0.5, -0.5), xlim=(0.0, (1.0 + ROOM_OF_NUMBERS) * longest))
     axes.set_xlabel("largest |HS| (% of intact)", fontsize=8)
     axes.set_title(title, fontsize=8, loc="left")
+
+
+def _per_cent(axis: Axis, highest: float) -> None:
+    """Put quarters on an axis, or round numbers where a model answers much more than the network as it is."""
+    if highest <= MOST_QUARTERS:
+        axis.set_ticks([0, 25, 50, 75, 100])
+    else:
+        axis.set_major_locator(MaxNLocator(4))
 
 
 def _key_of_bounds() -> Line2D:

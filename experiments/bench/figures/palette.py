@@ -112,8 +112,11 @@ def _next(home: Mark | None, given: Sequence[Mark], *, apart: bool) -> Mark:
     start = HUES.index(colour) % len(MARKERS)
     markers = [*MARKERS[start:], *MARKERS[:start]]
     elsewhere, here = {mark.marker for mark in given}, {mark.marker for mark in given if mark.colour == colour}
-    free = [marker for marker in markers if marker not in elsewhere] if apart else []
-    return Mark(colour, [*free, *(marker for marker in markers if marker not in here), *markers][0])
+    # Nor that of a model that ships, for which it would be taken beside another picture.
+    shipped = {mark.marker for mark in map(_home, NAMED) if mark is not None and mark.colour == colour}
+    free = [marker for marker in markers if marker not in elsewhere | shipped] if apart else []
+    left = [marker for marker in markers if marker not in here]
+    return Mark(colour, [*free, *(marker for marker in left if marker not in shipped), *left, *markers][0])
 
 
 def lanes(names: Iterable[str]) -> list[list[str]]:

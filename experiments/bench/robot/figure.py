@@ -48,7 +48,7 @@ AXIS_LABELS = {
     "wall_contrast": "contrast of the wall against the arena's own",
     "observer_speed_cm_s": "observer driving (cm/s)",
     "observer_turn_deg_s": "observer turning (degrees/s, left positive)",
-    "acceleration_cm_s2": "acceleration of the stimulus (cm/s2)",
+    "acceleration_cm_s2": "acceleration of the stimulus (cm/s²)",
     "motion": "motion of the stimulus",
     "direction": "direction in the image",
 }
@@ -59,10 +59,12 @@ UNITS = {
     "angle_deg": "°",
     "shell_grey": "grey",
     "wall_contrast": "of wall",
-    "observer_speed_cm_s": "cm/s own",
-    "observer_turn_deg_s": "°/s own",
-    "acceleration_cm_s2": "cm/s2",
+    "observer_speed_cm_s": "cm/s of observer",
+    "observer_turn_deg_s": "°/s of observer",
+    "acceleration_cm_s2": "cm/s²",
 }
+OF_NOTHING_ELSE = ("cm/s", "cm", "°", "°/s", "cm/s²")
+"""Units that stand alone where it is said beside them what they are of."""
 COUNTS_INCHES = 2.8
 """Width of the panel of counts, where it stands beside the traces."""
 AROUND = 0.6, 0.9
@@ -537,7 +539,8 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int], inches
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], varies: str, others: Mapping[str, Any]) -> None:
     """Draw the key of the shades and the line styles of the traces, with what the shades are of."""
-    unit, quantity = UNITS.get(varies, ""), AXIS_LABELS[varies].partition(" (")[0]
+    quantity, unit = AXIS_LABELS[varies].partition(" (")[0], UNITS.get(varies, "").partition(" ")[0]
+    unit = unit if unit in OF_NOTHING_ELSE else ""
     keys = [Line2D([], [], color=tint, lw=2, label=_with_unit(level, unit)) for level, tint in colours.items()]
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
     if len(keys) == 1:  # the axis of counts has the one level

@@ -135,7 +135,7 @@ class Number:
 
     def text(self) -> str:
         """Return the value as figure and table show it."""
-        return "-" if self.value is None else f"{self.value:.3f}" if abs(self.value) < 1.0 else f"{self.value:.3g}"
+        return "-" if self.value is None else f"{self.value:.3g}"
 
 
 @dataclass(frozen=True)

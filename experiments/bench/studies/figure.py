@@ -14,8 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend_handler import HandlerBase
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
 
 from experiments.bench.engine.settings import PRESET
 from experiments.bench.figures.plotting import LETTER_INCHES, LINE, STYLE, headline, leftmost, lowest, plain, wrapped
@@ -103,6 +105,14 @@ def _mapped(plan: StudyPlan) -> bool:
     return not _gridded(plan) and len(plan.axes) > 1 and len(plan.points) > MOST_ROWS
 
 
+def _ticks(panels: Sequence[Panel]) -> MaxNLocator | list[float]:
+    """Return the ticks of the scale of panels of numbers: one value has no scale."""
+    values = {number.value for panel in panels for number in panel.cells.values() if isinstance(number, Number)} - {
+        None
+    }
+    return MaxNLocator(4) if len(values) != 1 else [value for value in values if value is not None]
+
+
 def _heat(drawn: Figure, shown: Sequence[Axes], sheet: Sheet) -> None:
     """Draw the cells of all panels, and their scales: one of all claims, and one of each measure."""
     short = min(1.0, 2.5 / drawn.get_size_inches()[0])
@@ -110,19 +120,21 @@ def _heat(drawn: Figure, shown: Sequence[Axes], sheet: Sheet) -> None:
     shares: list[tuple[Axes, AxesImage]] = []
     places = iter(shown)
     for group in sheet.groups:
-        numbers: list[tuple[Axes, AxesImage]] = []
+        numbers: list[tuple[Axes, AxesImage, Panel]] = []
         for panel, axes in zip(group, places, strict=False):
             if panel.of_claims:
                 shares.append((axes, _claims(axes, panel, sheet.label)))
             else:
-                numbers.append((axes, _numbers(axes, panel, sheet, _limits(group if sheet.shared else [panel]))))
+                image = _numbers(axes, panel, sheet, _limits(group if sheet.shared else [panel]))
+                numbers.append((axes, image, panel))
         if sheet.shared and numbers:
-            bar = drawn.colorbar(numbers[0][1], ax=[axes for axes, _ in numbers], location="bottom", aspect=30, pad=pad,
-                                 shrink=short)  # fmt: skip
+            bar = drawn.colorbar(numbers[0][1], ax=[axes for axes, _, _ in numbers], location="bottom", aspect=30,
+                                 pad=pad, shrink=short, ticks=_ticks(group))  # fmt: skip
             bar.outline.set_visible(False)
             bar.set_label(plain(group[0].subject))
-        for axes, image in numbers if not sheet.shared else ():
-            drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad).outline.set_visible(False)
+        for axes, image, panel in numbers if not sheet.shared else ():
+            bar = drawn.colorbar(image, ax=axes, location="bottom", aspect=30, pad=pad, ticks=_ticks([panel]))
+            bar.outline.set_visible(False)
     if shares:
         bar = drawn.colorbar(shares[0][1], ax=[axes for axes, _ in shares], location="bottom", aspect=30, pad=pad,
                              shrink=short)  # fmt: skip
@@ -214,9 +226,23 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
     keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in signs]
     if BELOW_THRESHOLD in signs:
         keys.append(_sign(BELOW_THRESHOLD, "the value does not pass the model's threshold"))
-    if framed and any(axis.default is not None for axis in counts.plan.axes):
-        keys.append(Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default"))
-    return keys
+    return [*keys, *(_default_keys(counts.plan) if framed else [])]
+
+
+def _default_keys(plan: StudyPlan) -> list[Artist]:
+    """Return what the marks of the defaults mean: of those that there are."""
+    if not _gridded(plan):
+        framed = any(axis.default is not None for axis in plan.axes)
+        return [Patch(fill=False, ec=DEFAULT, lw=1.6, label="the default")] if framed else []
+    places = [place(axis) for axis in plan.axes]
+    keys: list[Artist] = []
+    if any(where is not None for where in places):
+        keys.append(Line2D([], [], ls="", marker="v", color=DEFAULT, ms=5, label="the default"))
+    if all(where is not None and where == round(where) for where in places):
+        keys.append(
+            Patch(fill=False, ec=DEFAULT, lw=1.6, label="all at their defaults" if len(places) > 1 else "the default")
+        )
+    return keys[-1:] if len(places) == 1 else keys
 
 
 def _key_inches(key: Artist) -> float:
@@ -263,7 +289,7 @@ def _grids(counts: Counts) -> list[Panel]:
         panels.append(Panel(about, columns, rows, {place(cell): cell for cell in cells}, subject))
     for title, numbers in by_measure(counts.numbers).items():
         unit = f", {numbers[0].measure.unit}" if numbers[0].measure.unit else ""
-        more = f"{unit}  ({numbers[0].experiment})"
+        more = f"{unit} ({numbers[0].experiment})"
         cells_of = {place(number): number for number in numbers}
         panels.append(Panel(f"{title}{more}", columns, rows, cells_of, f"{numbers[0].measure.name}{more}"))
     return panels
@@ -373,7 +399,7 @@ def _numbers(axes: Axes, panel: Panel, sheet: Sheet, limits: tuple[float, float]
         more = cell_lines(number)[1:]
         axes.text(column, row + values_up[len(more)], number.text(), fontsize=8, **style)
         axes.text(column, row - notes_down[len(more)], "\n".join(more), fontsize=8, **style)
-    most = high + 0.15 * (high - low)
+    most = high + (0.15 * (high - low) or 1.0)  # of equal values the scale begins at theirs
     image = axes.imshow(values, cmap=SCALE, vmin=low, vmax=most, origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel, sheet.label)
     return image

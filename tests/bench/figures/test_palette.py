@@ -130,6 +130,14 @@ def test_a_model_s_mark_is_the_same_in_every_picture():
     assert all(marks(["dsnn", name])["dsnn"] == alone["dsnn"] for name in names)
 
 
+@pytest.mark.parametrize("beside", [(), ("emd",), ("emd", "lplc2", "flow"), tuple(MODELS)])
+def test_a_model_of_the_user_s_looks_like_none_that_ships(beside):
+    """A reader who has two pictures before him would take one for the other."""
+    shipped = [marks([name])[name] for name in MODELS]
+    given = marks(["dsnn", *beside, "mine", "another"])
+    assert not {given["mine"], given["another"]} & set(shipped)
+
+
 def test_the_order_of_the_models_that_ship_changes_no_mark():
     names = ["dsnn", "lplc2", "emd", "t4t5", "flow"]
     assert all(marks(order) == marks(names) for order in itertools.permutations(names))

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 
 from experiments.bench.figures.palette import HUES
 from experiments.bench.figures.plotting import STYLE, WIDTH, headline
+from experiments.bench.robot.figure import level_text
 from experiments.bench.robot.mechanism.excitation import Course, Floats
 
 ACROSS = 3
@@ -28,6 +29,8 @@ QUIET = 0.01
 """Share of the largest E or I below which a frame is quiet: the time before the first other and after the last one, in
 any condition, is not shown."""
 MARGIN_S = 0.15
+LEAST_SPREAD, BAND = 3, 0.25
+"""Trials from which their spread is shown, and opacity of its band."""
 
 
 def figure(courses_shown: Sequence[Course], heading: str, threshold: float | None) -> Figure:
@@ -47,7 +50,7 @@ def figure(courses_shown: Sequence[Course], heading: str, threshold: float | Non
     matplotlib.figure.Figure
         Three panels for each condition, against time: excitation and weighted inhibition; HS, its leftover of
         symmetric motion, and HS with w_i = 1; the spikes of every trial. Lines are means over trials, shades one
-        standard deviation to either side.
+        standard deviation to either side, from `LEAST_SPREAD` trials on.
     """
     blocks = [courses_shown[start : start + ACROSS] for start in range(0, len(courses_shown), ACROSS)]
     across = min(len(courses_shown), ACROSS)
@@ -67,7 +70,7 @@ def figure(courses_shown: Sequence[Course], heading: str, threshold: float | Non
                 panels[1].set_ylim(-1.1 * deepest, 1.1 * deepest)
         grid[0, 0].set_xlim(*_busy(courses_shown, QUIET * highest))
         headline(drawn, heading)
-        drawn.legend(handles=_keys(courses_shown[0].w_i, threshold), loc="outside lower center", ncols=3, frameon=False,
+        drawn.legend(handles=_keys(courses_shown, threshold), loc="outside lower center", ncols=3, frameon=False,
                      fontsize=8)  # fmt: skip
     return drawn
 
@@ -108,15 +111,15 @@ def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, 
         potential.plot(time_s, course_of_trial, color=POTENTIAL, lw=0.4, alpha=0.35)
     leftover = curves["residue"].mean(axis=0)
     potential.fill_between(time_s, 0.0, leftover, color=LEFTOVER, alpha=0.55, lw=0)
-    potential.plot(time_s, curves["hs_w_i_1"].mean(axis=0), color=BALANCED, lw=1.2, ls="--")
+    potential.plot(time_s, curves["hs_w_i_1"].mean(axis=0), color=BALANCED, lw=1.2, ls="-.")
     potential.plot(time_s, curves["hs"].mean(axis=0), color=POTENTIAL, lw=1.4)
     potential.axhline(0.0, color="black", lw=0.4)
     for level in () if threshold is None else (threshold, -threshold):
-        potential.axhline(level, color="black", ls=":", lw=0.9)
+        potential.axhline(level, color="black", ls="--", lw=0.8)
     _raster(raster, course)
     raster.set_xlabel("time in the trial (s)", fontsize=8)
     for axes in panels:
-        axes.tick_params(labelsize=8, labelleft=first and axes is not raster)
+        axes.tick_params(labelsize=8, labelleft=first and axes is not raster, labelbottom=axes is raster)
     if first:
         sums.set_ylabel("E, $w_i$ I (units of HS)", fontsize=8)
         potential.set_ylabel("HS, right positive", fontsize=8)
@@ -124,9 +127,11 @@ def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, 
 
 
 def _mean(axes: Axes, time_s: Floats, values: Floats, colour: str) -> None:
-    """The mean over trials, and one standard deviation to either side."""
-    mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1 if len(values) > 1 else 0)
-    axes.fill_between(time_s, mean - spread, mean + spread, color=colour, alpha=0.25, lw=0)
+    """The mean over trials, and of `LEAST_SPREAD` and more one standard deviation to either side."""
+    mean = values.mean(axis=0)
+    if len(values) >= LEAST_SPREAD:
+        spread = values.std(axis=0, ddof=1)
+        axes.fill_between(time_s, mean - spread, mean + spread, color=colour, alpha=BAND, lw=0)
     axes.plot(time_s, mean, color=colour, lw=1.2)
 
 
@@ -142,25 +147,28 @@ def _raster(axes: Axes, course: Course) -> None:
             axes.vlines(times, shift + place, shift + place + 0.9, color=colour, lw=1.0)
     axes.set_ylim(2 * count + 1, -0.5)
     axes.set_yticks([])
-    caption = f"fire: {course.firing()} of {count}; with $w_i$ = 1: {course.firing(balanced=True)}"
+    caption = f"fire: {course.firing()} of {count} trials; with $w_i$ = 1: {course.firing(balanced=True)}"
     axes.set_title(caption, fontsize=8, pad=2)
 
 
 def _heading(condition: Mapping[str, Any]) -> str:
     angle = condition["angle_deg"]
-    where = f"{condition['distance_cm']:g} cm" if angle is None else f"{angle:g}°"
+    where = f"{condition['distance_cm']:g} cm" if angle is None else f"{level_text(angle)}°"
     way = condition["direction"]
     return f"{condition['motion']} {where}\n{'on the axis' if way == 'straight' else f'image {way}'}"
 
 
-def _keys(w_i: float, threshold: float | None) -> list[Any]:
+def _keys(courses_shown: Sequence[Course], threshold: float | None) -> list[Any]:
+    w_i = courses_shown[0].w_i
     keys = [
         Line2D([], [], color=EXCITED, label="excitation E"),
         Line2D([], [], color=INHIBITED, label=f"weighted inhibition, {w_i:g} I"),
         Line2D([], [], color=POTENTIAL, label=f"HS and spikes, $w_i$ = {w_i:g}"),
-        Line2D([], [], color=BALANCED, ls="--", label="HS and spikes, $w_i$ = 1"),
+        Line2D([], [], color=BALANCED, ls="-.", label="HS and spikes, $w_i$ = 1"),
         Patch(color=LEFTOVER, alpha=0.55, lw=0, label=f"left of symmetric motion, {1 - w_i:.2g} (E + I) / 2"),
     ]
+    if any(len(course.trials) >= LEAST_SPREAD for course in courses_shown):
+        keys.append(Patch(color="black", alpha=BAND, lw=0, label="one standard deviation of trials"))
     if threshold is not None:
-        keys.append(Line2D([], [], color="black", ls=":", label=f"threshold ±{threshold:g}"))
+        keys.append(Line2D([], [], color="black", ls="--", lw=0.8, label=f"threshold ±{threshold:g}"))
     return keys

@@ -7,15 +7,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from experiments.bench.figures.palette import HUES, LINES, lanes, marks
-from experiments.bench.figures.plotting import STYLE, WIDTH, extra_widths, headline, plain, wrapped
+from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, extra_widths, headline, plain, wrapped
 from experiments.bench.judging.statistics import LEAST_FOR_BOOTSTRAP, Summary, summarise
 from experiments.bench.robot.figure import AXIS_LABELS
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
+from experiments.bench.store.rows import looming_alone
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -112,13 +114,14 @@ def _models(
     threshold: float | None,
 ) -> None:
     """Draw a panel for each measure of a ``group`` of the models; the last place has the legend."""
-    given = marks(models)
+    given, looming = marks(models), looming_alone(rows)
     for axes, (column, heading) in zip(places, COMPARED, strict=False):
-        owned = [[row for row in rows if row["model"] == model] for model in group]
+        shown = [model for model in group if column == "spikes" or model not in looming]  # those have no HS
+        owned = [[row for row in rows if row["model"] == model] for model in shown]
         curves = [[summary.mean for summary in _summaries(model_rows, varies, column).values()] for model_rows in owned]
         largest = max((abs(value) for curve in curves for value in curve), default=1.0)
         for model_rows, mark, extra in zip(
-            owned, map(given.__getitem__, group), extra_widths(curves, 0.01 * largest), strict=True
+            owned, map(given.__getitem__, shown), extra_widths(curves, 0.01 * largest), strict=True
         ):
             _curve(
                 axes,
@@ -134,8 +137,9 @@ def _models(
         if column != "spikes":
             _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
-    handles, _ = places[0].get_legend_handles_labels()
-    keys = [*handles, *_threshold_keys(threshold, f" of {models[0]}")]
+    keys = [Line2D([], [], color=given[model].colour, marker=given[model].marker, lw=1.1, ms=3.0, label=plain(model))
+            for model in group]  # fmt: skip
+    keys += _threshold_keys(threshold, f" of {models[0]}")
     places[-1].set_axis_off()
     places[-1].legend(handles=keys, loc="center left", fontsize=8, frameon=False, handlelength=2.6)
 
@@ -172,6 +176,19 @@ def _summaries(rows: Rows, varies: str, column: str) -> dict[float, Summary]:
     }
 
 
+def _labels(axes: Axes, levels: Sequence[float]) -> list[str]:
+    """Return the numbers at the ``levels`` of an axis, without those that would touch another."""
+    places = np.log(levels) if axes.get_xscale() == "log" else np.asarray(levels, float)
+    inches = places / max(float(np.ptp(places)), 1e-9) * (PANEL_INCHES - 0.3)
+    words = [f"{level:g}" for level in levels]
+    kept = [len(levels) - 1]  # the last says how far the axis goes
+    for place, word in enumerate(words[:-1]):
+        if all(abs(inches[place] - inches[other]) > LETTER_INCHES * (len(word) + len(words[other]) + 1) / 2
+               for other in kept):  # fmt: skip
+            kept.append(place)
+    return [word if place in kept else "" for place, word in enumerate(words)]
+
+
 def _threshold(axes: Axes, threshold: float | None) -> None:
     if threshold is not None:
         axes.axhline(threshold, **THRESHOLD)
@@ -186,7 +203,7 @@ def _frame(axes: Axes, rows: Rows, varies: str, heading: str) -> None:
     levels = sorted({row[varies] for row in rows})
     if levels[0] > 0 and levels[-1] >= LOGARITHMIC_FROM * levels[0]:
         axes.set_xscale("log")
-    axes.set_xticks(levels, [f"{level:g}" for level in levels], fontsize=8)
+    axes.set_xticks(levels, _labels(axes, levels), fontsize=8)
     axes.set_xticks([], minor=True)
     axes.set_xlabel(wrapped(AXIS_LABELS[varies], PANEL_INCHES, 8), fontsize=8)
     axes.set_title(wrapped(heading, PANEL_INCHES, 8), fontsize=8, loc="left")
