@@ -65,7 +65,8 @@ AREAS: Mapping[str, Area] = {
             "experiments/bench/closed_loop/survival.py",
         ),
         ("tests/bench/robot", "tests/bench/clips", "tests/bench/closed_loop", "tests/bench/footage",
-         "tests/bench/judging", "tests/bench/studies"),
+         "tests/bench/judging", "tests/bench/studies", "tests/bench/robot/test_judges.py",
+         "tests/bench/clips/test_clip_judges.py"),
     ),
     "statistics": Area(
         tuple(
