@@ -54,7 +54,8 @@ AREAS: Mapping[str, Area] = {
     ),
     "camera": Area(
         tuple(f"colias_sim/{name}.py" for name in ("camera", "exposure", "sensor", "simulation", "lens", "noise")),
-        ("tests/colias_sim", "tests/colias_sim/test_eye.py", "tests/bench/robot/test_trial.py"),
+        ("tests/colias_sim", "tests/colias_sim/test_camera.py", "tests/colias_sim/test_eye.py",
+         "tests/bench/robot/test_trial.py"),
     ),
     "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs", "tests/colias_sim/envs/test_envs_physics.py")),
     "judges": Area(
