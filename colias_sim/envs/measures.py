@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
-ColumnKind = Literal["mean", "mean_abs", "mean_abs_error", "optomotor_gain", "rms"]
+ColumnKind = Literal["mean", "mean_abs", "mean_abs_error", "optomotor_gain", "rms", "share"]
 MeasureKind = Literal["mean", "collision_rate", "free_distance"]
 
 
@@ -21,7 +22,8 @@ class EpisodeColumn:
         ``mean``: the mean of ``info`` over the steps. ``mean_abs``: the mean of its absolute value.
         ``mean_abs_error``: the mean absolute difference from the env's argument ``target``. ``optomotor_gain``: of
         slip and drift, ``1 - sum(slip sign(drift)) / sum(|drift|)``, null where the drift is 0 throughout. ``rms``: the
-        root of the mean square of ``info``, in which what swings to either side does not cancel.
+        root of the mean square of ``info``, in which what swings to either side does not cancel. ``share``: the share
+        of the steps in which ``info`` is true.
     info
         The key of ``info``; for ``optomotor_gain`` the key of the slip.
     target
@@ -36,6 +38,13 @@ class EpisodeColumn:
     info: str
     target: str = ""
     unit: str = ""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest number that the kind can give; no interval goes beyond them."""
+        if self.kind in ("mean", "optomotor_gain"):
+            return -math.inf, math.inf
+        return 0.0, 1.0 if self.kind == "share" else math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +80,7 @@ TIME_ON_TARGET = Measure("time on target", "mean", "in_view")
 RETURN = Measure("return", "mean", "reward")
 """The sum of an episode's rewards. Every env has it, as its last measure."""
 
-IN_VIEW = EpisodeColumn("in_view", "mean", "in_view")
+IN_VIEW = EpisodeColumn("in_view", "share", "in_view")
 OFF_AXIS = EpisodeColumn("off_axis_deg", "mean_abs", "bearing_deg", unit="deg")
 """Columns of every env with a target."""
 

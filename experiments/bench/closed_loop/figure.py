@@ -21,7 +21,7 @@ from colias_sim.envs.world import OBSERVER, TARGET
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.engine.terminal import count
 from experiments.bench.figures import plotting
-from experiments.bench.figures.palette import HUES, Mark, marks
+from experiments.bench.figures.palette import Mark, marks
 from experiments.bench.figures.plotting import (
     PAGE,
     WIDTH,
@@ -38,7 +38,7 @@ from experiments.bench.figures.plotting import (
 from experiments.bench.judging.scores import Standing
 from scenes import ARENA_RADIUS_CM
 
-COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"
+COLLISION, PARKED, DRIVING, WALL = "#111111", "#5a5a5a", "#ffffff", "#8a8a8a"
 """Colours of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
 ACROSS, MOST_ACROSS = 3, 6
 """Panels of paths side by side, where all fit on a page so; and the most."""

@@ -18,6 +18,7 @@ from experiments.bench.store.rows import OBSERVER, FrameRow, JobRow, TrialRecord
 
 Row = Mapping[str, Any]
 GAIN_PLACES = 12
+UNBOUNDED = (-math.inf, math.inf)
 
 
 class EpisodeRow(JobRow):
@@ -105,7 +106,7 @@ def _value(column: EpisodeColumn, episode: Episode) -> float | None:
         return float(np.sqrt(np.square(values).mean()))
     if column.kind == "mean_abs_error":
         values = values - float(getattr(episode.options, column.target))
-    return float((values if column.kind == "mean" else np.abs(values)).mean())
+    return float((values if column.kind in ("mean", "share") else np.abs(values)).mean())
 
 
 def optomotor_gain(slip_deg_s: Sequence[float] | Any, drift_deg_s: Sequence[float] | Any) -> float | None:
@@ -120,11 +121,18 @@ def optomotor_gain(slip_deg_s: Sequence[float] | Any, drift_deg_s: Sequence[floa
 
 
 def mean(rows: Sequence[Row], column: str) -> Score | None:
-    """Return the mean over episodes, with its interval; ``None`` where the env has no such measure."""
-    values = [row[column] for row in rows if row[column] is not None]
+    """Return the mean over episodes, with its interval; ``None`` where the env has no such measure.
+
+    The interval keeps to what the column can be: the mean of shares is at most 1.
+    """
+    ends = COLUMNS[column].ends if column in COLUMNS else UNBOUNDED
+    return _mean([row[column] for row in rows if row[column] is not None], ends)
+
+
+def _mean(values: Sequence[float], ends: tuple[float, float]) -> Score | None:
     if not values:
         return None
-    summary = summarise(values)
+    summary = summarise(values, *ends)
     return Score(summary.mean, summary.ci_low, summary.ci_high, summary.n)
 
 
@@ -135,8 +143,7 @@ def mean_difference(first: Sequence[Row], second: Sequence[Row], column: str) ->
     where no seed has both.
     """
     values, others = ({row["seed"]: row[column] for row in rows if row[column] is not None} for rows in (first, second))
-    pairs = [{column: values[seed] - others[seed]} for seed in sorted(values.keys() & others.keys())]
-    return mean(pairs, column)
+    return _mean([values[seed] - others[seed] for seed in sorted(values.keys() & others.keys())], UNBOUNDED)
 
 
 def rate(rows: Sequence[Row], per: str, unit: float = 1.0) -> Score:

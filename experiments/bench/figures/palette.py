@@ -32,6 +32,8 @@ BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
 """Beginning of the names of behaviours that are told the state of the world."""
+REFLEX = "escape-"
+"""Beginning of the names of the escape reflexes; the rest is the model, whose mark the reflex has."""
 LEVELS = ("#231933", "#a37fde")
 """Darkest and lightest shade of the levels of a condition: one hue, which is no model's. Lines of the lightest have a
 contrast of 3:1 on white."""
@@ -65,7 +67,7 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     Parameters
     ----------
     names
-        Labels of models or behaviours. One of `NAMED` has its own mark in every picture; where few models are shown
+        Labels of models or behaviours. One of `NAMED`, and its reflex, has its own mark in every picture; where few models are shown
         and its hue is another's, it takes a free hue and keeps its marker. Other names are next in line, in their
         order.
 
@@ -77,9 +79,9 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     listed = list(dict.fromkeys(names))
     grey = [name for name in listed if name in BASELINES or name.startswith(PRIVILEGED)]
     coloured = [name for name in listed if name not in grey]
-    known = sorted(filter(NAMED.__contains__, coloured), key=NAMED.index)
+    known = sorted((name for name in coloured if _model(name) in NAMED), key=lambda name: NAMED.index(_model(name)))
     given: dict[str, Mark] = {}
-    for name in [*known, *(name for name in coloured if name not in NAMED)]:
+    for name in [*known, *(name for name in coloured if name not in known)]:
         given[name] = _next(_home(name), list(given.values()), apart=len(coloured) <= MOST_LINES)
     for place, name in enumerate(grey):
         turn, marker = divmod(place, len(MARKERS))
@@ -87,13 +89,18 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     return {name: given[name] for name in listed}
 
 
+def _model(name: str) -> str:
+    """Return the model of a reflex; any other name is its own."""
+    return name.removeprefix(REFLEX)
+
+
 def _home(name: str) -> Mark | None:
     """Return the mark of one of `NAMED`. After one round of hues that of `dsnn`, which all are compared with, is left
     out.
     """
-    if name not in NAMED:
+    if _model(name) not in NAMED:
         return None
-    place = NAMED.index(name)
+    place = NAMED.index(_model(name))
     if place < len(HUES):
         return Mark(HUES[place], MARKERS[place % len(MARKERS)])
     turn, hue = divmod(place - len(HUES), len(HUES) - 1)

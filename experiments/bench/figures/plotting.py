@@ -22,7 +22,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.figures.media import sheet
-from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.judging.scores import Score, Standing, written
 from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.places import replacing
 
@@ -376,7 +376,8 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
 def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str, *, low: bool) -> None:
     scores = [standing.scores.get(measure) for measure in panel.measures]
     if not any(score is not None and math.isfinite(score.value) for score in scores):
-        text = "none" if any(score is not None and math.isinf(score.value) for score in scores) else NOT_APPLYING
+        endless = [score for score in scores if score is not None and math.isinf(score.value)]
+        text = f"at least {written(endless[0].low)}" if endless else NOT_APPLYING
         axes.annotate(text, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
                       fontsize=8, fontstyle="italic", bbox={"fc": "white", "lw": 0, "pad": 0.5})  # fmt: skip
     if panel.column:

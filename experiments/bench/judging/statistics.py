@@ -85,7 +85,7 @@ def least_of_pairs(n: int) -> float:
     return min(2.0 ** (1 - n), 1.0)
 
 
-def summarise(values: Sequence[float], lowest: float = -math.inf) -> Summary:
+def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float = math.inf) -> Summary:
     """Summary of at least one value.
 
     The interval is the bootstrap's, its percentiles widened for the sample's size as Student's t widens a normal
@@ -97,8 +97,8 @@ def summarise(values: Sequence[float], lowest: float = -math.inf) -> Summary:
     ----------
     values
         One or more numbers.
-    lowest
-        The least that a value can be, such as 0 of a count: no interval goes below it.
+    lowest, highest
+        The least and the largest that a value can be, such as 0 of a count: no interval goes beyond them.
 
     References
     ----------
@@ -122,7 +122,8 @@ def summarise(values: Sequence[float], lowest: float = -math.inf) -> Summary:
             interval = stats.bootstrap((sample,), np.mean, n_resamples=RESAMPLES, confidence_level=1 - 2 * tail,
                                     method="percentile", rng=stream("bootstrap.mean", SEED))  # fmt: skip
             low, high = float(interval.confidence_interval.low), float(interval.confidence_interval.high)
-    low = low if math.isnan(low) else max(low, lowest)
+    if not math.isnan(low):
+        low, high = max(low, lowest), min(high, highest)
     return Summary(n, mean, sd, float(np.median(sample)), low, high)
 
 

@@ -303,6 +303,18 @@ def test_scores_are_those_of_the_env():
     assert mean(rows(1), "in_view") is None
 
 
+def test_no_interval_of_a_share_goes_beyond_all_and_none_of_a_distance_below_0():
+    """Student's interval of four episodes at 1, 1, 1 and 0.8 would end at 1.11."""
+    in_view = (1.0, 1.0, 1.0, 0.8)
+    shares = [row for value in in_view for row in rows(0, 1, in_view=value, off_axis_deg=5 - 5 * value)]
+    shares = [row | {"seed": seed} for seed, row in enumerate(shares)]
+    on_target, off_axis = mean(shares, "in_view"), mean(shares, "off_axis_deg")
+    assert on_target.low < on_target.value < on_target.high == 1.0
+    assert 0.0 == off_axis.low < off_axis.value < off_axis.high
+    other = [row | {"in_view": 0.0} for row in shares]
+    assert mean_difference(shares, other, "in_view").high > 1.0  # of a difference nothing is cut
+
+
 # Claims.
 
 

@@ -46,6 +46,8 @@ def test_an_interval_of_counts_does_not_go_below_none(values):
     bounded, free = summarise(values, lowest=0.0), summarise(values)
     assert bounded.ci_low >= 0.0 and bounded.ci_high == free.ci_high
     assert free.ci_low < 0.0 or bounded == free
+    mirrored = summarise([-value for value in values], highest=0.0)
+    assert mirrored.ci_high <= 0.0
 
 
 def in_order(levels, values):
