@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,14 +75,14 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
             scale = _scale(model, model_series)
             for place, column in enumerate(columns):
                 _cell(panels[row, place], model, model_series[place], column, scale, tints[model.label])
-            unit = f"\naxis ±{scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
+            unit = f"\naxis ±{scale:.2g}" if _signed(model) else "\naxis 0 to 1"
             for place in range(0, len(columns), across):
                 words = plain(f"{labels[model.label]}{unit}")
                 label = panels[row, place].set_ylabel(words, rotation=0, ha="right", va="center", fontsize=8)
                 label.set_color(tints[model.label])
         for place, column in enumerate(columns):
             panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
-        key_below(drawn, _keys())
+        key_below(drawn, _keys(models))
     return drawn
 
 
@@ -153,7 +153,7 @@ def _cell(
     axes: Axes, model: ConfiguredModel, series: Mapping[str, Any] | None, column: _Column, scale: float, tint: str
 ) -> None:
     """Draw one model's answer to one clip."""
-    signed = "hs" in model.channels or "vs" in model.channels
+    signed = _signed(model)
     steps = np.arange(len(column.moves))
     axes.set(xlim=(0, max(len(steps) - 1, 1)), ylim=(BELOW, ABOVE) if signed else (-0.4, ABOVE), xticks=[], yticks=[])
     axes.fill_between(steps, BELOW, ABOVE, where=column.moves.tolist(), color="black", alpha=0.05, lw=0)
@@ -172,12 +172,23 @@ def _cell(
         axes.plot(fired, np.full(fired.size, heights[channel]), "|", ms=3, mew=0.6, color="black")
 
 
-def _keys() -> list[Line2D]:
+def _signed(model: ConfiguredModel) -> bool:
+    """Tell whether a model has potentials of both signs."""
+    return "hs" in model.channels or "vs" in model.channels
+
+
+def _keys(models: Sequence[ConfiguredModel]) -> list[Line2D]:
+    """Return what the lines of these models are."""
     grey = "#444444"
+    signed = [model for model in models if _signed(model)]
+    detectors = len(signed) < len(models)
+    beside = any("looming" in model.channels for model in signed)
+    solid = " or ".join(["HS potential"] * bool(signed) + ["looming potential"] * detectors)
+    spikes = "spikes (VS below HS)" if signed else "spikes"
     return [
-        Line2D([], [], color=grey, lw=1.0, label="HS; looming of a looming detector"),
-        Line2D([], [], color=grey, lw=1.0, ls=":", label="VS"),
-        Line2D([], [], color=grey, lw=1.0, ls="--", label="looming beside HS"),
-        Line2D([], [], color="black", ls="", marker="|", ms=5, label="spikes"),
+        Line2D([], [], color=grey, lw=1.0, label=solid),
+        *[Line2D([], [], color=grey, lw=1.0, ls=":", label="VS potential")] * bool(signed),
+        *[Line2D([], [], color=grey, lw=1.0, ls="--", label="looming potential beside HS")] * beside,
+        Line2D([], [], color="black", ls="", marker="|", ms=5, label=spikes),
         Line2D([], [], color="0.9", lw=6, label="something moves"),
     ]

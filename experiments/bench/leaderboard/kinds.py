@@ -12,7 +12,7 @@ from experiments.bench.judging.scores import Standing
 from experiments.bench.leaderboard import looming_scores, scores
 
 _SHOWN = ("robot", "clips")
-_TIMES = Panel("µs per frame", ("us_99x72", "us_320x180"), ("99x72", "320x180"), log=True)
+_TIMES = Panel("time\n(µs per frame)", ("us_99x72", "us_320x180"), ("99x72", "320x180"), log=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +82,9 @@ DIRECTION = Kind(
     scores.MEASURES,
     scores.ranked,
     (
-        Panel("direction accuracy", ("direction_robot", "direction_clips"), _SHOWN, 0.25, share=True),
+        Panel("direction accuracy\n(share of motions)", ("direction_robot", "direction_clips"), _SHOWN, 0.25, share=True),
         Panel("AUC, translation\nagainst depth", ("auc_robot", "auc_clips"), _SHOWN, 0.5, share=True),
-        Panel("false alarms,\nbackground alone", ("false_alarms",), _SHOWN[1:], share=True, filled=False),
+        Panel("false alarms (share of\nbackgrounds alone)", ("false_alarms",), _SHOWN[1:], share=True, filled=False),
         _TIMES,
     ),
     (tuple(scores.MEASURES),),
