@@ -67,9 +67,9 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     Parameters
     ----------
     names
-        Labels of models or behaviours. One of `NAMED`, and its reflex, has its own mark in every picture; where few models are shown
-        and its hue is another's, it takes a free hue and keeps its marker. Other names are next in line, in their
-        order.
+        Labels of models or behaviours. One of `NAMED`, and its reflex, has its own mark in every picture; where few
+        models are shown and its hue is another's, it takes a free hue and keeps its marker. Other names are next in
+        line, in their order.
 
     Returns
     -------

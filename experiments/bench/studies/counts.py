@@ -10,7 +10,7 @@ from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.count import REASONS, Count, count
+from experiments.bench.judging.count import REASONS, Count, Reason, count
 from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.store.rows import Failure, group
@@ -87,9 +87,9 @@ class ClaimCell:
         return [sign for sign, there in ((SILENT, silent), (HALF, half)) if there]
 
     @property
-    def unjudged(self) -> int:
-        """The number of replicates in which what is shown of it could not be judged, as trials or clips are missing."""
-        return sum(number for reason, number in self.drawn.unjudged.items() if reason != "silent model")
+    def unjudged(self) -> tuple[Reason, ...]:
+        """Why what is shown of it could not be judged in some replicate; a silent model has a sign instead."""
+        return tuple(reason for reason in self.drawn.unjudged if reason != "silent model")
 
 
 @dataclass(frozen=True, slots=True)
@@ -373,7 +373,7 @@ def regions(cells: Sequence[ClaimCell]) -> list[str]:
     for title, chosen in by_claim(cells).items():
         whole = sum(cell.holds for cell in chosen)
         share = f"at {whole} of {len(chosen)} points ({whole / len(chosen):.0%})"
-        unjudged = sum(cell.unjudged > 0 for cell in chosen)
+        unjudged = sum(bool(cell.unjudged) for cell in chosen)
         silent = sum("silent model" in cell.count.unjudged for cell in chosen)
         also = f"; not judged in every replicate at {unjudged}" if unjudged else ""
         also += f"; kept by a silent model in a replicate at {silent}" if silent else ""

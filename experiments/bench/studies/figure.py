@@ -21,6 +21,7 @@ from matplotlib.ticker import MaxNLocator
 
 from experiments.bench.engine.settings import PRESET
 from experiments.bench.figures.plotting import LETTER_INCHES, LINE, STYLE, headline, leftmost, lowest, plain, wrapped
+from experiments.bench.judging.count import REASONS
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
@@ -217,9 +218,10 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
         total = counts.plan.replicates
         keys.append(_sign(f"n/{total}", f"in n of {total} replicate{'s' * (total > 1)} the claim holds"))
     keys += [_sign(sign, words) for sign, words in SIGNS.items() if any(sign in cell.signs for cell in judged)]
-    unjudged = any(cell.unjudged for cell in judged)
-    if unjudged or any(number.value is None for number in numbers):
-        words = "some replicate could not be judged, as trials or clips are missing" if unjudged else "no value"
+    reasons = [reason for reason in REASONS if any(reason in cell.unjudged for cell in judged)]
+    if reasons or any(number.value is None for number in numbers):
+        why = "; or ".join(REASONS[reason] for reason in reasons)
+        words = f"some replicate could not be judged: {why}" if reasons else "no value"
         keys.append(Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words))
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
         keys.append(_sign("a-b", "lowest and highest value of a replicate"))

@@ -17,6 +17,7 @@ from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.checks import MARGIN
+from experiments.bench.judging.count import REASONS
 from experiments.bench.robot.judging import DEPTH
 from experiments.bench.studies import figure, run
 from experiments.bench.studies.counts import TOGETHER, Counts, regions
@@ -212,10 +213,12 @@ def test_lost_trials_leave_a_claim_unjudged():
     map_plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
     rows = [row for row in rows_of(map_plan, lambda *_: 0) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
     map_cells = {cell.point.values[0][1]: cell for cell in cells(map_plan, rows)}
-    assert (map_cells["0.2"].count.holds, map_cells["0.2"].unjudged) == (2, 0)
-    assert (map_cells["0.3"].count.holds, map_cells["0.3"].unjudged) == (1, 1)
+    assert (map_cells["0.2"].count.holds, map_cells["0.2"].unjudged) == (2, ())
+    assert (map_cells["0.3"].count.holds, map_cells["0.3"].unjudged) == (1, ("not shown",))
     assert not map_cells["0.3"].holds and "1 trials of general failed" in map_cells["0.3"].outcomes[0].measured
-    figure.draw(Counts(map_plan, rows))
+    (legend,) = figure.draw(Counts(map_plan, rows)).legends
+    keys = [text.get_text() for text in legend.get_texts()]
+    assert f"some replicate could not be judged: {REASONS['not shown']}" in keys
 
 
 # --- the plan ---------------------------------------------------------------------------------------------------------
