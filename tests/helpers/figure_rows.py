@@ -107,7 +107,7 @@ def mechanism(models: Sequence[str]) -> Figure:
 
 
 def excitation(models: Sequence[str]) -> Figure:
-    """Seven conditions: two rows of them. It is about one network, whatever else is shown."""
+    """Seven conditions: three rows of them. It is about one network, whatever else is shown."""
     time_s, rise = np.arange(FRAMES) / 30.0, np.hanning(FRAMES)
     spikes = (rise > 0.8).astype(np.int64)
     trials = tuple(Trial(i, time_s, rise, 0.9 * rise, 0.5 * rise, spikes, 0.1 * rise, 0 * spikes) for i in range(3))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -35,6 +35,8 @@ SHADES, SCALE = "Blues", "YlGnBu"
 UNJUDGED, HATCH = "#e3dccb", "#9a9078"
 DEFAULT = "#c0392b"
 """Colour of the marks at the default's place."""
+MOST_KEYED = 6
+"""Claims in the columns of one panel, of which the words stand below it; of more they would take a third of a page."""
 MOST_ROWS = 16
 """Points with names, of two axes and more: above so many, they make a map for each claim and not the rows of one."""
 
@@ -61,7 +63,10 @@ def draw(counts: Counts) -> Figure:
     """
     plan = counts.plan
     panels = _grids(counts) if _gridded(plan) else _maps(counts) if _mapped(plan) else [_matrix(counts)]
-    keys = _keys(panels, counts, framed=_gridded(plan) or _mapped(plan))
+    framed = _gridded(plan) or _mapped(plan)
+    keys = _keys(panels, counts, framed=framed)
+    if not framed and len(panels[0].columns) <= MOST_KEYED:
+        keys = [*_subject_keys(counts), *keys]
     sheet = lay_out([panels], [*map(_key_inches, keys)])
     if sheet.tight and len({panel.subject for panel in panels}) < len(panels):  # of several models
         if all(len(panel.rows) == 1 for panel in panels):
@@ -91,7 +96,7 @@ def draw(counts: Counts) -> Figure:
         if keys:
             drawn.legend(handles=keys, loc="outside lower left", frameon=False, fontsize=8, handlelength=3.0,
                          handler_map={Text: SignHandler()})  # fmt: skip
-        title = f"{plan.models[0].label if len(plan.models) == 1 else plan.study.name}: {_counted(counts)}"
+        title = f"{plan.study.name}{f', {plan.models[0].label}' * (len(plan.models) == 1)}: {_counted(counts)}"
         headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}")
     return drawn
 
@@ -218,11 +223,13 @@ def _keys(panels: Sequence[Panel], counts: Counts, *, framed: bool) -> list[Arti
         total = counts.plan.replicates
         keys.append(_sign(f"n/{total}", f"in n of {total} replicate{'s' * (total > 1)} the claim holds"))
     keys += [_sign(sign, words) for sign, words in SIGNS.items() if any(sign in cell.signs for cell in judged)]
-    reasons = [reason for reason in REASONS if any(reason in cell.unjudged for cell in judged)]
-    if reasons or any(number.value is None for number in numbers):
-        why = "; or ".join(REASONS[reason] for reason in reasons)
-        words = f"some replicate could not be judged: {why}" if reasons else "no value"
-        keys.append(Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words))
+    hatched = [
+        f"some replicate could not be judged: {why}" for reason, why in REASONS.items()
+        if any(reason in cell.unjudged for cell in judged)
+    ]  # fmt: skip
+    if not hatched and any(number.value is None for number in numbers):
+        hatched = ["no value"]
+    keys += [Patch(fc=UNJUDGED, ec=HATCH, hatch="///", lw=0, label=words) for words in hatched]
     if any(number.lowest is not None and number.lowest != number.highest for number in numbers):
         keys.append(_sign("a-b", "lowest and highest value of a replicate"))
     keys += [_sign(short, f"the value is {words}") for words, short in SHORT.items() if short in signs]
@@ -335,7 +342,7 @@ def _matrix(counts: Counts) -> Panel:
     rows = tuple(reversed(plan.judged))
     labels = tuple(row_label(point, model if several else "") or plan.study.name for point, model in rows)
     cells = {(rows.index((cell.point, cell.model)), claims.index(cell.claim)): cell for cell in counts.cells}
-    return Panel(plan.study.name, claims, labels, cells)
+    return Panel("claims", claims, labels, cells)
 
 
 def row_label(point: Point, model: str = "") -> str:
@@ -344,15 +351,21 @@ def row_label(point: Point, model: str = "") -> str:
 
 
 def _set(plan: StudyPlan) -> dict[str, Any]:
-    """Return the parameters that are not at their defaults at any point, without those that the axes move."""
+    """Return the parameters that are not at their defaults, without those that differ between points or models."""
     moved = [key for axis in plan.axes for key in axis.keys] + [key for point in plan.points for key, _ in point.values]
     ends = tuple(key.removesuffix(PRESET) for key in moved if key.endswith(f".{PRESET}"))
     return {
         key: values
         for key, values in plan.description.get("changed", {}).items()
         if not key.startswith(ends)
+        and not _several(values)
         and not any(moved_key == key or moved_key.startswith(f"{key}.") for moved_key in moved)
     }
+
+
+def _several(values: Any) -> bool:
+    """Tell whether models have different values of a parameter; one that does not have it has none."""
+    return isinstance(values, Mapping) and len({str(value) for value in values.values() if value is not None}) > 1
 
 
 def _counted(counts: Counts) -> str:

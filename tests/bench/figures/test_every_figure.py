@@ -10,7 +10,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
-from experiments.bench.figures.plotting import WIDTH
+from experiments.bench.figures.plotting import PAGE, WIDTH
 from tests.helpers import figure_checks as checks
 from tests.helpers import figure_references as references
 from tests.helpers.figure_list import FIGURES, OF_ONE_MODEL, shown
@@ -57,6 +57,7 @@ def test_a_figure_can_be_read(name, count, ones):
     places, texts = [(text.get_text(), box) for text, box in drawn_texts], [text for text, _ in drawn_texts]
     if name not in FRAMES_OF_FILMS:  # on paper none is made smaller to fit: its type would be too
         assert inches(figure) <= WIDTH, "wider than the page of a paper"
+        assert figure.get_size_inches()[1] <= PAGE + 1e-9, "taller than the page of a paper"
     faults = {
         "type that is too small in print": checks.small(texts, 1.0),
         "thresholds that look alike": checks.alike_levels(figure),

@@ -401,7 +401,7 @@ def test_a_figure_of_many_claims_is_broken_into_parts_of_a_page_and_loses_no_cel
     parts = [axes for axes in drawn.axes if axes.get_title(loc="left")]
     assert drawn.get_size_inches()[0] <= WIDTH and len(parts) > 1
     assert [axes.get_title(loc="left") for axes in parts] == [
-        f"s ({place} of {len(parts)})" for place in range(1, len(parts) + 1)
+        f"claims ({place} of {len(parts)})" for place in range(1, len(parts) + 1)
     ]
     assert sum(len(axes.texts) for axes in parts) == len(counts.cells)
     assert [tick.get_text() for axes in parts for tick in axes.get_xticklabels()] == [f"C{i}" for i in range(40)]

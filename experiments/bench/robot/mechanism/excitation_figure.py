@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from experiments.bench.figures.palette import HUES
-from experiments.bench.figures.plotting import STYLE, WIDTH, headline
+from experiments.bench.figures.plotting import PAGE, STYLE, WIDTH, headline
 from experiments.bench.robot.figure import level_text
 from experiments.bench.robot.mechanism.excitation import Course, Floats
 
@@ -22,9 +22,11 @@ ACROSS = 3
 EXCITED, INHIBITED, POTENTIAL, BALANCED = HUES[0], HUES[4], "black", HUES[1]
 LEFTOVER = HUES[2]
 HEIGHTS = (1.4, 1.7, 0.8)
-"""Heights of the three panels of a condition, inches: E and I, HS, spikes."""
-ROOM = 1.22
-"""Room for titles and axes of a row of conditions, inches."""
+"""Heights of the three panels of a condition, inches: E and I, HS, spikes; all lower where a page asks for it."""
+LEAST_HEIGHTS = 1.9
+"""Least height of the three together, inches."""
+ROOM, KEY_INCHES = 1.22, 0.3
+"""Room for titles and axes of a row of conditions, and for the key, inches."""
 QUIET = 0.01
 """Share of the largest E or I below which a frame is quiet: the time before the first other and after the last one, in
 any condition, is not shown."""
@@ -54,8 +56,9 @@ def figure(courses_shown: Sequence[Course], heading: str, threshold: float | Non
     """
     blocks = [courses_shown[start : start + ACROSS] for start in range(0, len(courses_shown), ACROSS)]
     across = min(len(courses_shown), ACROSS)
+    high = min(sum(HEIGHTS), max((PAGE - KEY_INCHES) / len(blocks) - ROOM, LEAST_HEIGHTS))
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(WIDTH, (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, (high + ROOM) * len(blocks) + KEY_INCHES), layout="constrained")
         grid = drawn.subplots(3 * len(blocks), across, squeeze=False, sharex=True, height_ratios=HEIGHTS * len(blocks))
         highest, deepest = _limits(courses_shown, threshold)
         for row, block in enumerate(blocks):
@@ -121,8 +124,8 @@ def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, 
     for axes in panels:
         axes.tick_params(labelsize=8, labelleft=first and axes is not raster, labelbottom=axes is raster)
     if first:
-        sums.set_ylabel("E, $w_i$ I (units of HS)", fontsize=8)
-        potential.set_ylabel("HS, right positive", fontsize=8)
+        sums.set_ylabel("E and $w_i$ I\n(units of HS)", fontsize=8)
+        potential.set_ylabel("HS potential\n(right positive)", fontsize=8)
         raster.set_ylabel("trials", fontsize=8)
 
 
