@@ -144,7 +144,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 axes.tick_params(labelsize=8, labelleft=axes is traces[0])
                 axes.set_title(f"{motion},\n{speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
-            traces[0].set_ylabel("HS, right positive", fontsize=8)
+            traces[0].set_ylabel("HS potential\n(right positive)", fontsize=8)
             if below:
                 _lying_bars(lying[down], CASES[polarity][0], _by_clip(edge_rows, left, others), looks)
             elif others:

@@ -53,7 +53,11 @@ SAME = 0.004
 """Difference of two potentials that look like one."""
 THRESHOLD: dict[str, Any] = {"color": "black", "ls": "-", "lw": 1.2}
 """Look of the threshold in the row of its model."""
-NAMES = {"speed": "speed of the object ({unit})", "grey": "grey (0 to 255)", "background_speed": "background ({unit})"}
+NAMES = {
+    "speed": "speed of the object ({unit})",
+    "grey": "grey of the object (0 to 255)",
+    "background_speed": "background speed ({unit})",
+}
 
 
 def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
@@ -301,7 +305,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     models = list(dict.fromkeys(row["model"] for row in rows))
     shades = level_colours(sorted({row["speed"] for row in _moving(rows)}))
     parts, ticks = _background_parts(rows, shades), sorted({_px_a_frame(row) for row in rows})
-    drawn, panels = _by_model(models, [title for title, _ in parts], "background (px a frame)")
+    drawn, panels = _by_model(models, [title for title, _ in parts], "background speed (px a frame)")
     for (title, lines), block in zip(parts, panels.blocks, strict=True):
         for axes, model in zip(block, models, strict=True):
             _systems(axes, [(shade, _along([row for row in line_rows if row["model"] == model], _px_a_frame))
@@ -370,7 +374,7 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     for place, model in enumerate(models):  # in its model's row, so that it is no other's
         if (level := thresholds.get(model)) is not None:
             axes.plot([level] * 2, [place - 0.42, place + 0.42], **THRESHOLD)
-    axes.set_xlabel("largest |HS| potential of a clip: smallest to largest", fontsize=8)
+    axes.set_xlabel("peak |HS| potential (bars: smallest to largest of the clips)", fontsize=8)
     limits = (
         [Line2D([], [], label="threshold of the model", **THRESHOLD)]
         if any(thresholds.get(model) is not None for model in models)

@@ -71,6 +71,8 @@ AROUND = 0.6, 0.9
 """Width and height of its numbers, labels and caption, inches."""
 MOST_BESIDE = 4
 """Models up to which it does."""
+LABEL_INCHES = 1.05
+"""Most length of the label of a panel's axis, inches."""
 LANES_ACROSS = 3
 """Most lanes of counts in a row."""
 DOT = 11.0
@@ -193,7 +195,7 @@ def _potentials(
     looks, axis, looming = marks(itertools.chain(*blocks)), _trace_axis(rows), looming_alone(rows)
     panels, inches = _blocks_of_panels(place, blocks, across)
     for block, shown in zip(blocks, panels, strict=True):
-        of = "looming\npotential" if block[0] in looming else "HS potential\n(right positive)"
+        potential = "looming potential" if block[0] in looming else "HS potential (right positive)"
         for axes, model in zip(shown, block, strict=True):
             _traces(axes, [row for row in rows if row["model"] == model], frames, varies, colours, axis)
             _limits(axes, 0.0 if model in looming else -1.0)
@@ -203,7 +205,7 @@ def _potentials(
             spec = axes.get_subplotspec()
             assert spec is not None
             if spec.is_first_col() and len(blocks) > 1:
-                axes.set_ylabel(of, fontsize=8)
+                axes.set_ylabel(wrapped(potential, LABEL_INCHES, 8), fontsize=8)
             same = left is not None and axes.get_ylim() == left.get_ylim()
             axes.tick_params(labelleft=spec.is_first_col() or not same)
     for axes in lowest(panels):
@@ -215,8 +217,7 @@ def _potentials(
     place.supxlabel("bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)",
                     fontsize=8)  # fmt: skip
     if len(blocks) == 1:
-        whose = "of the looming detector" if blocks[0][0] in looming else "of HS, right positive"
-        place.supylabel(f"potential {whose}", fontsize=8)
+        place.supylabel(potential, fontsize=8)
     _level_keys(place, colours, varies, _others(rows, varies, blocks[0]))
 
 
