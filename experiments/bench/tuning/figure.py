@@ -180,7 +180,7 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         caption = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
         if direction_undefined(given, model, channels[model]):
             caption = "preference not defined"
-        heading = wrapped(f"{model}: {caption}", WIDTH / _across(len(channels)) - 0.1, 8)
+        heading = wrapped(f"{model}\n{caption}", WIDTH / _across(len(channels)) - 0.1, 8)
         named = len(channels) <= MANY or axes is panels[0]
         above = 25.0 if named else 6.0  # above "up"
         axes.set_title(plain(heading), fontsize=8, color=tints[model], y=1.0, pad=above)
