@@ -34,8 +34,8 @@ from experiments.bench.figures.plotting import (
 Rows = Sequence[Mapping[str, Any]]
 
 CASES = {
-    "off": ("OFF edge: it darkens", ("dark object, leading edge", "light object, trailing edge")),
-    "on": ("ON edge: it brightens", ("dark object, trailing edge", "light object, leading edge")),
+    "off": ("OFF edge: luminance falls", ("dark object, leading edge", "light object, trailing edge")),
+    "on": ("ON edge: luminance rises", ("dark object, trailing edge", "light object, leading edge")),
 }
 """Polarity -> its name, and which edges of objects it is."""
 DARK, LIGHT, MARK, INK = "#4a4a4a", "#f4f4f4", "#c21f3a", "#222222"
@@ -121,7 +121,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
         ratios += [] if below or not others else [max(WIDTHS[2], sum(ratios) * of_bars / (WIDTH - of_bars))]
         keys = [Line2D([], [], label=_named(model), **_look(model, mark, 1)) for model, mark in looks.items()
                 if not (below and model in others)]  # fmt: skip
-        keys += [*threshold_lines.keys(thresholds, models), *([_key_of_bounds()] if below else [])]
+        keys += [*threshold_lines.keys(thresholds, models, sign="±"), *(_keys_of_bars() if others else [])]
         across = columns_of_key([line for key in keys for line in str(key.get_label()).split("\n")], WIDTH, 8)
         upper, words = len(polarities) * (LOW if below else HIGH), TITLE_HIGH + KEY_HIGH * -(-len(keys) // across)
         lower = rows_inches(len(others), PAGE - upper - words - AXIS_HIGH) + AXIS_HIGH if below else 0.0
@@ -244,7 +244,7 @@ def _bars(axes: Axes, left: Mapping[str, Sequence[float]], looks: Mapping[str, M
     axes.set(ylim=(0.0, top), xlim=(-0.5, len(others) + (0.5 if len(words) == 1 else 0.0)))
     _per_cent(axes.yaxis, highest)
     axes.tick_params(axis="y", labelsize=8)
-    axes.set_title("largest |HS|,\n% of intact", fontsize=8)
+    axes.set_title("largest |HS|\n(% of dsnn's)", fontsize=8)
 
 
 def _lying_bars(axes: Axes, title: str, left: Mapping[str, Sequence[float]], looks: Mapping[str, Mark]) -> None:
@@ -268,7 +268,7 @@ def _lying_bars(axes: Axes, title: str, left: Mapping[str, Sequence[float]], loo
     axes.tick_params(axis="y", length=0, pad=2 * MARK_POINTS)
     _per_cent(axes.xaxis, longest)
     axes.set(ylim=(len(left) - 0.5, -0.5), xlim=(0.0, (1.0 + ROOM_OF_NUMBERS) * longest))
-    axes.set_xlabel("largest |HS| (% of intact)", fontsize=8)
+    axes.set_xlabel("largest |HS| (% of that of dsnn)", fontsize=8)
     axes.set_title(title, fontsize=8, loc="left")
 
 
@@ -280,6 +280,10 @@ def _per_cent(axis: Axis, highest: float) -> None:
         axis.set_major_locator(MaxNLocator(4))
 
 
-def _key_of_bounds() -> Line2D:
-    low, high = (f"{bound:g} %" for bound in BOUNDS)
-    return Line2D([], [], color=MARK, ls="--", lw=0.9, label=f"bounds of C22: {low} and {high}")
+def _keys_of_bars() -> list[Line2D]:
+    """Return what stands at the bars, whose height is a mean."""
+    low, high = (f"{bound:g}" for bound in BOUNDS)
+    return [
+        Line2D([], [], color=INK, ls="", marker="o", ms=3, label="a clip; bar: mean of clips"),
+        Line2D([], [], color=MARK, ls="--", lw=0.9, label=f"C22, blocked pathway: {low} and {high} %"),
+    ]

@@ -85,7 +85,7 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
     directional = [row for row in rows if row["model"] not in looming]
     if looming and directional:
         left_out = dict.fromkeys(row["model"] for row in rows if row["model"] in looming)
-        rows, title = directional, f"{title}\nnot drawn, as without HS and VS: {', '.join(left_out)}"
+        rows, title = directional, f"{title}\nwithout HS and VS, so not drawn: {', '.join(left_out)}"
         thresholds = {model: level for model, level in thresholds.items() if model not in looming}
     with mpl.rc_context(STYLE):
         match drawing.kind:
@@ -138,7 +138,7 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
             axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
         keys = [Line2D([], [], color=looks[model].colour, lw=2, label=plain(model), **_dots(looks[model], 1))
                 for model in group]  # fmt: skip
-        key_below(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models)])
+        key_below(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models, sign="±")])
     return drawn
 
 

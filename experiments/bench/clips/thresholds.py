@@ -29,14 +29,14 @@ def owners(thresholds: Thresholds, models: Sequence[str]) -> dict[float, list[st
 def looks(
     thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = ()
 ) -> dict[float, dict[str, Any]]:
-    """Return how the line at each threshold is drawn: in its model's colour where it is one model's of several.
+    """Return how the line at each threshold is drawn: of several in its model's colour, where that is but one.
 
     ``figure_models`` are the models of the whole figure, where ``models`` are some of them.
     """
     by_level, given = owners(thresholds, models), marks(figure_models or models)
     return {
         level: {
-            "color": given[names[0]].colour if len(names) == 1 < len(models) else "black",
+            "color": given[names[0]].colour if len(names) == 1 < len(models) and len(by_level) > 1 else "black",
             "ls": STYLES[place % len(STYLES)],
             "lw": 1.0 if len(names) == 1 < len(models) else 0.8,
         }
@@ -51,15 +51,19 @@ def draw(axes: Axes, thresholds: Thresholds, models: Sequence[str], figure_model
             axes.axhline(sign * level, **look)
 
 
-def keys(thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = ()) -> list[Line2D]:
-    """Return a key for each threshold of panels that have several models: its value, and which models have it."""
-    several, drawn = len(models) > 1, looks(thresholds, models, figure_models)
-    return [
-        Line2D(
-            [], [], label=_wrapped(f"threshold {level:g}{f' of {_named(names)}' if several else ''}"), **drawn[level]
-        )
+def keys(
+    thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = (), *, sign: str = ""
+) -> list[Line2D]:
+    """Return a key for each threshold of panels that have several models: its value, and which models have it.
+
+    Before the value stands the ``sign``: "±" where the lines of both signs are drawn.
+    """
+    drawn, several = looks(thresholds, models, figure_models), len(models) > 1
+    words = {
+        level: f"threshold {sign}{level:g}{_of(names) if several else ''}"
         for level, names in owners(thresholds, models).items()
-    ]
+    }
+    return [Line2D([], [], label=_wrapped(text), **drawn[level]) for level, text in words.items()]
 
 
 def key_of_panels(thresholds: Thresholds, models: Sequence[str]) -> list[Line2D]:
@@ -69,15 +73,15 @@ def key_of_panels(thresholds: Thresholds, models: Sequence[str]) -> list[Line2D]
         return []
     if len(models) == 1:
         return keys(thresholds, models)
-    words = "; ".join(f"{level:g} of {_named(names)}" for level, names in by_level.items())
+    words = "; ".join(f"{level:g}{_of(names)}" for level, names in by_level.items())
     look = {"color": "black", "ls": STYLES[0], "lw": 0.8}
     return [Line2D([], [], label=_wrapped(f"threshold of the panel's model: {words}"), **look)]
 
 
-def _named(names: Sequence[str]) -> str:
+def _of(names: Sequence[str]) -> str:
     """Name the first models, and count the others."""
     more = len(names) - MOST_NAMED
-    return ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+    return " of " + ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _wrapped(words: str) -> str:

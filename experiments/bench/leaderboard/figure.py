@@ -5,6 +5,7 @@ from __future__ import annotations
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from experiments.bench.engine.terminal import count
 from experiments.bench.figures.palette import colours
 from experiments.bench.figures.plotting import PAGE, STYLE, WIDTH, rows_inches, scoreboard
 from experiments.bench.leaderboard.kinds import Ranking
@@ -34,6 +35,6 @@ def draw(ranking: Ranking, repeats: int) -> Figure:
                 empty.set_visible(False)
             scoreboard(axes[: len(band)], band, standings, colours(standing.name for standing in standings), high)
         title = "leaderboard" if ranking.kind.name == "direction" else f"leaderboard, {ranking.kind.name}"
-        what = f"n = {repeats} of each trial; {ranking.kind.drawn}; dotted: chance"
+        what = f"{count(repeats, 'trial')} of each condition; {ranking.kind.drawn}; dotted: chance"
         drawn.suptitle(f"{title}, {what}", fontsize=8, x=0.01, ha="left")
     return drawn

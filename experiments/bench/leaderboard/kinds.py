@@ -86,7 +86,7 @@ DIRECTION = Kind(
             "direction accuracy\n(share of motions)", ("direction_robot", "direction_clips"), _SHOWN, 0.25, share=True
         ),
         Panel("AUC, translation\nagainst depth", ("auc_robot", "auc_clips"), _SHOWN, 0.5, share=True),
-        Panel("false alarms (share of\nbackgrounds alone)", ("false_alarms",), _SHOWN[1:], share=True, filled=False),
+        Panel("false alarms (share of\nbackground clips)", ("false_alarms",), _SHOWN[1:], share=True, filled=False),
         _TIMES,
     ),
     (tuple(scores.MEASURES),),

@@ -20,6 +20,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from experiments.bench.figures.palette import LINES, Mark, lanes, level_colours, marks
 from experiments.bench.figures.plotting import (
     LETTER_INCHES,
+    LINE,
     STYLE,
     TYPE,
     WIDTH,
@@ -71,6 +72,8 @@ AROUND = 0.6, 0.9
 """Width and height of its numbers, labels and caption, inches."""
 MOST_BESIDE = 4
 """Models up to which it does."""
+TRACE_ALPHA = 0.75
+"""Opacity of the trace of a trial, and of its key."""
 LABEL_INCHES = 1.05
 """Most length of the label of a panel's axis, inches."""
 LANES_ACROSS = 3
@@ -124,7 +127,7 @@ def title(
     """Return the title of a run's figure, with the parameters that were ``changed``. An empty ``arena`` is left out."""
     names = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
     where, driven = f", {arena} arena" if arena else "", ", driven open loop" if open_loop else ""
-    return f"{name}: {names}{where}{driven}, n = {repeats}{in_title(changed)}"
+    return f"{name}: {names}{where}{driven}, {repeats} trial{'s' * (repeats != 1)} of each condition{in_title(changed)}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
@@ -321,10 +324,12 @@ def _counts(
         (len([row for row in one.rows if row[varies] == level]) for one in series for level in levels), default=0
     )
     dotted = len(series) <= MOST_DOTTED or (ordinal and most < LEAST_FOR_BOOTSTRAP)
+    broad = False
     for axes, lane in zip(panels.flat, groups, strict=False):
         in_lane = [one for one in series if one.rows[0]["model"] in lane]
         curves = [_means(one, varies, levels) for one in in_lane]
         extra = extra_widths(curves, 0.01 * max((max(curve) for curve in curves), default=1.0))
+        broad |= any(extra)
         beside = _dodged(axes, len(in_lane), [] if ordinal else levels, len(panels[0]))
         # Numbers stand at their place on the axis, words have room beside theirs.
         places, step = _beside_words(in_lane, ticks, varies) if ordinal else ([ticks] * len(in_lane), 0.0)
@@ -344,23 +349,29 @@ def _counts(
     top = panels[0, 0].get_ylim()[1]
     panels[0, 0].set_ylim(-0.06 * max(top, 1.0), 1.04 * max(top, 1.0))
     inches = float(place.bbox.width / place.figure.dpi)
+    if most >= LEAST_FOR_BOOTSTRAP:
+        notes = ["dots: trials; bars: 95 % intervals of means" if dotted else "bars: 95 % intervals of means"]
+    elif dotted and most > 1:
+        notes = ["pale: trials; strong: means" if ordinal else "dots: trials, larger where several agree; line: means"]
+    else:
+        notes = []
+    if not ordinal and max(map(len, groups)) > 1:
+        notes.append(f"models stand side by side{', broad lines under others' if broad else ''}")
+    if silent:
+        notes.append(f"without a threshold, so not drawn: {', '.join(silent)}")
+    caption = plain(wrapped("; ".join(notes), inches - 0.6, 8))
     keys = _condition_keys(series, ordinal=ordinal)
     if len(groups) > 1:
         for axes, lane in zip(panels.flat, groups, strict=False):
             axes.legend(handles=_model_keys(series, lane, ordinal=ordinal), fontsize=8, handlelength=1.6, frameon=False,
                         loc="lower left", bbox_to_anchor=(-0.05, 1.0))  # fmt: skip
-    elif len(groups[0]) > 1 and (ordinal or keys or not _label_ends(panels[0, 0], series, varies, levels, place)):
+    elif len(groups[0]) > 1 and (
+        ordinal or keys or not _label_ends(panels[0, 0], series, varies, levels, place, caption)
+    ):
         keys = [*_model_keys(series, groups[0], ordinal=ordinal), *keys]
     if keys and len(groups) == 1:
         columns = columns_of_key([str(key.get_label()) for key in keys], inches, 8)
         place.legend(handles=keys, fontsize=8, frameon=False, loc="outside upper center", ncols=columns)
-    notes = [f"not drawn, as without spikes: {', '.join(silent)}"] if silent else []
-    if most >= LEAST_FOR_BOOTSTRAP:
-        notes.insert(0, "dots: trials; bars: 95 % intervals of means" if dotted else "bars: 95 % intervals of means")
-    elif dotted and most > 1:
-        at_words = "pale: trials; strong: means"
-        notes.insert(0, at_words if ordinal else "dots: trials, larger where several agree; line: means")
-    caption = plain("\n".join(wrapped(note, inches - 0.6, 8) for note in notes))
     if len(groups) > 1 and keys:
         place.legend(handles=keys, title=caption, alignment="left", title_fontsize=8, fontsize=8, frameon=False,
                      loc="outside upper left", ncols=len(keys))  # fmt: skip
@@ -387,14 +398,17 @@ def _beside_words(
     return places, step
 
 
-def _label_ends(axes: Axes, series: Sequence[Series], varies: str, levels: Sequence[Any], place: SubFigure) -> bool:
-    """Name the lines of models at their ends, where the names fit; tell whether they did."""
+def _label_ends(
+    axes: Axes, series: Sequence[Series], varies: str, levels: Sequence[Any], place: SubFigure, caption: str
+) -> bool:
+    """Name the lines of models at their ends, where the names fit below the ``caption``; tell whether they did."""
     inches = float(place.bbox.width / place.figure.dpi), float(place.bbox.height / place.figure.dpi)
     ends = [
         End(max(row[varies] for row in one.rows), _means(one, varies, levels)[-1], one.label, one.mark.colour)
         for one in series
     ]
-    return label_ends(axes, ends, (inches[0] - AROUND[0], inches[1] - AROUND[1]), 7.0 + DODGE * (len(series) - 1) / 2)
+    high = inches[1] - AROUND[1] - LINE * caption.count("\n")
+    return label_ends(axes, ends, (inches[0] - AROUND[0], high), 7.0 + DODGE * (len(series) - 1) / 2)
 
 
 def _model_keys(series: Sequence[Series], models: Sequence[str], *, ordinal: bool) -> list[Line2D]:
@@ -504,7 +518,9 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
     for row in rows:
         chosen = trial == row["trial"]
         style = styles.get(_condition(row, names), "-")
-        axes.plot(sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.7, alpha=0.75)
+        axes.plot(
+            sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.7, alpha=TRACE_ALPHA
+        )
 
 
 def _name(axes: Axes, name: str, mark: Mark) -> None:
@@ -542,7 +558,8 @@ def _level_keys(place: SubFigure, colours: Mapping[Any, str], varies: str, other
     """Draw the key of the shades and the line styles of the traces, with what the shades are of."""
     quantity, unit = AXIS_LABELS[varies].partition(" (")[0], UNITS.get(varies, "").partition(" ")[0]
     unit = unit if unit in OF_NOTHING_ELSE else ""
-    keys = [Line2D([], [], color=tint, lw=2, label=_with_unit(level, unit)) for level, tint in colours.items()]
+    keys = [Line2D([], [], color=tint, lw=2, alpha=TRACE_ALPHA, label=_with_unit(level, unit))
+            for level, tint in colours.items()]  # fmt: skip
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
     if len(keys) == 1:  # the axis of counts has the one level
         return
