@@ -81,7 +81,7 @@ def map_claims(
         typer.Option(
             "--model",
             metavar="MODEL",
-            help="A model judged, otherwise dsnn: a name or a .py file, or dsnn:w_i=1. Repeatable.",
+            help="A model judged, otherwise dsnn: a name or a .py file, or dsnn:w_i=1. Repeatable; of clips just one.",
         ),
     ] = None,
     pictures: OwnPictures = None,

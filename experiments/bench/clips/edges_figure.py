@@ -140,7 +140,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 here = [row for row in edge_rows if (row["motion"], row["speed"]) == (motion, speed)]
                 _traces(axes, here, frames, looks)
                 axes.set_ylim(-1.12 * highest, 1.12 * highest)
-                threshold_lines.draw(axes, thresholds, models)
+                threshold_lines.draw(axes, thresholds, models, signed=True)
                 axes.tick_params(labelsize=8, labelleft=axes is traces[0])
                 axes.set_title(f"{motion},\n{speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)

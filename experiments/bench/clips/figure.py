@@ -27,7 +27,6 @@ from experiments.bench.figures.plotting import (
     grid_of_panels,
     headline,
     key_below,
-    leftmost,
     lowest,
     plain,
     wrapped,
@@ -121,24 +120,27 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in SYSTEMS}
     for part, group in zip(parts, groups, strict=True):
+        broad = False
         (panels,) = grid_of_panels(part, 1, len(clips), most, sharey=True)
         for axes, clip in zip(panels, clips, strict=True):
             clip_rows = [row for row in rows if row["clip"] == clip and row["model"] in group]
             for system, (_, style) in SYSTEMS.items():
                 curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in clip_rows]
-                for row, curve, extra in zip(clip_rows, curves, extra_widths(curves, SAME), strict=True):
+                extras = extra_widths(curves, SAME)
+                broad |= any(extras)
+                for row, curve, extra in zip(clip_rows, curves, extras, strict=True):
                     mark = looks[row["model"]]
                     axes.plot(np.arange(len(curve)) / row["fps"], curve, ls=style, lw=1.1 + extra, color=mark.colour,
                               **_dots(mark, len(curve)))  # fmt: skip
-            threshold_lines.draw(axes, thresholds, group, models)
+            threshold_lines.draw(axes, thresholds, group, models, signed=True)
             axes.set_title(plain(wrapped(clip, _title_inches(most), 8)), fontsize=8)
         for axes in lowest([panels]):
             axes.set_xlabel("time (s)", fontsize=8)
-        for axes in leftmost([panels]):
-            axes.set_ylabel("potential\n(right, down positive)", fontsize=8)
-        keys = [Line2D([], [], color=looks[model].colour, lw=2, label=plain(model), **_dots(looks[model], 1))
+        part.supylabel("potential (right, down positive)", fontsize=8)
+        keys = [Line2D([], [], color=looks[model].colour, lw=1.1, label=plain(model), **_dots(looks[model], 1))
                 for model in group]  # fmt: skip
-        key_below(part, [*keys, *_system_keys(), *threshold_lines.keys(thresholds, group, models, sign="±")])
+        keys += [*_system_keys(), *threshold_lines.keys(thresholds, group, models, sign="±")]
+        key_below(part, [*keys, *[Line2D([], [], color="0.6", lw=4.0, label="broad: under another")] * broad])
     return drawn
 
 
@@ -312,7 +314,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
                             for shade, line_rows in lines], panels.dots)  # fmt: skip
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
-            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8, rotation=90 if panels.in_rows else 0)
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=8, rotation=90)
             axes.set_xticks([], minor=True)
             if title == ALONE:
                 axes.set_yscale("log")
@@ -323,7 +325,10 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             threshold_lines.draw(axes, thresholds, [model])
     panels.from_zero([block for (title, _), block in zip(parts, panels.blocks, strict=True) if title != ALONE])
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
-    keys += [*_system_keys(), Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
+    keys += [
+        *_system_keys(),
+        Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s, 0.27 px a frame"),
+    ]
     key_below(drawn, [*keys, *threshold_lines.key_of_panels(thresholds, models)])
     return drawn
 

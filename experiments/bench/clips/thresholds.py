@@ -44,10 +44,17 @@ def looks(
     }
 
 
-def draw(axes: Axes, thresholds: Thresholds, models: Sequence[str], figure_models: Sequence[str] = ()) -> None:
-    """Draw the thresholds of ``models``, some of ``figure_models``; of either sign where the axis has both."""
+def draw(
+    axes: Axes,
+    thresholds: Thresholds,
+    models: Sequence[str],
+    figure_models: Sequence[str] = (),
+    *,
+    signed: bool = False,
+) -> None:
+    """Draw the thresholds of ``models``, some of ``figure_models``; of either sign where potentials are ``signed``."""
     for level, look in looks(thresholds, models, figure_models).items():
-        for sign in (1, -1) if axes.get_ylim()[0] < -level else (1,):
+        for sign in (1, -1) if signed else (1,):
             axes.axhline(sign * level, **look)
 
 

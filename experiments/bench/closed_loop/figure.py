@@ -15,13 +15,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from colias_sim.envs import ENVS
+from colias_sim.envs import ENVS, Measure
 from colias_sim.envs.geometry import HULL_RADIUS
 from colias_sim.envs.world import OBSERVER, TARGET
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.closed_loop.scores import COLUMNS
 from experiments.bench.engine.terminal import count
 from experiments.bench.figures import plotting
-from experiments.bench.figures.palette import Mark, marks
+from experiments.bench.figures.palette import BASELINES, PRIVILEGED, Mark, marks
 from experiments.bench.figures.plotting import (
     PAGE,
     WIDTH,
@@ -67,7 +68,7 @@ def draw(played: Played) -> Figure:
     env = ENVS[played.env]
     panels = [
         Panel(
-            measure.name, (measure.name,), log=measure.kind == "free_distance",
+            _heading(measure), (measure.name,), log=measure.kind == "free_distance",
             column=measure.column if measure.kind == "mean" else "",
         )
         for measure in env.all_measures
@@ -91,6 +92,12 @@ def draw(played: Played) -> Figure:
     return drawn
 
 
+def _heading(measure: Measure) -> str:
+    """Return a measure's name, with its unit; without one in it, that it is a share."""
+    column = COLUMNS.get(measure.column)
+    return f"{measure.name} (share)" if column is not None and column.kind == "share" else measure.name
+
+
 def _paths_inches(behaviours: int, most: float) -> tuple[int, float]:
     """Return how many paths stand side by side, and the height of all: the fewest whose height is at most ``most``."""
     for across in range(ACROSS, MOST_ACROSS + 1):
@@ -110,9 +117,12 @@ def _title(played: Played) -> str:
     scores = [score for standing in played.standings for score in standing.scores.values() if score is not None]
     barred = any(score.low < score.high and math.isfinite(score.high - score.low) for score in scores)
     stroked = any(measure.kind == "mean" for measure in ENVS[played.env].all_measures)
-    what = f"{'short strokes: episodes' if stroked else ''}{'; ' * (stroked and barred)}"
-    what += "bars: 95 % intervals" if barred else ""
-    return f"{played.env.partition('/')[2]}, {episodes} each; {what}{f'; set: {options}' if options else ''}"
+    names = [standing.name for standing in played.standings]
+    what = ["short strokes: the episodes of a mean"] * stroked + ["bars: 95 % intervals"] * barred
+    what += ["grey: for comparison"] * any(name in BASELINES or name.startswith(PRIVILEGED) for name in names)
+    what += [f"{PRIVILEGED}: told the world's state"] * any(name.startswith(PRIVILEGED) for name in names)
+    what += [f"set: {options}"] * bool(options)
+    return "; ".join([f"{played.env.partition('/')[2]}, {episodes} each", *what])
 
 
 def _paths(part: Any, played: Played, looks: dict[str, Mark], across: int) -> None:
@@ -156,7 +166,7 @@ def _keys(played: Played, *, many: bool) -> list[Line2D]:
     ink = "#222222"
     keys = [Line2D([], [], color=ink, lw=1.5, label="path of the first episode" if many else "path")]
     if many:
-        keys.append(Line2D([], [], color=ink, lw=0.6, alpha=0.5, label="paths of the others"))
+        keys.append(Line2D([], [], color=ink, lw=0.6, alpha=0.5, label="paths of the others, in other worlds"))
     keys += [
         Line2D([], [], ls="", marker="o", ms=3.5, mfc="white", mec=ink, mew=0.9, label="start"),
         Line2D([], [], ls="", marker="x", ms=5, mew=1.4, color=COLLISION, label="end by a collision"),

@@ -80,6 +80,8 @@ LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
 LETTER_INCHES = LETTER * TYPE / 72.0
 """Mean width of a letter of the smallest type, inches."""
+JOINT = "\N{INFORMATION SEPARATOR ONE}"
+"""Character that stands, while a text is broken into lines, where it has no space but may be broken."""
 LINE = 0.14
 """Height of a line of the smallest type, inches."""
 
@@ -94,9 +96,11 @@ def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:
 def wrapped(text: str, inches: float, size: float) -> str:
     """Break ``text`` into lines of at most ``inches``, in type of ``size`` points."""
     most = max(int(inches * 72.0 / (LETTER * size)), 8)
-    return "\n".join(
-        part for line in text.split("\n") for part in textwrap.wrap(line, most, break_on_hyphens=False) or [""]
+    breakable = re.sub(r",(?=\S)", f",{JOINT} ", text)  # a model's settings part at their commas, not in a number
+    lines = (
+        part for line in breakable.split("\n") for part in textwrap.wrap(line, most, break_on_hyphens=False) or [""]
     )
+    return re.sub(f"{JOINT} ?", "", "\n".join(lines))
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,7 +381,7 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str, *, l
     scores = [standing.scores.get(measure) for measure in panel.measures]
     if not any(score is not None and math.isfinite(score.value) for score in scores):
         endless = [score for score in scores if score is not None and math.isinf(score.value)]
-        text = f"at least {written(endless[0].low)}" if endless else NOT_APPLYING
+        text = f"over {written(endless[0].low)} (95 %)" if endless else NOT_APPLYING
         axes.annotate(text, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
                       fontsize=8, fontstyle="italic", bbox={"fc": "white", "lw": 0, "pad": 0.5})  # fmt: skip
     if panel.column:
@@ -410,7 +414,7 @@ def log_ticks(low: float, high: float) -> list[float]:
     return ticks[:: max(every, 1)] if len(ticks) > 1 else [float(f"{low:.2g}"), float(f"{high:.2g}")]
 
 
-LEAST_TICKS, MOST_TICKS = 3, 5
+LEAST_TICKS, MOST_TICKS = 3, 3
 """Ticks of a logarithmic axis."""
 
 

@@ -58,10 +58,13 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
     labels = {model.label: wrapped(model.label, MOST_LABEL, 8) for model in models}
     left = LETTER_INCHES * max(len(line) for label in labels.values() for line in label.split("\n")) + 0.2
     lines = max(label.count("\n") + 2 for label in labels.values())  # one for the scale of its axis
-    layout = _layout(len(columns), len(models), WIDTH - max(left, LEAST_LABEL), max(LEAST_HIGH, lines * LINE + 0.02))
+    note = _spikeless(models)
+    around = KEY_INCHES + LINE * (note.count("\n") + 2) * bool(note)
+    least = max(LEAST_HIGH, lines * LINE + 0.02)
+    layout = _layout(len(columns), len(models), WIDTH - max(left, LEAST_LABEL), least, around)
     blocks, across = layout.blocks, layout.across
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(WIDTH, (layout.heading + layout.high * (down + 1)) * blocks + KEY_INCHES))
+        drawn = Figure(figsize=(WIDTH, (layout.heading + layout.high * (down + 1)) * blocks + around))
         drawn.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
         grid = drawn.add_gridspec(down * blocks, across, height_ratios=[1.3, *[1.0] * len(models)] * blocks)
         panels = {
@@ -75,14 +78,16 @@ def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
             scale = _scale(model, model_series)
             for place, column in enumerate(columns):
                 _cell(panels[row, place], model, model_series[place], column, scale, tints[model.label])
-            unit = f"\naxis ±{scale:.2g}" if _signed(model) else "\naxis 0 to 1"
+            unit = f"\nup to ±{scale:.2g}" if _signed(model) else "\n0.5 to 1"
             for place in range(0, len(columns), across):
                 words = plain(f"{labels[model.label]}{unit}")
                 label = panels[row, place].set_ylabel(words, rotation=0, ha="right", va="center", fontsize=8)
                 label.set_color(tints[model.label])
         for place, column in enumerate(columns):
-            panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=8)
+            panels[len(models), place].set_xlabel(f"{len(column.moves) / column.fps:.1f} s long", fontsize=8)
         key_below(drawn, _keys(models))
+        if note:
+            drawn.suptitle(note, fontsize=8, x=0.01, ha="left")
     return drawn
 
 
@@ -96,15 +101,16 @@ class _Layout:
     heading: float
 
 
-def _layout(clips: int, models: int, inches: float, least: float) -> _Layout:
+def _layout(clips: int, models: int, inches: float, least: float, around: float) -> _Layout:
     """Return the layout of most blocks that fits on a page, with panels at least as high as ``least``.
 
-    ``inches`` is the width of a block. Where there are so many models that none fits, all clips stand in one block.
+    ``inches`` is the width of a block, and ``around`` the height of what is above and below all blocks. Where there are
+    so many models that none fits, all clips stand in one block.
     """
     for blocks in range(math.ceil(clips / max(int(inches / INCHES[0]), 1)), 0, -1):
         across = math.ceil(clips / blocks)
         heading = HEADING if inches / across >= LEAST_HEADING else TURNED_HEADING
-        high = ((PAGE - KEY_INCHES) / blocks - heading) / (models + 2)
+        high = ((PAGE - around) / blocks - heading) / (models + 2)
         if high >= least:
             break
     return _Layout(blocks, across, min(max(high, least), INCHES[1]), heading)
@@ -177,18 +183,24 @@ def _signed(model: ConfiguredModel) -> bool:
     return "hs" in model.channels or "vs" in model.channels
 
 
+def _spikeless(models: Sequence[ConfiguredModel]) -> str:
+    """Name the models without a threshold, in lines; empty if there is none."""
+    names = ", ".join(model.label for model in models if not model.spiking)
+    return plain(wrapped(f"without a threshold, so without spikes: {names}", WIDTH - 0.2, 8)) if names else ""
+
+
 def _keys(models: Sequence[ConfiguredModel]) -> list[Line2D]:
     """Return what the lines of these models are."""
     grey = "#444444"
     signed = [model for model in models if _signed(model)]
     detectors = len(signed) < len(models)
     beside = any("looming" in model.channels for model in signed)
-    solid = " or ".join(["HS potential"] * bool(signed) + ["looming potential"] * detectors)
-    spikes = "spikes (VS below HS)" if signed else "spikes"
+    solid = " or ".join(["HS potential"] * bool(signed) + ["looming potential, from 0.5"] * detectors)
+    spikes = "spikes: HS, below them VS" if signed else "spikes"
     return [
         Line2D([], [], color=grey, lw=1.0, label=solid),
         *[Line2D([], [], color=grey, lw=1.0, ls=":", label="VS potential")] * bool(signed),
-        *[Line2D([], [], color=grey, lw=1.0, ls="--", label="looming potential beside HS")] * beside,
+        *[Line2D([], [], color=grey, lw=1.0, ls="--", label="looming potential beside HS, from 0.5 to 1")] * beside,
         Line2D([], [], color="black", ls="", marker="|", ms=5, label=spikes),
         Line2D([], [], color="0.9", lw=6, label="something moves"),
     ]

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from experiments.bench.engine.terminal import count
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import PAGE, STYLE, WIDTH, rows_inches, scoreboard
+from experiments.bench.figures.plotting import PAGE, STYLE, TYPE, WIDTH, headline, rows_inches, scoreboard
 from experiments.bench.leaderboard.kinds import Ranking
 
 ACROSS = 3
@@ -36,5 +36,5 @@ def draw(ranking: Ranking, repeats: int) -> Figure:
             scoreboard(axes[: len(band)], band, standings, colours(standing.name for standing in standings), high)
         title = "leaderboard" if ranking.kind.name == "direction" else f"leaderboard, {ranking.kind.name}"
         what = f"{count(repeats, 'trial')} of each condition; {ranking.kind.drawn}; dotted: chance"
-        drawn.suptitle(f"{title}, {what}", fontsize=8, x=0.01, ha="left")
+        headline(drawn, f"{title}, the best on top; {what}", TYPE)
     return drawn

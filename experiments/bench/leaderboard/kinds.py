@@ -12,7 +12,7 @@ from experiments.bench.judging.scores import Standing
 from experiments.bench.leaderboard import looming_scores, scores
 
 _SHOWN = ("robot", "clips")
-_TIMES = Panel("time\n(µs per frame)", ("us_99x72", "us_320x180"), ("99x72", "320x180"), log=True)
+_TIMES = Panel("time\n(µs per frame)", ("us_99x72", "us_320x180"), ("99x72 px", "320x180 px"), log=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ DIRECTION = Kind(
         "AUC: translation against motion in depth, by the largest |HS| or |VS|: under 0.5 it prefers depth.",
         "False alarms: clips of background alone that made the model spike. A dash: does not apply, or no answer.",
     ),
-    "95 % intervals",
+    "lines: 95 % intervals",
     "leaderboard.csv",
     "figure",
 )
@@ -114,7 +114,8 @@ LOOMING = Kind(
         Panel("AUC, looming\nagainst recession", ("auc_recession_robot", "auc_recession"), _SHOWN, 0.5, share=True),
         Panel("AUC, looming\nagainst background", ("auc_background",), _SHOWN[1:], 0.5, share=True, filled=False),
         Panel("looming answered\n(share of clips)", ("answered",), _SHOWN[1:], share=True, filled=False),
-        Panel("time to contact at\nthe first spike (s)", ("contact_dark_s", "contact_light_s"), ("dark", "light")),
+        Panel("time to contact at\nthe first spike (s)", ("contact_dark_s", "contact_light_s"),
+              ("dark", "light; none: no spike")),
         Panel("false alarms\na minute", ("alarms_translation", "alarms_gratings"), ("translation", "gratings")),
         Panel("false alarms a\nminute, background", ("alarms_background",), _SHOWN[1:], filled=False),
         _TIMES,
@@ -129,7 +130,7 @@ LOOMING = Kind(
         "the least and the largest, which is a spread and no interval.",
         "Alarms: spikes after half a second without one, where nothing looms. A dash: does not apply, or no answer.",
     ),
-    "95 % intervals, of times to contact the range over l/v",
+    "lines: 95 % intervals, and times to contact from smallest to largest",
     "looming.csv",
     "looming",
 )  # fmt: skip

@@ -42,9 +42,9 @@ Rows = Sequence[Mapping[str, Any]]
 
 AXIS_LABELS = {
     "speed_cm_s": "speed of the stimulus (cm/s)",
-    "distance_cm": "distance camera to path (cm)",
-    "far_cm": "distance camera to the far end (cm)",
-    "angle_deg": "angle to the optical axis (degrees, right positive)",
+    "distance_cm": "distance of the path (cm)",
+    "far_cm": "distance of the far end (cm)",
+    "angle_deg": "bearing of the far end (degrees, right positive)",
     "shell_grey": "reflectance of the stimulus's shell",
     "wall_contrast": "contrast of the wall against the arena's own",
     "observer_speed_cm_s": "observer driving (cm/s)",
@@ -127,7 +127,8 @@ def title(
     """Return the title of a run's figure, with the parameters that were ``changed``. An empty ``arena`` is left out."""
     names = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
     where, driven = f", {arena} arena" if arena else "", ", driven open loop" if open_loop else ""
-    return f"{name}: {names}{where}{driven}, {repeats} trial{'s' * (repeats != 1)} of each condition{in_title(changed)}"
+    trials = "1 trial" if str(repeats) == "1" else f"{repeats} trials"
+    return f"{name}: {names}{where}{driven}, {trials} of each condition{in_title(changed)}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
@@ -352,7 +353,9 @@ def _counts(
     if most >= LEAST_FOR_BOOTSTRAP:
         notes = ["dots: trials; bars: 95 % intervals of means" if dotted else "bars: 95 % intervals of means"]
     elif dotted and most > 1:
-        notes = ["pale: trials; strong: means" if ordinal else "dots: trials, larger where several agree; line: means"]
+        notes = [
+            "pale: trials; strong: means" if ordinal else "pale: trials, larger where several agree; strong: means"
+        ]
     else:
         notes = []
     if not ordinal and max(map(len, groups)) > 1:
@@ -565,5 +568,6 @@ def _level_keys(place: SubFigure, colours: Mapping[Any, str], varies: str, other
         return
     inches = float(place.bbox.width / place.figure.dpi)
     across = columns_of_key([str(key.get_label()) for key in keys], inches, 8, 1.4)
+    title = f"shade: {quantity}{'; line: what else differs' if others else ''}"
     place.legend(handles=keys, handlelength=1.4, columnspacing=1.2, frameon=False, fontsize=8, ncols=across,
-                 loc="outside upper center", title=f"shade: {quantity}", title_fontsize=8)  # fmt: skip
+                 loc="outside upper center", title=title, title_fontsize=8)  # fmt: skip

@@ -69,6 +69,8 @@ class RunFigure:
         labels = [WHOLE] if courses else list(self.thresholds)
         title = robot_figure.title(name, labels, arena, repeats, self.changed, self.open_loop)
         if courses:
+            if others := [label for label in self.thresholds if label.partition(":")[0] != WHOLE]:
+                title += f"\nof {WHOLE} alone, so not drawn: {', '.join(others)}"
             return excitation_figure.figure(courses, title, self.thresholds[WHOLE])
         if drawable(self.drawing, rows) == "mechanism":
             return mechanism_figure.figure(rows, self.varies, title, self.thresholds[labels[0]])

@@ -100,11 +100,27 @@ MOST_SAID = 8
 
 
 def in_title(parameters: Mapping[str, Any]) -> str:
-    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are."""
-    keys = list(parameters)
+    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are.
+
+    Of models whose labels tell a parameter's value nothing is repeated.
+    """
+    parameters = {key: _untold(key, values) for key, values in parameters.items()}
+    keys = [key for key, values in parameters.items() if values != {}]
     listed = in_words({key: parameters[key] for key in keys[:MOST_SAID]})
     more = f" and {len(keys) - MOST_SAID} more" if len(keys) > MOST_SAID else ""
     return f"; set: {listed}{more}" if keys else ""
+
+
+def _untold(key: str, values: Any) -> Any:
+    """Return the values of the models whose labels, such as ``dsnn:n_con=4``, do not tell them."""
+    if not isinstance(values, Mapping):
+        return values
+    told = f"{key.rpartition('.')[2]}="
+    left = {
+        label: value for label, value in values.items()
+        if value is not None and not any(part.startswith(told) for part in label.partition(":")[2].split(","))
+    }  # fmt: skip
+    return left if any(value is not None for value in values.values()) else values
 
 
 def in_words(parameters: Mapping[str, Any]) -> str:

@@ -75,7 +75,7 @@ def claims(
     if not study.claims and not study.measures:
         chosen = {name: declared[name] for name in about}
         if not chosen and not counts_spikes:
-            raise UsageError(f"{_names(experiments)}: no claim there is about {', '.join(study.models)}")
+            raise UsageError(f"{_names(experiments)}: no claim there is about {', '.join(study.models)}: name measures")
     return tuple(chosen.values())
 
 

@@ -96,7 +96,7 @@ def planned(
     if study.over and study.repeats is not None:
         raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
     if len(study.models) > 1:
-        raise UsageError(f"study {study.name}: models={study.models}: a study of clips judges one model")
+        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     check_counts(seed, study.replicates, "--replicates")
     choice.check_names([experiment.name for experiment in experiments])
     model = look_up(study.models, "offline")[0].chosen

@@ -28,7 +28,7 @@ TOGETHER = "all"
 """Id of all claims of a map together, where there are several."""
 SILENT, HALF = "v", "h"
 SIGNS = {
-    SILENT: "kept in some replicate by a model that answers no translation either",
+    SILENT: "bounds kept in some replicate that does not count: the model answers no translation either",
     HALF: "the DSNN's half; the rest hangs on another model's constants, which are not known",
 }
 """Sign after the count in a cell -> its meaning."""
@@ -92,6 +92,11 @@ class ClaimCell:
         return tuple(reason for reason in self.drawn.unjudged if reason != "silent model")
 
 
+def in_digits(value: float) -> str:
+    """Return a measure's value in three digits, from 100 on in four: 122.5 spikes are neither 122 nor 123."""
+    return f"{value:.{4 if abs(value) >= 100 else 3}g}"
+
+
 @dataclass(frozen=True, slots=True)
 class Number:
     """One measure of one model at one point.
@@ -135,7 +140,7 @@ class Number:
 
     def text(self) -> str:
         """Return the value as figure and table show it."""
-        return "-" if self.value is None else f"{self.value:.3g}"
+        return "-" if self.value is None else in_digits(self.value)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,6 +32,8 @@ from experiments.bench.studies.study import Axis, value_text
 
 SHADES, SCALE = "Blues", "YlGnBu"
 """Colour maps of counts, and of numbers."""
+LEAST_SPAN = 0.1
+"""Least span of a scale of numbers, as a share of the largest: half a spike of 240 is not light against dark."""
 UNJUDGED, HATCH = "#e3dccb", "#9a9078"
 DEFAULT = "#c0392b"
 """Colour of the marks at the default's place."""
@@ -150,10 +152,12 @@ def _heat(drawn: Figure, shown: Sequence[Axes], sheet: Sheet) -> None:
 
 
 def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
-    """Return the smallest and largest value of a measure."""
+    """Return the ends of the scale of a measure: its smallest and largest value, or what leaves small spans pale."""
     numbers = [cell for panel in panels for cell in panel.cells.values() if isinstance(cell, Number)]
     known = [number.value for number in numbers if number.value is not None and math.isfinite(number.value)]
-    return (min(known), max(known)) if known else (0.0, 1.0)
+    if not known:
+        return 0.0, 1.0
+    return min(min(known), max(known) - LEAST_SPAN * abs(max(known))), max(known)
 
 
 def _stacked(panels: Sequence[Panel]) -> list[Panel]:
@@ -351,28 +355,22 @@ def row_label(point: Point, model: str = "") -> str:
 
 
 def _set(plan: StudyPlan) -> dict[str, Any]:
-    """Return the parameters that are not at their defaults, without those that differ between points or models."""
+    """Return the parameters that are not at their defaults, without those that the axes move."""
     moved = [key for axis in plan.axes for key in axis.keys] + [key for point in plan.points for key, _ in point.values]
     ends = tuple(key.removesuffix(PRESET) for key in moved if key.endswith(f".{PRESET}"))
     return {
         key: values
         for key, values in plan.description.get("changed", {}).items()
         if not key.startswith(ends)
-        and not _several(values)
         and not any(moved_key == key or moved_key.startswith(f"{key}.") for moved_key in moved)
     }
-
-
-def _several(values: Any) -> bool:
-    """Tell whether models have different values of a parameter; one that does not have it has none."""
-    return isinstance(values, Mapping) and len({str(value) for value in values.values() if value is not None}) > 1
 
 
 def _counted(counts: Counts) -> str:
     """Say what the cells have, and what a replicate has."""
     plan = counts.plan
     number = f"{plan.replicates} replicate{'s' if plan.replicates > 1 else ''}"
-    counted = f"held in n/{plan.replicates} replicates" if counts.cells else number
+    counted = f"held in n of {number}" if counts.cells else number
     repeats = "/".join(str(count) for count in dict.fromkeys(plan.repeats))
     plural = "" if repeats == "1" else "s"
     return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeat{plural} each'}"

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from experiments.bench.figures.plotting import LETTER_INCHES, LINE, PAGE, WIDTH, wrapped
-from experiments.bench.studies.counts import ClaimCell, Number
+from experiments.bench.studies.counts import ClaimCell, Number, in_digits
 
 SHORT = {"at the end of the range": "at end"}
 """Marks that are too long for a cell."""
@@ -243,7 +243,7 @@ def notes(number: Number) -> str:
     """Say, as a cell's further lines, the replicates' lowest and highest value if they differ, and the mark's words."""
     spread = ""
     if number.lowest is not None and number.highest is not None and number.lowest != number.highest:
-        spread = f"{number.lowest:.3g}-{number.highest:.3g}"
+        spread = f"{in_digits(number.lowest)}-{in_digits(number.highest)}"
     return "\n".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
 
 

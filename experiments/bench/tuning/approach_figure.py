@@ -59,7 +59,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
             axes.set_title(line, fontsize=8, loc="left")
             axes.set_ylabel(wrapped(name, LABEL_INCHES, 8), fontsize=8)
             if name.startswith("time"):
-                _angles(axes, places)
+                _angles(axes, places, _most_deg(family))
                 if not any(heights):
                     axes.text(0.5, 0.5, "no spike before contact", transform=axes.transAxes, ha="center", fontsize=8,
                               bbox={"fc": "white", "lw": 0, "pad": 1.0})  # fmt: skip
@@ -101,10 +101,15 @@ def _nears(family: Family, line: str) -> bool:
     return any(isinstance(clip, Looming) and bool(np.isfinite(clip.contact_s()).any()) for clip in clips)
 
 
-def _angles(axes: Axes, places: Sequence[float]) -> None:
-    """Mark fixed angles: what fires at one does so at a time to contact in proportion to l / v."""
+def _most_deg(family: Family) -> float:
+    """Return the angle at which the objects of a family stop, where one is declared; otherwise that at contact."""
+    return float(max(dict(probe.clip.changes).get("end_deg", 180.0) for probe in family.probes))
+
+
+def _angles(axes: Axes, places: Sequence[float], most_deg: float) -> None:
+    """Mark fixed angles up to ``most_deg``: what fires at one does so at a time to contact in proportion to l / v."""
     axes.set_yscale("log")
-    for angle in ANGLES_DEG:
+    for angle in (angle for angle in ANGLES_DEG if angle <= most_deg):
         times = [place / math.tan(math.radians(angle / 2)) for place in places]
         axes.plot(places, times, zorder=1, **ANGLE)
         axes.annotate(f"{angle:g}°", (places[-1], times[-1]), fontsize=8, color="0.4", ha="left", va="center")

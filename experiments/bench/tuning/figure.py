@@ -15,7 +15,16 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.figures.palette import colours, marks
-from experiments.bench.figures.plotting import STYLE, WIDTH, extra_widths, headline, key_below, plain, wrapped
+from experiments.bench.figures.plotting import (
+    STYLE,
+    WIDTH,
+    columns_of_key,
+    extra_widths,
+    headline,
+    key_below,
+    plain,
+    wrapped,
+)
 from experiments.bench.store.parameters import in_title
 from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
@@ -28,7 +37,7 @@ from experiments.bench.tuning.curves import (
     lobes,
     selectivity,
 )
-from experiments.bench.tuning.defined import undefined_peak
+from experiments.bench.tuning.defined import LEAST_POINTS, undefined_peak
 from experiments.bench.tuning.preferences import direction_undefined
 from experiments.bench.tuning.probes import Family
 
@@ -38,8 +47,14 @@ ACROSS, MANY_ACROSS = 3, 5
 """Most panels side by side: of up to `MANY` models, and of more."""
 MANY = 12
 SHADES = "RdBu_r"
-MORE = {"map": "; ○ a column's maximum, where it has one", "approach": "; l/v: half-size over speed"}
+MORE = {
+    "map": "; ○: a column's peak, where it is neither at an end nor flat",
+    "approach": "; l/v: half the object's size over its speed",
+    "polar": "; DSI: direction selectivity index",
+}
 """What the title of a kind of figure explains."""
+CURVE_INCHES, KEY_INCHES = 2.9, 0.18
+"""Heights of panels of curves with what is around them, and of a line of the key, inches."""
 LEAST_RATIO = 4.0
 """From the first to the last place on a logarithmic axis; those nearer, and those from 0, stand on a linear one."""
 
@@ -66,7 +81,10 @@ def draw(family: Family, given: Answers, channels: Channels, changed: Mapping[st
     with mpl.rc_context(STYLE):
         drawings = {"curve": _curves, "map": _maps, "polar": _polars, "approach": approach_figure.draw}
         drawn = drawings[family.kind](family, given, channels)
-        headline(drawn, f"{family.name}: {family.summary}{MORE.get(family.kind, '')}{in_title(changed)}")
+        more = MORE.get(family.kind, "")
+        if family.kind in ("curve", "map") and any(_scatters(given, model, family) for model in channels):
+            more += "; no peak: responses scatter"
+        headline(drawn, f"{family.name}: {family.summary}{more}{in_title(changed)}")
     return drawn
 
 
@@ -77,7 +95,9 @@ def _largest(given: Answers, model: str, family: Family) -> float:
 def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
     """Return a panel for each line: every model's response as a share of its largest in the family."""
     lines, tints = family.lines, marks(channels)
-    drawn = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    labels = {model: plain(f"{model} ({_largest_words(given, model, family)})") for model in channels}
+    across = min(columns_of_key(list(labels.values()), WIDTH, 8), 3)
+    drawn = Figure(figsize=(WIDTH, CURVE_INCHES + KEY_INCHES * -(-len(labels) // across)), layout="constrained")
     panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
     for axes, line in zip(panels, lines, strict=True):
         shares = {}
@@ -94,14 +114,32 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.axhline(0.0, color="black", lw=0.5)
         axes.set_xlabel(family.x.label)
         axes.set_title(line, fontsize=8)
-    panels[0].set_ylabel("response / largest")
+    panels[0].set_ylabel("response (share of the largest)")
     keys = [
         Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ms=3.5, lw=1.2,
-               label=plain(f"{model} (largest {_largest(given, model, family):.2g})"))
-        for model in channels
+               label=label)
+        for model, label in labels.items()
     ]  # fmt: skip
-    key_below(drawn, keys, 3)
+    key_below(drawn, keys, across)
     return drawn
+
+
+def _largest_words(given: Answers, model: str, family: Family) -> str:
+    """Return the largest response in words, and whether there is no peak."""
+    largest = _largest(given, model, family)
+    if largest <= NOTHING:
+        return "no answer"
+    return f"largest {largest:.2g}{'; no peak' if _scatters(given, model, family) else ''}"
+
+
+def _scatters(given: Answers, model: str, family: Family) -> bool:
+    """Tell whether the points of a map, or of every curve of a family, are in no order, so that there is no peak."""
+    if _largest(given, model, family) <= NOTHING:
+        return False
+    if family.kind == "map":
+        return bool(undefined_peak(grid(given, model, family.name)[2]))
+    lines = [curve(given, model, family.name, line)[1] for line in family.lines]
+    return all(len(line) >= LEAST_POINTS and undefined_peak(line) for line in lines)
 
 
 def _log(axes: Axes, ticks: Sequence[float]) -> None:
@@ -119,20 +157,22 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
         x, y, response = grid(given, model, family.name)
-        largest = _largest(given, model, family)
-        caption = f"largest {largest:.2g}" if largest > NOTHING else "no answer"
-        scatters = largest > NOTHING and undefined_peak(response)
-        caption += "; peak not defined" if scatters else ""
         axes.set_title(
-            plain(wrapped(f"{model} ({caption})", min(1.7, WIDTH / _across(len(channels)) - 0.3), 8)),
+            plain(
+                wrapped(
+                    f"{model} ({_largest_words(given, model, family)})",
+                    min(1.7, WIDTH / _across(len(channels)) - 0.3),
+                    8,
+                )
+            ),
             fontsize=8,
             color=tints[model],
         )
         if not x:
             continue
-        shares = response / (largest or 1.0)
+        shares = response / (_largest(given, model, family) or 1.0)
         axes.pcolormesh(_edges(x), _edges(y), shares, cmap=SHADES, vmin=-1, vmax=1, rasterized=True)
-        if not scatters:
+        if not _scatters(given, model, family):
             axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
         axes.set(xscale="log", yscale="log")
         step = 2 if len(channels) <= MANY else 4
@@ -146,7 +186,7 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     drawn.supylabel(family.y.label if family.y else "", fontsize=8)
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), SHADES)
     drawn.colorbar(scale, ax=panels, shrink=0.6 if len(channels) > ACROSS else 1.0, aspect=30).set_label(
-        "response / largest"
+        "response (share of the largest)"
     )
     return drawn
 
@@ -162,7 +202,7 @@ def _edges(centres: Sequence[float]) -> list[float]:
 
 def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     """Return a polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
-    drawn, panels = _panels(len(channels), 2.08 if len(channels) > 1 else 3.4, projection="polar")
+    drawn, panels = _panels(len(channels), 2.4 if len(channels) > 1 else 3.6, projection="polar")
     # The layout reckons the headings of polar panels a little too low: hence more room around them.
     drawn.set_layout_engine("constrained", h_pad=0.12)
     gratings, objects = family.lines
@@ -175,7 +215,9 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         systems = ("hs", "vs") if tells else ()
         _lobes(axes, turns, response, {system: responses[system][1] for system in systems}, tints[model])
         spots, heights = curve(given, model, family.name, objects)
-        axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5)
+        if spots:  # a line without points that is not clipped has no size, and the layout needs one
+            axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5,
+                      clip_on=False)  # fmt: skip
         index = selectivity(*responses["hs" if tells else "looming"])
         caption = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
         if direction_undefined(given, model, channels[model]):
@@ -191,7 +233,9 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         Line2D([], [], color="black", lw=0.9, label="HS (gratings)"),
         Line2D([], [], color="black", lw=0.9, ls=":", label="VS (gratings)"),
     ]
-    title = "all rectified; radius: share of the largest of that stimulus, rings at ½ and 1"
+    words = ("response: HS and VS along the motion, or looming; radius: share of the largest to that stimulus, 0 where"
+             " negative; rings: ½ and 1")  # fmt: skip
+    title = wrapped(words, float(drawn.get_size_inches()[0]), 8)
     across = 4 if len(channels) > 1 else 2
     drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8, title=title,
                  title_fontsize=8)  # fmt: skip
@@ -209,10 +253,10 @@ def _lobes(
     scale = _scale([*response, *(value for values in systems.values() for value in values)])
     round_about = np.radians([*turns, *turns[:1]])
     filled = _share([*response, *response[:1]], scale)
-    axes.plot(round_about, filled, color=tint, lw=1.6)
+    axes.plot(round_about, filled, color=tint, lw=1.6, clip_on=not filled)  # without points it has no size otherwise
     axes.fill(round_about, filled, color=tint, alpha=0.18, lw=0)
     for values, style in zip(systems.values(), ("-", ":"), strict=False):
-        axes.plot(round_about, _share([*values, *values[:1]], scale), color="black", lw=0.9, ls=style)
+        axes.plot(round_about, _share([*values, *values[:1]], scale), color="black", lw=0.9, ls=style, clip_on=False)
 
 
 def _scale(values: Sequence[float]) -> float:
@@ -232,8 +276,8 @@ def _compass(axes: PolarAxes, *, named: bool) -> None:
     axes.set_xticks(
         [math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"] if named else [""] * 4, fontsize=8
     )
-    axes.set_ylim(0.0, 1.1)
-    axes.set_yticks([0.5, 1.0], ["", ""])
+    axes.set_ylim(0.0, 1.0)
+    axes.set_yticks([0.5], [""])
     axes.grid(lw=0.4)
 
 

@@ -138,7 +138,7 @@ def _contrast() -> Family:
             probes.append(Probe(clip, line, c))
     for c in CONTRASTS:
         probes.append(Probe(_grating(f"grating, contrast {c:g}", contrast=c), "grating", c))
-    summary = "a square of 24 px at 120 px/s on grey 127; a grating of 24 px at 2 Hz"
+    summary = "a square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz"
     return Family("contrast", summary, "curve", Axis("contrast", "contrast"), tuple(probes))
 
 
@@ -159,7 +159,7 @@ def _direction() -> Family:
     for d, motion in CARDINAL.items():
         probes.append(Probe(_object(f"object {d:g} deg", motion=motion), "dark object", d, direction_deg=d))
     axis = Axis("direction_deg", "direction of motion (degrees)")
-    summary = "a grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4"
+    summary = "a grating of wavelength 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4"
     return Family("direction", summary, "polar", axis, tuple(probes))
 
 
@@ -170,7 +170,7 @@ def _l_over_v() -> Family:
         for line, (grey, ground) in SHADES.items()
         for s in L_OVER_V_S
     )  # fmt: skip
-    summary = "a square that looms at the centre, through the robot's lens; looming models alone"
+    summary = "a square that looms at the centre, through the robot's lens, to looming models"
     return Family("l-over-v", summary, "approach", Axis("l_over_v_s", "l / v (s)"), tuple(probes))
 
 
@@ -180,7 +180,7 @@ def _disc() -> Family:
         for line, motion in DISC_LINES.items()
         for s in DISC_L_OVER_V_S
     )
-    summary = "a disc from 8 to 40 degrees, from 40 to 8, and across at 40; looming models alone"
+    summary = "a disc that grows from 8 to 40 degrees, shrinks, or crosses at 40, to looming models"
     return Family("disc", summary, "approach", Axis("l_over_v_s", "l / v (s)"), tuple(probes))
 
 

@@ -344,11 +344,14 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     assert set(run.trials["provenance"].to_pylist()) == set(run.claims["provenance"].to_pylist()) == {"measured"}
     assert set(run.claims["outcome"].to_pylist()) == {"not shown"}
     assert "needs rightward translations" in run.claims["measured"][0].as_py()
-    assert "speed (measured): dsnn, n = 1..2" in (run.folder / "figure.svg").read_text()
+    assert "speed (measured): dsnn, 1..2 trials of each condition" in (run.folder / "figure.svg").read_text()
     assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
     assert run.frames["vs"].null_count == run.frames.num_rows and not run.frames["hs"].null_count
     assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_pylist())
-    assert run.figure().get_suptitle() == "speed (measured): dsnn, n = 1..2; set: experiment.speeds_cm_s=20,30"
+    assert (
+        run.figure().get_suptitle()
+        == "speed (measured): dsnn, 1..2 trials of each condition; set: experiment.speeds_cm_s=20,30"
+    )
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
     assert "/potential/dsnn/hs" in entities and "/potential/dsnn/vs" not in entities
     assert colias("runs", tmp_path / "runs") == 0
@@ -369,7 +372,10 @@ def test_a_figure_of_mechanism_takes_a_tracker(tmp_path):
         colias("import", log, "--experiment", "distance-mechanism", "--out", tmp_path / "run", "--no-recordings") == 0
     )
     figure = experiments.load(tmp_path / "run").figure()
-    assert figure.get_suptitle() == "distance-mechanism (measured): dsnn, n = 1" and len(figure.axes) == 2
+    assert (
+        figure.get_suptitle() == "distance-mechanism (measured): dsnn, 1 trial of each condition"
+        and len(figure.axes) == 2
+    )
 
 
 def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp_path):

@@ -124,7 +124,7 @@ def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, 
     for axes in panels:
         axes.tick_params(labelsize=8, labelleft=first and axes is not raster, labelbottom=axes is raster)
     if first:
-        sums.set_ylabel("E and $w_i$ I\n(units of HS)", fontsize=8)
+        sums.set_ylabel("E and $w_i$ I", fontsize=8)
         potential.set_ylabel("HS potential\n(right positive)", fontsize=8)
         raster.set_ylabel("trials", fontsize=8)
 
@@ -150,7 +150,7 @@ def _raster(axes: Axes, course: Course) -> None:
             axes.vlines(times, shift + place, shift + place + 0.9, color=colour, lw=1.0)
     axes.set_ylim(2 * count + 1, -0.5)
     axes.set_yticks([])
-    caption = f"fire: {course.firing()} of {count} trials; with $w_i$ = 1: {course.firing(balanced=True)}"
+    caption = f"trials that fire: {course.firing()} of {count}; $w_i$ = 1: {course.firing(balanced=True)}"
     axes.set_title(caption, fontsize=8, pad=2)
 
 
@@ -168,7 +168,7 @@ def _keys(courses_shown: Sequence[Course], threshold: float | None) -> list[Any]
         Line2D([], [], color=INHIBITED, label=f"weighted inhibition, {w_i:g} I"),
         Line2D([], [], color=POTENTIAL, label=f"HS and spikes, $w_i$ = {w_i:g}"),
         Line2D([], [], color=BALANCED, ls="-.", label="HS and spikes, $w_i$ = 1"),
-        Patch(color=LEFTOVER, alpha=0.55, lw=0, label=f"left of symmetric motion, {1 - w_i:.2g} (E + I) / 2"),
+        Patch(color=LEFTOVER, alpha=0.55, lw=0, label=f"what symmetric motion leaves, {1 - w_i:.2g} (E + I) / 2"),
     ]
     if any(len(course.trials) >= LEAST_SPREAD for course in courses_shown):
         keys.append(Patch(color="black", alpha=BAND, lw=0, label="one standard deviation of trials"))

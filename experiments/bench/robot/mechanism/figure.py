@@ -26,7 +26,7 @@ PANELS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
     ("time in view (s)", (("seconds_in_view", ""),)),
     ("firing rate in view (Hz)", (("rate_in_view_hz", ""),)),
     (
-        "HS membrane potential",
+        "HS potential",
         (("peak_hs", "peak"), ("mean_hs_near_axis", f"mean within {NEAR_AXIS_CM:g} cm of the axis")),
     ),
 )
@@ -38,7 +38,7 @@ COMPARED = (
 )  # fmt: skip
 """Columns that all models are compared by: column, title of the panel."""
 
-HIGH = 2.9
+HIGH = 3.1
 """Height of the first model's row, inches."""
 LANE = 2.3
 """Least height of a row of other models, inches."""
@@ -80,6 +80,9 @@ def figure(rows: Rows, varies: str, heading: str, threshold: float | None) -> Fi
         ratios = [HIGH, *lower]
         parts = drawn.subfigures(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0] if lower else [drawn]
         _first_model([row for row in rows if row["model"] == models[0]], varies, parts[0], threshold)
+        if groups:
+            parts[0].suptitle(plain(f"{models[0]} alone"), fontsize=8, x=0.01, ha="left")
+            parts[1].suptitle("beside the others", fontsize=8, x=0.01, ha="left")
         for part, group in zip(parts[1:], groups, strict=True):
             _models(rows, models, group, varies, part.subplots(1, 4), threshold)
         headline(drawn, heading)
@@ -99,10 +102,10 @@ def _first_model(rows: Rows, varies: str, place: Figure | SubFigure, threshold: 
         _frame(axes, rows, varies, heading)
         if len(columns_shown) > 1:
             for style, (_, name) in zip(LINES, columns_shown, strict=False):
-                names.setdefault(style, []).append(name)
-    keys = [Line2D([], [], color=HUES[0], ls=style, label=" / ".join(parts)) for style, parts in names.items()]
+                names.setdefault(style, []).append(f"{heading.partition(' ')[0]}: {name}")
+    keys = [Line2D([], [], color=HUES[0], ls=style, label="; ".join(parts)) for style, parts in names.items()]
     keys += _threshold_keys(threshold, " of HS")
-    place.legend(handles=keys, fontsize=8, frameon=False, loc="outside lower center", ncols=3)
+    place.legend(handles=keys, fontsize=8, frameon=False, loc="outside lower center", ncols=2)
 
 
 def _models(
