@@ -37,7 +37,7 @@ CLAIM = BehaviourClaim(
     env=AVOIDANCE,
     cause="Either collides so seldom that the interval is wide; more episodes narrow it.",
     tried=(
-        "What limits it is how seldom either collides: a handful of collisions leave a wide interval (--full "
+        "Either collides seldom: a handful of collisions leave a wide interval (--full "
         "plays more seeds, and longer episodes). What the hybrid's own collisions have in common is that the "
         "LGMD1 is silent shortly before, though its potential is at its ceiling: a thing close ahead changes "
         "the picture by more grey levels a frame than the published veto of 10. With a veto of 22 it touched "

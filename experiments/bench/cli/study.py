@@ -76,7 +76,9 @@ def study(
         given = {"--quick": quick, "--replicates": replicates, "--repeats": repeats}
         given["--pictures"] = pictures is not None
         for option in (option for option, used in given.items() if used):
-            raise UsageError(f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need")
+            raise UsageError(
+                f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need: leave it out"
+            )
         return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, means)
     if model:
         raise UsageError(f"--model: goes with {MODEL_CLAIMS}; the study {name} says itself which models it judges")

@@ -327,7 +327,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
     keys += [
         *_system_keys(),
-        Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s, 0.27 px a frame"),
+        Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8, as px/s: 0.27 px a frame"),
     ]
     key_below(drawn, [*keys, *threshold_lines.key_of_panels(thresholds, models)])
     return drawn

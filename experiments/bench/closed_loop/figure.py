@@ -69,7 +69,7 @@ def draw(played: Played) -> Figure:
     panels = [
         Panel(
             _heading(measure), (measure.name,), log=measure.kind == "free_distance",
-            column=measure.column if measure.kind == "mean" else "",
+            share=_is_share(measure), column=measure.column if measure.kind == "mean" else "",
         )
         for measure in env.all_measures
     ]  # fmt: skip
@@ -93,9 +93,12 @@ def draw(played: Played) -> Figure:
 
 
 def _heading(measure: Measure) -> str:
-    """Return a measure's name, with its unit; without one in it, that it is a share."""
+    return f"{measure.name} (share)" if _is_share(measure) else measure.name
+
+
+def _is_share(measure: Measure) -> bool:
     column = COLUMNS.get(measure.column)
-    return f"{measure.name} (share)" if column is not None and column.kind == "share" else measure.name
+    return measure.kind == "mean" and column is not None and column.kind == "share"
 
 
 def _paths_inches(behaviours: int, most: float) -> tuple[int, float]:

@@ -98,9 +98,15 @@ def draw(counts: Counts) -> Figure:
         if keys:
             drawn.legend(handles=keys, loc="outside lower left", frameon=False, fontsize=8, handlelength=3.0,
                          handler_map={Text: SignHandler()})  # fmt: skip
-        title = f"{plan.study.name}{f', {plan.models[0].label}' * (len(plan.models) == 1)}: {_counted(counts)}"
-        headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}")
+        headline(drawn, f"{_title(plan)}{_counted(counts)}, from seed {plan.seed}{in_title(_set(plan))}")
     return drawn
+
+
+def _title(plan: StudyPlan) -> str:
+    """Say which study it is: of a map, whose name says nothing, the model; of any other, what it is about."""
+    if not _gridded(plan):
+        return f"{plan.study.name}: {plan.study.summary}\n"
+    return f"{plan.study.name}{f', {plan.models[0].label}' if len(plan.models) == 1 else ''}: "
 
 
 def _gridded(plan: StudyPlan) -> bool:

@@ -19,7 +19,7 @@ LEAST_WIDTH = 4.2
 """Least width of a figure, inches: that of its title."""
 TITLE_HIGH, BAR_HIGH = 0.45, 0.45
 """Heights of a panel's title, and of a colour bar with its numbers, inches."""
-AROUND, CLAIMS_BAR, KEY_HIGH = 0.75, 0.65, 0.2
+AROUND, CLAIMS_BAR, KEY_HIGH = 0.9, 0.65, 0.2
 """Heights of the figure's title, of the colour bar of claims, and of a line of the key, inches."""
 TIGHT_TITLE = 0.16
 """Height of what is around the lines of a panel's title where panels are tight, inches."""

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from colias_sim.config import CameraConfig
 from experiments.bench.figures.series import Colour
 from experiments.bench.recording import ROBOT_RADIUS_CM
-from experiments.bench.video.layout import WINDOW_S, Layout, Panel, traces_of
+from experiments.bench.video.layout import WINDOW_S, Layout, Panel, seeing, traces_of
 from experiments.bench.video.outside import Outside
 from experiments.bench.video.pictures import Floats, Picture
 from experiments.bench.video.reading import Reel, Trace, Track, until
@@ -53,8 +53,10 @@ class Drawer:
         self._reel, self._layout, self._base, self._outside = reel, layout, base, outside
         fonts = Path(mpl.get_data_path()) / "fonts" / "ttf"
         self._font = ImageFont.truetype(str(fonts / "DejaVuSansMono.ttf"), max(round(0.9 * TYPE_PX * layout.scale), 7))
-        spikes = [trace for trace in reel.traces if trace.place == "spikes"]
-        self._counts = [(trace.time_s, np.abs(trace.values).cumsum()) for trace in spikes]
+        spikes = sorted(
+            (trace for trace in reel.traces if trace.place == "spikes"), key=lambda one: one.channel != "hs"
+        )
+        self._counted = next(iter(spikes), None)
 
     def frame(self, time_s: float, pictures: Sequence[Picture | None], change: Picture | None) -> Picture:
         """Draw the frame of a time.
@@ -111,9 +113,8 @@ class Drawer:
         _arrow(frame, middle - reach / 2, middle + reach / 2, width)
 
     def _first(self, channel: str) -> Trace | None:
-        """Return the potential of a channel of the first model that answers with HS."""
-        model = next((trace.model for trace in self._reel.traces if trace.channel == "hs"), None)
-        potentials = [trace for trace in self._reel.traces if trace.place == "potential" and trace.model == model]
+        """Return the potential of a channel of the model whose answer the arrow is."""
+        potentials = traces_of(self._reel, seeing(self._reel))
         return next((trace for trace in potentials if trace.channel == channel), None)
 
     def picture(self, frame: Picture, panel: Panel, picture: Picture, time_s: float) -> None:
@@ -185,11 +186,15 @@ class Drawer:
         frame[top : top + high, left : left + width] = np.asarray(part)
 
     def _spikes(self, time_s: float) -> str:
-        """Return the spikes so far of the only model, in words; empty of several, or of none that spikes."""
-        if len(self._layout.lanes) != 1 or not self._counts:
+        """Return the spikes so far of the only model, in words; empty of several, or of none that spikes.
+
+        They are those of HS, which tables and figures count, or of looming.
+        """
+        trace = self._counted
+        if len(self._layout.lanes) != 1 or trace is None:
             return ""
-        count = sum(int(counts[known - 1]) for times, counts in self._counts if (known := until(times, time_s)))
-        return f"{count} spike{'' if count == 1 else 's'}  "
+        count = int(np.abs(trace.values[: until(trace.time_s, time_s)]).sum())
+        return f"{count} {'HS ' if trace.channel == 'hs' else ''}spike{'' if count == 1 else 's'}  "
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:

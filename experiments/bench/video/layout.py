@@ -185,6 +185,11 @@ def _in_view(reel: Reel, outline: Floats) -> bool:
     return bool((np.abs(np.angle(np.exp(1j * off))) <= math.radians(reel.view_deg / 2)).any())
 
 
+def seeing(reel: Reel) -> str:
+    """Return the first model that answers with HS, whose answer the arrow of motion is; empty if none does."""
+    return next((trace.model for trace in reel.traces if trace.channel == "hs"), "")
+
+
 def traces_of(reel: Reel, model: str, place: str = "potential") -> list[Trace]:
     """Return the potentials of a model, or its spikes."""
     return [trace for trace in reel.traces if trace.place == place and trace.model == model]

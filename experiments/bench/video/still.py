@@ -23,6 +23,7 @@ from experiments.bench.video.layout import (
     Panel,
     levels_of,
     moves_on,
+    seeing,
     traces_of,
 )
 from experiments.bench.video.pictures import Floats, Picture
@@ -78,7 +79,7 @@ def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
     if layout.plan is not None:
         still.plan(layout.plan, "from above", reel.obstacles)
     if layout.change is not None:
-        still.change(layout.change)
+        still.change(layout.change, model=seeing(reel) if len(layout.lanes) > 1 else "")
     for model in layout.lanes:
         still.lane(reel, model, layout.lanes, faint=True)
     return still
@@ -127,15 +128,16 @@ class Still:
         axes.set_title(plain(title), loc="left", fontsize=size, pad=CLEAR * size, color=FRAME_COLOUR)
         return axes
 
-    def change(self, panel: Panel, room: float | None = None) -> Axes:
+    def change(self, panel: Panel, room: float | None = None, model: str = "") -> Axes:
         """Draw the frame of a picture of changes; its title has the colours that these have, but darker.
 
-        What the arrow is stands beside them where there is ``room`` for it, in pixels: by default the panel's width.
+        What the arrow is, by which ``model``, stands beside them where there is ``room`` for it, in pixels: by default
+        the panel's width.
         """
         axes, size = self.empty(panel, ""), TYPE_PX * self._scale
         brighter, darker = (to_hex(mixed(colour, (0, 0, 0), DARKER)) for colour in (ON, OFF))
         words = [("brighter", brighter), (" / ", FRAME_COLOUR), ("darker", darker)]
-        words.append((f"  {ARROW}", FRAME_COLOUR))
+        words.append((f"  {ARROW}{f' by {plain(model)}' if model else ''}", FRAME_COLOUR))
         self._words(axes, words, SMALL * size, CLEAR * size, room=panel.width if room is None else room)
         return axes
 
@@ -185,7 +187,7 @@ class Still:
         for trace in traces:
             notes = _notes(signs.get(trace.channel, ""), "dots" if trace.dotted else "")
             words.append((f"{plain(trace.name.removeprefix(f'{model} '))}{notes}  ", to_hex(trace.colour)))
-        if levels and len(lanes) == 1:
+        if levels and len(lanes) <= ONE_COLUMN:
             words.append(("- -  threshold: beyond it spikes", colour))
         if len(lanes) == 1:
             self._spikes(axes, reel, model, SMALL * size)

@@ -12,7 +12,7 @@ from PIL import Image
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store.places import replacing
 from experiments.bench.video.drawing import Drawer
-from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_panels, lanes_of
+from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_panels, lanes_of, seeing
 from experiments.bench.video.make import SIZES_PX, aspects, caption_of, latest_at
 from experiments.bench.video.outside import ASPECT, outside
 from experiments.bench.video.pictures import changes, pictures
@@ -73,7 +73,8 @@ def make_strip(reel: Reel, out: Path, count: int, size: tuple[int, int] | None, 
         for panel in row:
             still.empty(panel, title if panel == row[0] else "")
     if shapes:
-        still.change(rows[-1][0], room=rows[-1][-1].left + across - rows[-1][0].left)
+        whole_row = rows[-1][-1].left + across - rows[-1][0].left
+        still.change(rows[-1][0], whole_row, seeing(reel) if len(panels) > 1 else "")
     plans = rows[0] if reel.tracks and view is None else []
     if plans:
         x, y = ground(reel)

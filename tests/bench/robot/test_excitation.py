@@ -222,7 +222,7 @@ def test_the_claims_say_the_mechanism(run):
     assert c17 == ("none", "not judged"), "C17 is about approach, which was not shown"
     assert c13[0] == name
     for course in angle_courses:
-        assert f"{course.firing()} of 2 trials fire, with w_i = 1 {course.firing(balanced=True)}" in c19
+        assert f"{course.firing()} of 2 trials fire, and {course.firing(balanced=True)} with w_i = 1" in c19
         excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)
                                   for name in ("excitation", "inhibition"))  # fmt: skip
         strongest = int(np.argmax(excitation + inhibition))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from colias_sim.envs import ENVS
 from experiments.bench.clips.summary import OfflineReport, is_random
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.judging.claim_files import PAPER, claim_ids
@@ -176,7 +177,7 @@ def clip_section(report: OfflineReport, cards: Sequence[Card]) -> ClipSection:
 def loop_section(played: Played) -> LoopSection:
     """Return what the page shows of the behaviours in one env."""
     standings, env = played.standings, played.env.partition("/")[2]
-    alt = f"Measures of every behaviour in {env}, and where they drove"
+    alt = f"Measures of every behaviour in {env}{', and where they drove' if ENVS[played.env].draws_paths else ''}"
     return LoopSection(
         name=played.folder.name,
         env=env,

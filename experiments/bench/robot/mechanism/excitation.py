@@ -163,7 +163,7 @@ def described(courses_shown: Sequence[Course]) -> str:
             f"{condition['motion']} {condition['direction']}, {where}: E {at['excitation']:.2f}, "
             f"{course.w_i:g} I {at['weighted_inhibition']:.2f}; of E - {course.w_i:g} I {at['directional']:+z.2f} "
             f"tells direction and {at['residue']:+z.2f} is left of symmetric motion; "
-            f"{course.firing()} of {count} trials fire, with w_i = 1 {course.firing(balanced=True)}"
+            f"{course.firing()} of {count} trials fire, and {course.firing(balanced=True)} with w_i = 1"
         )
     return "; ".join(parts)
 
