@@ -177,7 +177,7 @@ class Still:
         lowest = all(other.left != panel.left or other.top <= panel.top for other in lanes.values())
         axes.tick_params(width=0.8 * scale, length=4 * scale, labelbottom=lowest, labelsize=SMALL * size)
         room = 0.95 * size * (panel.y[1] - panel.y[0]) / panel.height
-        ticks = [level for level in levels if level > 0] or [0.0]
+        ticks = [level for level in levels if level > 0] or [float(f"{0.7 * panel.y[1]:.1g}")]
         ticks += [tick for tick in (0.0, *levels) if all(abs(tick - other) >= room for other in (*ticks, *levels)
                                                         if other != tick)]  # fmt: skip
         axes.set_yticks(sorted({*ticks}))
