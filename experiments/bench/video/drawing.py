@@ -177,7 +177,7 @@ class Drawer:
 
     def _time(self, frame: Picture, time_s: float) -> None:
         """Draw the time and the spikes so far, at the top right."""
-        text = f"{self._spikes(time_s)}{time_s:6.2f} s"
+        text = f"{self.spikes_so_far(time_s)}  {time_s:6.2f} s"
         width, scale = round(self._font.getlength(text)) + 4, self._layout.scale
         left, high = max(frame.shape[1] - round(20 * scale) - width, 0), round(36 * scale)
         top = max(round(27 * scale) - high // 2, 0)
@@ -185,7 +185,7 @@ class Drawer:
         ImageDraw.Draw(part).text((2, high // 2), text, font=self._font, fill=(20, 20, 20), anchor="lm")
         frame[top : top + high, left : left + width] = np.asarray(part)
 
-    def _spikes(self, time_s: float) -> str:
+    def spikes_so_far(self, time_s: float) -> str:
         """Return the spikes so far of the only model, in words; empty of several, or of none that spikes.
 
         They are those of HS, which tables and figures count, or of looming.
@@ -194,7 +194,7 @@ class Drawer:
         if len(self._layout.lanes) != 1 or trace is None:
             return ""
         count = int(np.abs(trace.values[: until(trace.time_s, time_s)]).sum())
-        return f"{count} {'HS ' if trace.channel == 'hs' else ''}spike{'' if count == 1 else 's'}  "
+        return f"{count} {'HS ' if trace.channel == 'hs' else ''}spike{'' if count == 1 else 's'}"
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:

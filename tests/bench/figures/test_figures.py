@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from experiments.bench.figures.palette import lanes
-from experiments.bench.figures.plotting import End, label_ends
+from experiments.bench.figures.plotting import End, label_ends, wrapped
 from tests.helpers.condition_figures import drawn
 
 
@@ -191,3 +191,12 @@ def test_every_axis_says_what_it_is_with_a_unit():
         figure.subfigs[0].get_supxlabel().endswith("(cm/s)") and figure.subfigs[0].get_supylabel() == "spikes per trial"
     )
     assert {part.get_supxlabel() for part in figure.subfigs} >= {"bearing of the stimulus (degrees, right positive)"}
+
+
+@pytest.mark.parametrize("inches", [0.6, 1.0, 1.4])
+def test_a_label_of_settings_is_broken_at_its_commas_and_in_no_number(inches):
+    text = "dsnn:n_con=1,k_sig=0.02,w_i=0.25"
+    lines = wrapped(text, inches, 8).split("\n")
+    assert len(lines) > 1 and "".join(lines) == text
+    assert all(line.endswith(",") for line in lines[:-1]) or inches < 1.0  # a setting alone may be too long
+    assert wrapped("a, b", 4.0, 8) == "a, b"

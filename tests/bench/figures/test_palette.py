@@ -90,6 +90,12 @@ def test_greys_are_of_baselines_alone():
     assert grey == {"flow", "still", "random", "straight"}
 
 
+def test_a_reflex_has_the_mark_of_its_model():
+    models = ["lgmd1", "lplc2", "si-lgmd1", "hybrid"]
+    of_reflexes = marks([name if name == "hybrid" else f"escape-{name}" for name in models])
+    assert list(of_reflexes.values()) == list(marks(models).values())
+
+
 def test_every_model_that_ships_has_a_mark_of_its_own():
     """A new model is told where its name belongs, rather than taking the mark of somebody's own model."""
     assert set(MODELS) <= {*NAMED, *BASELINES}

@@ -20,7 +20,7 @@ from experiments.bench.judging.checks import MARGIN
 from experiments.bench.judging.count import REASONS
 from experiments.bench.robot.judging import DEPTH
 from experiments.bench.studies import figure, run
-from experiments.bench.studies.counts import TOGETHER, Counts, regions
+from experiments.bench.studies.counts import TOGETHER, Counts, in_digits, regions
 from experiments.bench.studies.study import Axis, Level, Study
 from tests.helpers.chapters import CHAPTERS, blocks
 
@@ -411,3 +411,8 @@ def test_a_folder_that_holds_a_map_is_not_written_over(whole, colias):
     done = colias("map", "general", *OVER, "--claims", "C14", "--out", str(folder))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert (folder / "counts.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize(("value", "words"), [(122.5, "122.5"), (242.0, "242"), (0.03812, "0.0381"), (-130.04, "-130")])
+def test_a_number_of_a_map_is_not_rounded_to_another_spike(value, words):
+    assert in_digits(value) == words

@@ -113,6 +113,17 @@ def test_a_trial_is_read_back_as_it_was(trial):
     np.testing.assert_array_equal(np.stack(seen)[..., 0], result.media.pictures[""])
 
 
+def test_the_counter_has_the_spikes_of_hs_as_tables_do(trial):
+    result, path = trial
+    reel = read(path)
+    traces = [dataclasses.replace(trace, values=np.ones_like(trace.values))
+              if (trace.place, trace.channel) == ("spikes", "vs") else trace for trace in reel.traces]  # fmt: skip
+    drawer, *_ = film(dataclasses.replace(reel, traces=traces))
+    count = int(np.abs(result.answers[0].series.hs_spikes).sum())
+    assert drawer.spikes_so_far(float(reel.time_s[-1])) == f"{count} HS spike{'s' * (count != 1)}"
+    assert drawer.spikes_so_far(-1.0) == "0 HS spikes"
+
+
 def test_an_episode_is_read_back_as_it_was(folder):
     episode = play_entry(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, steps=8, images=True)
     path = folder / "episode.rrd"
