@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
 from pydantic.dataclasses import dataclass
 
@@ -13,6 +14,7 @@ from colias_sim.envs import ENVS, NEURAL
 from colias_sim.envs.options import checked
 from colias_sim.envs.vector.host import env_class
 from dsnn import Response, model_entry
+from dsnn.exponential import exp
 from experiments.bench.closed_loop.behaviour import Behaviour, Wheels
 from experiments.bench.closed_loop.steering import WHEELS, Steering, Vector
 
@@ -74,6 +76,11 @@ class About:
         return list(zip(sizes[1:], sizes[:-1], strict=True))
 
 
+def _tanh(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the hyperbolic tangent, by the exponential that has equal bits everywhere; to 1e-16."""
+    return np.array([1.0 - 2.0 / (exp(2.0 * value) + 1.0) for value in values.flat]).reshape(values.shape)
+
+
 class Policy:
     """A network of tanh layers, the last linear. Raises ``ValueError`` on layers that do not fit ``about``."""
 
@@ -87,11 +94,16 @@ class Policy:
         self.about, self.layers = about, layers
 
     def answer(self, sensed: Vector) -> Vector:
-        """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9)."""
-        *inner, (weights, biases) = self.layers
-        for w, b in inner:
-            sensed = np.tanh(sensed @ w.T + b)
-        answered: Vector = sensed @ weights.T + biases
+        """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9).
+
+        Its bits are equal on every machine, or an episode would be another one: products of two float32 are whole in
+        float64, and are added in one order, which a library of linear algebra chooses by the processor.
+        """
+        answered = np.asarray(sensed, np.float32)
+        for place, (weights, biases) in enumerate(self.layers, 1):
+            terms = answered[..., None, :].astype(np.float64) * weights
+            sums = np.cumsum(terms, axis=-1)[..., -1] + biases
+            answered = (sums if place == len(self.layers) else _tanh(sums)).astype(np.float32)
         return answered
 
     def behaviour(self, name: str) -> Behaviour:

@@ -250,6 +250,20 @@ def test_commands_fade_add_up_and_stay_within_their_limit():
     assert steering.sense(np.arange(7, dtype=np.float32), command)[-2:] == pytest.approx([1.0, -1.0])
 
 
+def test_a_policy_answers_with_the_same_bits_alone_and_among_others():
+    """A product of matrices sums in another order with another number of rows, and on another processor."""
+    policy = random_policy(dataclasses.replace(ABOUT, hidden=(32, 32)))
+    sensed = np.random.default_rng(1).uniform(-1, 1, (200, SENSED)).astype(np.float32)
+    together = policy.answer(sensed)
+    assert together.dtype == np.float32
+    np.testing.assert_array_equal(together, [policy.answer(one) for one in sensed])
+    expected = sensed.astype(float)
+    for weights, biases in policy.layers[:-1]:
+        expected = np.tanh(expected @ weights.T.astype(float) + biases)
+    weights, biases = policy.layers[-1]
+    np.testing.assert_allclose(together, expected @ weights.T.astype(float) + biases, rtol=0, atol=1e-6)
+
+
 def test_each_episode_begins_with_the_wheels_at_rest(saved):
     behaviour = load_behaviour(str(saved))
     assert (behaviour.name, behaviour.env, behaviour.senses) == ("policy", OPTOMOTOR, "neural")
