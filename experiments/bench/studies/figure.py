@@ -218,7 +218,7 @@ def _name_axes(drawn: Figure, shown: Sequence[Axes], plan: StudyPlan, sheet: She
             axes.set_ylabel(plain("\n".join(plan.axes[1].words())), fontsize=8)
     elif _mapped(plan):
         drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
-    elif len(plan.axes) > 1:  # a row is called by a level of each of them
+    elif plan.axes:  # a row is called by a level of each of them
         drawn.supylabel(plain(", ".join(axis.name for axis in plan.axes)), fontsize=8)
 
 
