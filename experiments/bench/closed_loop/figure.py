@@ -22,7 +22,7 @@ from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.scores import COLUMNS
 from experiments.bench.engine.terminal import count
 from experiments.bench.figures import plotting
-from experiments.bench.figures.palette import BASELINES, PRIVILEGED, Mark, marks
+from experiments.bench.figures.palette import PRIVILEGED, Mark, for_comparison, marks
 from experiments.bench.figures.plotting import (
     PAGE,
     WIDTH,
@@ -122,7 +122,7 @@ def _title(played: Played) -> str:
     stroked = any(measure.kind == "mean" for measure in ENVS[played.env].all_measures)
     names = [standing.name for standing in played.standings]
     what = ["short strokes: the episodes of a mean"] * stroked + ["bars: 95 % intervals"] * barred
-    what += ["grey: for comparison"] * any(name in BASELINES or name.startswith(PRIVILEGED) for name in names)
+    what += ["grey: for comparison"] * any(map(for_comparison, names))
     what += [f"{PRIVILEGED}: told the world's state"] * any(name.startswith(PRIVILEGED) for name in names)
     what += [f"set: {options}"] * bool(options)
     return "; ".join([f"{played.env.partition('/')[2]}, {episodes} each", *what])

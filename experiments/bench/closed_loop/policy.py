@@ -96,8 +96,9 @@ class Policy:
     def answer(self, sensed: Vector) -> Vector:
         """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9).
 
-        Its bits are equal on every machine, or an episode would be another one: products of two float32 are whole in
-        float64, and are added in one order, which a library of linear algebra chooses by the processor.
+        The answer has the same bits on every machine; otherwise episodes would differ between machines. Products of
+        two float32 numbers are exact in float64. They are added in a fixed order, which a library of linear algebra
+        would choose by the processor.
         """
         answered = np.asarray(sensed, np.float32)
         for place, (weights, biases) in enumerate(self.layers, 1):

@@ -77,7 +77,7 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
         In the order of ``names``.
     """
     listed = list(dict.fromkeys(names))
-    grey = [name for name in listed if name in BASELINES or name.startswith(PRIVILEGED)]
+    grey = [name for name in listed if for_comparison(name)]
     coloured = [name for name in listed if name not in grey]
     known = sorted((name for name in coloured if _model(name) in NAMED), key=lambda name: NAMED.index(_model(name)))
     given: dict[str, Mark] = {}
@@ -87,6 +87,11 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
         turn, marker = divmod(place, len(MARKERS))
         given[name] = Mark(GREYS[turn % len(GREYS)], MARKERS[marker])
     return {name: given[name] for name in listed}
+
+
+def for_comparison(name: str) -> bool:
+    """Tell whether a model or behaviour is shown for comparison alone, and so drawn in grey."""
+    return name in BASELINES or name.startswith(PRIVILEGED)
 
 
 def _model(name: str) -> str:

@@ -403,19 +403,19 @@ def _dot(axes: Axes, score: Score, height: float, tint: str, size: float, *, fil
 
 
 def log_ticks(low: float, high: float) -> list[float]:
-    """Return three to five round numbers from ``low`` to ``high``, both above 0, for a logarithmic axis."""
+    """Return two or three round numbers from ``low`` to ``high``, both above 0, for a logarithmic axis."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     ticks: list[float] = []
     for steps in ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)):
         ticks = [tick for decade in decades for step in steps if low <= (tick := step * 10.0**decade) <= high]
-        if len(ticks) >= LEAST_TICKS:
+        if len(ticks) >= TICKS:
             break
-    every = -(-len(ticks) // MOST_TICKS)
+    every = -(-len(ticks) // TICKS)
     return ticks[:: max(every, 1)] if len(ticks) > 1 else [float(f"{low:.2g}"), float(f"{high:.2g}")]
 
 
-LEAST_TICKS, MOST_TICKS = 3, 3
-"""Ticks of a logarithmic axis."""
+TICKS = 3
+"""Ticks of a logarithmic axis, at most; two where more are thinned out."""
 
 
 def _keys(axes: Axes, panel: Panel) -> None:

@@ -116,11 +116,10 @@ def _untold(key: str, values: Any) -> Any:
     if not isinstance(values, Mapping):
         return values
     told = f"{key.rpartition('.')[2]}="
-    left = {
+    return {
         label: value for label, value in values.items()
         if value is not None and not any(part.startswith(told) for part in label.partition(":")[2].split(","))
     }  # fmt: skip
-    return left if any(value is not None for value in values.values()) else values
 
 
 def in_words(parameters: Mapping[str, Any]) -> str:

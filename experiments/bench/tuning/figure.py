@@ -253,10 +253,11 @@ def _lobes(
     scale = _scale([*response, *(value for values in systems.values() for value in values)])
     round_about = np.radians([*turns, *turns[:1]])
     filled = _share([*response, *response[:1]], scale)
-    axes.plot(round_about, filled, color=tint, lw=1.6, clip_on=not filled)  # without points it has no size otherwise
+    clip = not filled  # a line without points that is not clipped has no size, and the layout needs one
+    axes.plot(round_about, filled, color=tint, lw=1.6, clip_on=clip)
     axes.fill(round_about, filled, color=tint, alpha=0.18, lw=0)
     for values, style in zip(systems.values(), ("-", ":"), strict=False):
-        axes.plot(round_about, _share([*values, *values[:1]], scale), color="black", lw=0.9, ls=style, clip_on=False)
+        axes.plot(round_about, _share([*values, *values[:1]], scale), color="black", lw=0.9, ls=style, clip_on=clip)
 
 
 def _scale(values: Sequence[float]) -> float:

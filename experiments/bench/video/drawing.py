@@ -53,10 +53,9 @@ class Drawer:
         self._reel, self._layout, self._base, self._outside = reel, layout, base, outside
         fonts = Path(mpl.get_data_path()) / "fonts" / "ttf"
         self._font = ImageFont.truetype(str(fonts / "DejaVuSansMono.ttf"), max(round(0.9 * TYPE_PX * layout.scale), 7))
-        spikes = sorted(
-            (trace for trace in reel.traces if trace.place == "spikes"), key=lambda one: one.channel != "hs"
-        )
-        self._counted = next(iter(spikes), None)
+        spikes = [trace for trace in reel.traces if trace.place == "spikes"]
+        self._counted = next((trace for trace in spikes if trace.channel == "hs"), spikes[0] if spikes else None)
+        self._counts = np.array([]) if self._counted is None else np.abs(self._counted.values).cumsum()
 
     def frame(self, time_s: float, pictures: Sequence[Picture | None], change: Picture | None) -> Picture:
         """Draw the frame of a time.
@@ -193,7 +192,8 @@ class Drawer:
         trace = self._counted
         if len(self._layout.lanes) != 1 or trace is None:
             return ""
-        count = int(np.abs(trace.values[: until(trace.time_s, time_s)]).sum())
+        known = until(trace.time_s, time_s)
+        count = int(self._counts[known - 1]) if known else 0
         return f"{count} {'HS ' if trace.channel == 'hs' else ''}spike{'' if count == 1 else 's'}"
 
 
