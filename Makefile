@@ -103,6 +103,7 @@ mutants: $(READY) ## 100 small changes of the source, the same each time, and wh
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python -m tools.sizes --check
 
 types: $(READY)
 	$(BIN)/mypy
@@ -111,7 +112,7 @@ bench: $(READY) ## Speed, as ratios measured side by side
 	$(BIN)/python -m benchmarks
 
 SINCE :=
-sizes: $(READY) ## Lines of code by folder, without docstrings and comments (SINCE=REVISION: that one beside it)
+sizes: $(READY) ## Code lines, files, record types, public names and options by budget (SINCE=REVISION: compared with that)
 	$(BIN)/python -m tools.sizes $(SINCE)
 
 setup: $(READY)

@@ -1,107 +1,101 @@
-"""Lines of code of the project, without docstrings, comments and blank lines: what it takes to read it.
+"""Sizes of the project: code lines by budget, files, record types, public names and command-line options.
 
-``python -m tools.sizes`` counts the working tree; ``python -m tools.sizes REVISION`` counts that revision of git beside
-it. Sizes are reported, and bound nothing.
+``python -m tools.sizes`` prints those of the working tree, ``python -m tools.sizes REVISION`` compares them with a git
+revision, and ``--check`` fails where a budget of ``pyproject.toml`` (``[tool.colias.budget]``) is exceeded.
 """
-
-from __future__ import annotations
 
 import argparse
 import ast
 import io
 import subprocess
 import tokenize
+import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("dsnn", "colias_sim", "scenes", "experiments", "tools", "benchmarks", "tests")
-DATA = (".toml", ".j2", ".css", ".js", ".html")
-"""Endings of data and templates. Their lines are counted apart, so that logic moved there is not lost from sight."""
-SILENT = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING)
+BUDGET = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["colias"]["budget"]
+DATA = {".c", ".h", ".ld", ".js", ".mjs", ".ts", ".css", ".html", ".j2", ".rst", ".yml", ".yaml", ".toml", ".xml"}
+SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+RECORDS = {"dataclass", "TypedDict", "NamedTuple", "BaseModel"}
 
 
 def code_lines(source: str) -> int:
-    """Count the lines of a Python source that hold code.
-
-    Parameters
-    ----------
-    source
-        The text of a module.
-
-    Returns
-    -------
-    int
-        Lines with a token that is neither a comment nor part of a docstring. A string that stands alone, as after a
-        constant, is a docstring too.
-
-    Examples
-    --------
-    >>> code_lines('X = 1  # one\\n"What X is."\\n')
-    1
-    """
+    """Count the lines of a Python source that hold code: no docstrings, attributes' docstrings, comments or blanks."""
     texts: set[int] = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             texts.update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type not in (*SILENT, tokenize.ENDMARKER):
+        if token.type not in SILENT:
             lines.update(range(token.start[0], token.end[0] + 1))
     return len(lines - texts)
 
 
-def sources(revision: str = "") -> Iterator[tuple[PurePosixPath, str]]:
-    """Yield the path and the text of every counted file of the working tree, or of a revision of git."""
+def names(source: str) -> Counter[str]:
+    """Count a module's record types, public names (classes, functions and constants) and command-line options."""
+    tree = ast.parse(source)
+    calls = [ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    marks = [[*node.bases, *node.decorator_list] for node in classes]
+    records = [any(RECORDS & set(ast.unparse(mark).replace("(", ".").split(".")) for mark in found) for found in marks]
+    public = [node.name for node in tree.body if isinstance(node, ast.ClassDef | ast.FunctionDef)]
+    for node in tree.body:
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            public += [target.id for target in targets if isinstance(target, ast.Name)]
+    return Counter(
+        {
+            "record types": sum(records),
+            "public names": sum(not name.startswith("_") for name in public),
+            "options": sum(call.split(".")[-1] in ("Option", "Argument", "add_argument") for call in calls),
+        }
+    )
+
+
+def sources(revision: str) -> Iterator[tuple[PurePosixPath, str]]:
+    """Yield path and text of each tracked file that counts, of the working tree where ``revision`` is empty."""
     listing = ["git", "ls-tree", "-r", "--name-only", revision] if revision else ["git", "ls-files"]
-    names = subprocess.run(listing, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
-    for name in names:
+    for name in subprocess.run(listing, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines():
         path = PurePosixPath(name)
-        if path.parts[0] not in ROOMS or path.suffix not in (".py", *DATA):
-            continue
-        if revision:
-            command = ["git", "show", f"{revision}:{name}"]
-            yield path, subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
-        elif (ROOT / path).is_file():
-            yield path, (ROOT / path).read_text(encoding="utf-8")
+        if path.suffix in {".py", *DATA} and (revision or (ROOT / path).is_file()):
+            show = ["git", "show", f"{revision}:{name}"]
+            text = subprocess.run(show, cwd=ROOT, check=True, capture_output=True, text=True).stdout if revision else ""
+            yield path, text or ("" if revision else (ROOT / path).read_text(encoding="utf-8"))
 
 
-def room(path: PurePosixPath) -> str:
-    """Return the folder that a file is counted under: a package, a folder of ``experiments``, a wing of the bench."""
-    if path.parts[0] != "experiments" or len(path.parts) == 2:
-        return path.parts[0]
-    return "/".join(path.parts[: 3 if path.parts[1] == "bench" and len(path.parts) > 3 else 2])
-
-
-def sizes(revision: str = "") -> tuple[Mapping[str, int], Mapping[str, int]]:
-    """Count lines of code, and of data and templates, by folder."""
-    code: Counter[str] = Counter()
-    data: Counter[str] = Counter()
+def sizes(revision: str = "") -> dict[str, Counter[str]]:
+    """Count files, lines and names of each budget; "product" is all Python outside ``tests``."""
+    counts = {name: Counter[str]() for name in (*BUDGET, "product")}
     for path, text in sources(revision):
-        lines = code_lines(text) if path.suffix == ".py" else sum(bool(line.strip()) for line in text.splitlines())
-        for name in {room(path), path.parts[0]}:
-            (code if path.suffix == ".py" else data)[name] += lines
-    return code, data
+        if path.suffix in DATA:
+            counts["data"].update({"files": 1, "lines": len(text.splitlines())})
+            continue
+        rooms = [name for name, budget in BUDGET.items() if path.parts[0] in budget["folders"]]
+        for name in rooms + ["product"] * bool(rooms and rooms != ["tests"]):
+            counts[name].update({"files": 1, "lines": code_lines(text)} | names(text))
+    return counts
 
 
 def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description="Lines of code, without docstrings, comments and blank lines.")
-    parser.add_argument("revision", nargs="?", default="", help="a revision of git to stand beside the working tree")
-    revision = parser.parse_args().revision
-    code, data = sizes()
-    before, data_before = sizes(revision) if revision else ({}, {})
-    heads = [*([revision[:12]] if revision else []), "now", *(["change"] if revision else []), "data"]
-    print(f"{'':34}" + "".join(f"{head:>14}" for head in heads))
-    for name in sorted({*code, *before, *data}):
-        now, data_now = code.get(name, 0), data.get(name, 0)
-        cells = [f"{now:,}"]
-        if revision:
-            old = before.get(name, 0)
-            cells = [f"{old:,}", *cells, f"{now / old - 1:+.0%}" if old else "new"]
-        changed = f"{data_before.get(name, 0):,} to {data_now:,}" if revision else f"{data_now:,}"
-        print(f"{name:34}" + "".join(f"{cell:>14}" for cell in (*cells, changed)))
+    """Print the table; with ``--check``, exit with 1 where a budget is exceeded."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("revision", nargs="?", default="", help="a git revision to compare with")
+    parser.add_argument("--check", action="store_true", help="fail where a budget is exceeded")
+    asked = parser.parse_args()
+    now, before = sizes(), sizes(asked.revision) if asked.revision else {}
+    heads = ("lines", "files", "record types", "public names", "options")
+    print(f"{'':22}" + "".join(f"{head:>16}" for head in heads) + f"{'ceiling':>10}")
+    for name, counts in now.items():
+        cells = [f"{before[name][head]:,} -> {counts[head]:,}" if before else f"{counts[head]:,}" for head in heads]
+        ceiling = BUDGET[name]["ceiling"] if name in BUDGET else ""
+        print(f"{name:22}" + "".join(f"{cell:>16}" for cell in cells) + f"{ceiling:>10}")
+    limits = {name: max(budget["ceiling"], budget["reached"]) for name, budget in BUDGET.items()}
+    over = [f"{name} must have at most {limits[name]} lines" for name in limits if now[name]["lines"] > limits[name]]
+    if over and asked.check:
+        raise SystemExit("\n".join(over))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tools.sizes import code_lines, sizes
+from tools.sizes import BUDGET, code_lines, names, sizes
 
 SOURCE = '''"""A module
 of two lines."""
@@ -35,8 +35,24 @@ def test_what_computes_nothing_adds_nothing(more):
     assert code_lines(SOURCE + more) == code_lines(SOURCE)
 
 
-def test_rooms_add_up_to_their_package():
-    code, _ = sizes()
-    wings = sum(lines for name, lines in code.items() if name.startswith("experiments/bench/"))
-    assert 0 < wings < code["experiments"]
-    assert {"dsnn", "colias_sim", "scenes", "tests", "tools"} <= set(code)
+def test_records_public_names_and_options_are_counted():
+    source = """
+@dataclasses.dataclass(frozen=True)
+class Point:
+    x: int
+
+class Row(TypedDict):
+    x: int
+
+_HIDDEN = typer.Option(0)
+SHOWN = 1
+
+def draw(): ...
+"""
+    assert names(source) == {"record types": 2, "public names": 4, "options": 1}
+
+
+def test_product_is_every_budget_of_python_but_tests():
+    counts = sizes()
+    parts = sum(counts[name]["lines"] for name in BUDGET if name not in ("tests", "data"))
+    assert 0 < parts == counts["product"]["lines"]
