@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import locale
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -109,8 +110,13 @@ class Arena:
         """
         import mujoco
 
+        point = str(locale.localeconv()["decimal_point"]).encode()  # which MuJoCo expects in an OBJ, and nowhere else
+        assets = {
+            name: data.replace(b".", point) if name.lower().endswith(".obj") else data
+            for name, data in self.assets.items()
+        }
         try:
-            spec = mujoco.MjSpec.from_string(self.text, include=self.includes, assets=dict(self.assets))
+            spec = mujoco.MjSpec.from_string(self.text, include=self.includes, assets=assets)
         except ValueError as error:
             raise ValueError(f"arena {self.source}: {one_line(error)}") from None
         self._check(spec)

@@ -1,6 +1,7 @@
-"""Draw the scenes' textures and the wall mesh anew: ``python -m scenes.generate [FOLDER]``.
+"""Draw the scenes' textures and the wall again: ``python -m scenes.generate [FOLDER]``.
 
-The files in ``scenes/assets`` came from exactly this script (seeds below); nothing in them is from elsewhere.
+``scenes/arena_wall.xml`` and the files in ``scenes/assets`` came from exactly this script (seeds below); nothing in
+them is from elsewhere.
 """
 
 from __future__ import annotations
@@ -12,9 +13,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM, WALL_PANELS
+from scenes import ARENA_RADIUS_CM, FOLDER, WALL_HEIGHT_CM, WALL_PANELS
 
-ASSETS = Path(__file__).parent / "assets"
 SEEDS = {"clutter": 2018, "leaves": 2019}
 """Seeds of each picture's own stream. The files in ``scenes/assets`` came from these: never change one."""
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
@@ -76,27 +76,34 @@ def stripes() -> npt.NDArray[np.uint8]:
 
 
 def wall() -> str:
-    """The wall as Wavefront OBJ: an open cylinder of flat panels that face inward, its texture wrapped once around."""
-    lines = ["# Written by scenes/generate.py: the arena's wall, seen from inside."]
-    turns = [i / PANELS for i in range(PANELS + 1)]
-    for turn in turns:
+    """The wall as MJCF: an open cylinder of flat panels that face inward, its texture wrapped once around.
+
+    MuJoCo reads MJCF alike in every locale, unlike a mesh in Wavefront OBJ.
+    """
+    vertices, normals, texels, faces = [], [], [], []
+    for turn in (i / PANELS for i in range(PANELS + 1)):
         x, y = RADIUS * np.cos(2 * np.pi * turn), RADIUS * np.sin(2 * np.pi * turn)
-        lines += [f"v {x:.6f} {y:.6f} 0", f"v {x:.6f} {y:.6f} {WALL_HEIGHT}"]
-        lines += [f"vt {1 - turn:.6f} 0", f"vt {1 - turn:.6f} 1", f"vn {-x / RADIUS:.6f} {-y / RADIUS:.6f} 0"]
-    for i in range(PANELS):
-        a, b, n, m = 2 * i + 1, 2 * i + 3, i + 1, i + 2  # lower corners now and next; their normals
-        lines.append(f"f {a}/{a}/{n} {a + 1}/{a + 1}/{n} {b}/{b}/{m}")
-        lines.append(f"f {b}/{b}/{m} {a + 1}/{a + 1}/{n} {b + 1}/{b + 1}/{m}")
-    return "\n".join(lines) + "\n"
+        vertices += [f"{x:.6f} {y:.6f} 0", f"{x:.6f} {y:.6f} {WALL_HEIGHT}"]
+        normals += 2 * [f"{-x / RADIUS:.6f} {-y / RADIUS:.6f} 0"]
+        texels += [f"{1 - turn:.6f} 1", f"{1 - turn:.6f} 0"]
+    for a in range(0, 2 * PANELS, 2):  # a panel's lower corner; its upper one is the next, then those of the next panel
+        faces += [f"{a} {a + 1} {a + 2}", f"{a + 2} {a + 1} {a + 3}"]
+    lists = {"vertex": vertices, "normal": normals, "texcoord": texels, "face": faces}
+    mesh = "\n".join(f'      {name}="{"  ".join(values)}"' for name, values in lists.items())
+    return (
+        "<!-- Written by scenes/generate.py: the arena's wall, seen from inside. -->\n"
+        f'<mujocoinclude>\n  <asset>\n    <mesh name="wall"\n{mesh}/>\n  </asset>\n</mujocoinclude>\n'
+    )
 
 
-def main(folder: Path = ASSETS) -> None:
-    """Write the walls' textures and ``wall.obj`` into ``folder``."""
-    folder.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(folder / "clutter.png"), clutter())
-    cv2.imwrite(str(folder / "leaves.png"), leaves())
-    cv2.imwrite(str(folder / "stripes.png"), stripes())
-    (folder / "wall.obj").write_text(wall())
+def main(folder: Path = FOLDER) -> None:
+    """Write ``arena_wall.xml``, and the walls' textures in ``assets``, into ``folder``."""
+    assets = folder / "assets"
+    assets.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(assets / "clutter.png"), clutter())
+    cv2.imwrite(str(assets / "leaves.png"), leaves())
+    cv2.imwrite(str(assets / "stripes.png"), stripes())
+    (folder / "arena_wall.xml").write_text(wall(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -23,10 +23,10 @@ def test_every_file_opens_by_itself(name):
 
 def test_assets_are_what_the_generator_draws(tmp_path):
     generate.main(tmp_path)
-    drawn = cv2.imread(str(tmp_path / "clutter.png"), cv2.IMREAD_GRAYSCALE)
+    drawn = cv2.imread(str(tmp_path / "assets" / "clutter.png"), cv2.IMREAD_GRAYSCALE)
     kept = cv2.imread(str(FOLDER / "assets" / "clutter.png"), cv2.IMREAD_GRAYSCALE)
     assert np.abs(drawn.astype(int) - kept.astype(int)).max() <= 1
-    assert (tmp_path / "wall.obj").read_text() == (FOLDER / "assets" / "wall.obj").read_text()
+    assert (tmp_path / "arena_wall.xml").read_text() == (FOLDER / "arena_wall.xml").read_text()
 
 
 def test_the_wall_has_no_seam():
