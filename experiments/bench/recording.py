@@ -242,10 +242,10 @@ def send_answers(
         values = getattr(series, line.field)
         if line.row is None:
             recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
-        elif (spiking := values > 0).any():
-            height = np.full(int(spiking.sum()), line.row)
+        elif (fired := values != 0).any():
+            heights = line.row * np.sign(values[fired])
             recording.send_columns(
-                line.entity, timelines(time_s[spiking], frames[spiking]), rr.Scalars.columns(scalars=height)
+                line.entity, timelines(time_s[fired], frames[fired]), rr.Scalars.columns(scalars=heights)
             )
 
 

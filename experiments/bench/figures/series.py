@@ -33,27 +33,28 @@ SHADE = 0.45
 LEVEL_SHADE = 0.35
 """Share of white in the colour of a threshold: it is its model's, and lighter than the potential."""
 TOP, ROW = 1.05, 0.16
-"""Upper end of potentials in a lane, and the distance of the rows of spikes above it."""
+"""Largest potential in a lane, and the distance of the rows of spikes beyond it, above and below."""
 ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
 """Colours of brighter, darker and unchanged pixels: warm, cool and dark."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A series of a recording: a potential, an azimuth, the number of spikes of each frame, or a row of spikes.
+    """A series of a recording: a potential, an azimuth, the number of spikes of each frame, or the marks of spikes.
 
     Parameters
     ----------
     entity, title
         Where it is logged, and what the plot's key calls it.
     field
-        The `dsnn.Response` field that it shows; of a row of spikes, the field that says where there are some.
+        The `dsnn.Response` field that it shows; of marks, the field that says where there are spikes.
     colour
         Its model's, which has a lane to itself.
     dots
         The shape of its dots; ``None``: it is a line.
     row
-        Height in the lane of a row of spikes; ``None``: the series has the values of its field.
+        Height in the lane of the marks of positive spikes, those of negative ones are as far below 0; ``None``: the
+        series has the values of its field.
     shown
         Whether a view draws it. The number of spikes of each frame is there to be read.
     """
@@ -88,8 +89,8 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     """Return the series of a model's declared channels.
 
     A model has one colour, that of the figures. Its first spiking channel is a line, the others are dots in lighter
-    (VS) and darker (looming) shades of the colour. A channel has its potential, its spikes per frame, and a row of
-    marks where there are spikes, above the potentials.
+    (VS) and darker (looming) shades of the colour. A channel has its potential, its spikes per frame, and marks where
+    there are spikes: of preferred motion (right, down) above the potentials, of null motion below them.
 
     Parameters
     ----------
@@ -118,17 +119,18 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
 
 
 def _row(channel: str, channels: Sequence[str]) -> float:
-    """Return the height of a channel's row of spikes: the first is the lowest."""
+    """Return the height of the marks of a channel's positive spikes: those of the first are the lowest."""
     return TOP + ROW * (0.5 + [known for known in channels if known in SPIKING].index(channel))
 
 
 def ends(channels: Sequence[str]) -> tuple[float, float]:
     """Return the lower and the upper end of the lane of a model with these channels.
 
-    Potentials of looming are not negative; above all potentials there is a row of spikes for each channel.
+    Beyond all potentials there is a row of spikes for each channel. Looming has no direction, so nothing below 0.
     """
     spiking = [channel for channel in channels if channel in SPIKING]
-    return -0.05 if spiking == ["looming"] else -TOP, TOP + ROW * max(len(spiking), 1)
+    end = TOP + ROW * max(len(spiking), 1)
+    return -0.05 if spiking == ["looming"] else -end, end
 
 
 def _shade(colour: Colour, grey: int, share: float = SHADE) -> Colour:
@@ -234,5 +236,5 @@ def heading(
             f"threshold {sign}{level:.3g}" + (f" of {', '.join(map(_name, owners))}" if len(of_value) > 1 else "")
         )
     if of_value and not narrow:
-        words.append("marks on top: spikes")
+        words.append("spikes on top" if spiking == ["looming"] else "spikes on top (right, down), below (left, up)")
     return f"{model}: {'; '.join(words)}" if words else model

@@ -13,7 +13,6 @@ import numpy.typing as npt
 import viser
 from viser import uplot
 
-from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.figures.palette import marks
 from experiments.bench.figures.series import mixed, rgb, to_hex
@@ -58,7 +57,10 @@ class Traces:
             (model.label, channel): deque(blank, SHOWN_FRAMES)
             for model in models for channel in [c for c in DASHES if c in model.channels] or model.channels
         }  # fmt: skip
-        self._spikes = {model.label: deque(blank, SHOWN_FRAMES) for model in models}
+        self._spikes = {
+            (model.label, channel): deque(blank, SHOWN_FRAMES)
+            for model in models for channel in SPIKING if channel in model.channels
+        }  # fmt: skip
         self._limits = self._thresholds()
         self._ghost: Floats | None = None
         axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
@@ -92,14 +94,17 @@ class Traces:
             for limit in self._limits
         ]
         counts = [
-            uplot.Series(label=f"{label} spikes", stroke=hue, width=2, fill=f"{hue}40")
-            for label, hue in colour.items()
+            uplot.Series(
+                label=f"{label} {channel.upper()} spikes", stroke=colour[label], width=2, dash=DASHES[channel],
+                fill=f"{colour[label]}40",
+            )
+            for label, channel in self._spikes
         ]  # fmt: skip
         return (x, *ghost, *lines, *limits), (x, *counts)
 
     def _scales(self) -> tuple[dict[str, uplot.Scale], dict[str, uplot.Scale]]:
         x, (hs, spikes) = uplot.Scale(time=False, range=(float(self._x[0]), 1e-6 * (self._redrawn % 2))), self._ends
-        return {"x": x, "y": uplot.Scale(range=(-hs, hs))}, {"x": x, "y": uplot.Scale(range=(0.0, spikes))}
+        return {"x": x, "y": uplot.Scale(range=(-hs, hs))}, {"x": x, "y": uplot.Scale(range=(-spikes, spikes))}
 
     def _curves(self) -> tuple[Floats, ...]:
         ghost = [] if self._ghost is None else [self._ghost]
@@ -114,8 +119,9 @@ class Traces:
         for (label, channel), trace in self._potentials.items():
             answer = view.answers[label]
             trace.append(0.0 if answer is None else getattr(answer, channel))
-        for label, trace in self._spikes.items():
-            trace.append(_spikes(view.answers[label]))
+        for (label, channel), trace in self._spikes.items():
+            answer = view.answers[label]
+            trace.append(0.0 if answer is None else getattr(answer, f"{channel}_spikes"))
         if (limits := self._thresholds()) != self._limits:
             self._limits = limits
             self.paint()
@@ -154,11 +160,6 @@ class Traces:
 def on_dark(colour: str) -> str:
     """Return a colour ``#rrggbb`` with `LIGHTER` of white in it."""
     return to_hex(mixed(rgb(colour), (255, 255, 255), LIGHTER))
-
-
-def _spikes(answer: Response | None) -> float:
-    counts = (getattr(answer, f"{channel}_spikes", 0) for channel in SPIKING)
-    return float(abs(next(filter(None, counts), 0)))
 
 
 def _end(curves: Iterable[Floats], least: float) -> float:

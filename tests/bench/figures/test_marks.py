@@ -1,0 +1,163 @@
+"""Marks in a recording, read back from disk, are the spikes of its table: sign for sign, frame for frame."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+
+import experiments
+from dsnn import Response
+from dsnn.model import SPIKING
+from experiments.bench.cli.main import command
+from experiments.bench.engine.models import choose
+from experiments.bench.robot.live import LiveTrial
+from experiments.bench.robot.trial import run_trial
+from tests.bench.robot.test_live import ended
+from tests.bench.robot.test_trial import spec
+from tests.helpers.answering import write_model
+from tests.helpers.footage import write
+from tests.helpers.rerun_viewer import listening
+
+FRAMES = 12
+ANSWER = """Response(
+            hs=(h := (0, 2, -1)[self.frame % 3]) / 4, hs_spikes=h,
+            vs=(v := (-3, 0, 0, 1)[self.frame % 4]) / 4, vs_spikes=v,
+            looming=0.5 + (n := (0, 1)[self.frame % 2]) / 4, looming_spikes=n,
+        )"""
+BEHAVIOUR = """
+from experiments import Behaviour
+
+BEHAVIOUR = Behaviour("turns", "turns", "Fixation", lambda rng: lambda seen: (0.1, -0.1), model="both.py")
+"""
+CLIP = """
+from experiments import Clip, OfflineExperiment
+
+EXPERIMENT = OfflineExperiment("one", "one clip", (Clip("c", "plain", {"rows": 60, "columns": 80}),), ("both.py",))
+"""
+SPIKES = tuple(f"{channel}_spikes" for channel in SPIKING)
+Table = dict[str, list[int]]
+"""Column of spikes -> its values, frame by frame."""
+
+
+def table_of(path: Path) -> Table:
+    table = pq.read_table(path)
+    return {name: table[name].to_pylist() for name in SPIKES}
+
+
+def run(folder: Path) -> tuple[Path, Table]:
+    (recording,) = (folder / "run" / "recordings").iterdir()
+    return recording, table_of(folder / "run" / "frames.parquet")
+
+
+def colias(*arguments: Any) -> None:
+    assert command([str(argument) for argument in (*arguments, "--quiet")]) == 0
+
+
+def robot_trial(folder: Path) -> tuple[Path, Table]:
+    crossing = ("--set", "experiment.speeds_cm_s=30", "--set", "experiment.direction=rightward")
+    colias("run", "speed", "--repeats", 1, *crossing, "--only", "--model", "both.py", "--out", "run")
+    return run(folder)
+
+
+def clip(folder: Path) -> tuple[Path, Table]:
+    (folder / "one.py").write_text(CLIP)
+    colias("run", "one.py", "--out", "run")
+    return run(folder)
+
+
+def footage(folder: Path) -> tuple[Path, Table]:
+    write(folder / "film.avi", [np.full((60, 80, 3), 20 * frame, np.uint8) for frame in range(FRAMES)])
+    files = ("--record", "film.rrd", "--table", "film.parquet")
+    assert command(["watch", "film.avi", "--no-view", "--only", "--model", "both.py", *files]) == 0
+    return folder / "film.rrd", table_of(folder / "film.parquet")
+
+
+def episode(folder: Path) -> tuple[Path, Table]:
+    (folder / "turns.py").write_text(BEHAVIOUR)
+    colias("behave", "turns.py", "--episodes", 1, "--no-baselines", "--out", "run")
+    return run(folder)
+
+
+def recorded_env(folder: Path) -> tuple[Path, Table]:
+    made = gym.make("colias_sim/Pursuit-v0", observation="neural", model="both.py", max_episode_steps=FRAMES)
+    env = experiments.RecordRerun(made, folder / "env.rrd")
+    env.reset(seed=0)
+    answers = [(env.step(np.zeros(2, np.float32)), made.unwrapped.answer)[1] for _ in range(FRAMES)]
+    env.close()
+    return folder / "env.rrd", {name: [getattr(a, name) for a in answers] for name in SPIKES}
+
+
+def log(folder: Path) -> tuple[Path, Table]:
+    spikes = {"hs_spikes": [0, 2, -1, 0] * 3, "vs_spikes": [-3, 0, 0, 1] * 3, "looming_spikes": [0, 1] * 6}
+    with (folder / "log.csv").open("w", newline="") as file:
+        lines = csv.writer(file)
+        lines.writerow(["trial", "speed_cm_s", "model", "time_s", "hs", "vs", "looming", *spikes])
+        for frame, (hs, vs, looming) in enumerate(zip(*spikes.values(), strict=True)):
+            cells = (hs / 4, vs / 4, 0.5 + looming / 4, hs, vs, looming)
+            lines.writerow([0, 6, "hybrid", (frame + 1) / 30, *cells])
+    colias("import", "log.csv", "--out", "run")
+    return run(folder)
+
+
+def streamed(folder: Path) -> tuple[Path, Table]:
+    asked = spec(speed=30.0, models=(choose("both.py"),))
+    with listening("--save", str(folder / "live.rrd")) as (address, process):
+        live = LiveTrial(asked, address)
+        (answer,) = run_trial(asked, watch=live.see).answers
+        live.close()
+        everything = [f"/spikes/both/{channel}" for channel in SPIKING]
+        path = ended(process, folder / "live.rrd", everything, len(answer.series.hs))
+    return path, {name: getattr(answer.series, name).tolist() for name in SPIKES}
+
+
+KINDS = (robot_trial, clip, footage, episode, recorded_env, log, streamed)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[Path], Any], tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_model(tmp_path, "both", ANSWER, ", channels=('hs', 'vs', 'looming')")
+    path, table = kind(tmp_path)
+    model = "hybrid" if kind is log else "both"
+    assert all({-1, 1} <= set(np.sign(table[name])) for name in ("hs_spikes", "vs_spikes"))
+    highest = 1.0  # of every potential
+    for channel, name in zip(SPIKING, SPIKES, strict=True):
+        signs = np.sign(table[name])
+        chunks = rr.chunk.RrdReader(path).stream().filter(content=f"/raster/{model}/{channel}", is_static=False)
+        batches = [chunk.to_record_batch() for chunk in chunks.to_chunks()]
+        marks = {frame: height for batch in batches
+                 for frame, (height,) in zip(batch["frame"].to_pylist(), batch["Scalars:scalars"].to_pylist(),
+                                             strict=True)}  # fmt: skip
+        assert {frame: np.sign(height) for frame, height in marks.items()} == {
+            int(frame): signs[frame] for frame in np.flatnonzero(signs)
+        }
+        assert all(abs(height) > highest for height in marks.values())
+
+
+@pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'")
+def test_the_traces_of_the_live_page_have_the_spikes_of_each_channel_with_their_signs():
+    from experiments.bench.live.traces import Traces
+
+    chosen = choose("dsnn")
+    runner = SimpleNamespace(chosen=chosen, network=chosen.network, label="dsnn")
+    session: Any = SimpleNamespace(watching=[runner], interval_s=1 / 30)
+    page: Any = SimpleNamespace(add_uplot=lambda data, _series, **more: SimpleNamespace(data=data, **more))
+    traces = Traces(page, session, dark=False)
+    for hs, vs in ((0, 0), (4, -3), (-1, 2), (-1, 0)):
+        view: Any = SimpleNamespace(answers={"dsnn": Response(hs / 4, vs / 4, hs, vs)})
+        traces.add(view)
+    _, spikes = traces._plots
+    _, hs_trace, vs_trace = (trace[-4:].tolist() for trace in spikes.data)
+    assert (hs_trace, vs_trace) == ([0, 4, -1, -1], [0, -3, 2, 0])
+    low, high = spikes.scales["y"]["range"]
+    assert low <= -3 and high >= 4
