@@ -9,7 +9,6 @@ import numpy as np
 import pyarrow as pa
 from matplotlib.figure import Figure
 
-from dsnn import MODELS
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.robot import figure as robot_figure
@@ -24,7 +23,6 @@ MODELS_SHOWN = {
     "one": ("dsnn",),
     "three": ("dsnn", "emd", "hybrid"),
     "own": ("dsnn", OWN),
-    "twenty": (*MODELS, "dsnn:n_con=4", "dsnn:n_con=6,w_i=0.7", OWN),
 }
 """Of a figure: as many models as there are kinds of trouble. `TWINS` answer alike."""
 TWINS = ("dsnn", "hybrid", "dsnn-reference")

@@ -73,11 +73,6 @@ def test_the_icons_name_the_edges_of_objects(run):
     assert not darkens & set(CASES["on"][1])
 
 
-def test_a_clip_without_polarity_is_refused():
-    with pytest.raises(ValueError, match="experiment mine: the clip 'plain', a plain, has no polarity"):
-        OfflineExperiment("mine", "mine", [Clip("plain", "plain")], MODELS, figure=Figure("edges"))
-
-
 def test_a_model_that_is_not_compared_with_the_dsnn_has_no_share():
     row = {"clip": "a", "peak_hs": 0.2, "trough_hs": 0.0}
     assert shares([{**row, "model": "emd"}]) == {}

@@ -1,6 +1,5 @@
 """Off-line experiments: what their clips are, the judges on made-up rows, runs from the command line."""
 
-import dataclasses
 import json
 import subprocess
 import sys
@@ -227,23 +226,6 @@ def test_repeats_share_a_background_and_differ_between_each_other():
     assert np.array_equal(first[0], first[1]) and not np.array_equal(first[0], first[2])
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"name": "a/b"}, "legal are letters"),
-        ({"clips": ()}, "needs clips and models"),
-        ({"clips": (CLIP, CLIP)}, "two clips are called 'c'"),
-        ({"repeats": 0}, "repeats=0"),
-    ],
-)
-def test_a_declaration_that_cannot_be_shown(changes, says):
-    good = {"name": "mine", "summary": "", "clips": (CLIP,), "models": ("dsnn",)}
-    with pytest.raises(ValueError, match=says):
-        OfflineExperiment(**{**good, **changes})
-    with pytest.raises(ValueError, match="nearest: plain"):
-        dataclasses.replace(CLIP, stimulus="plane")
-
-
 OWN = """
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
 
@@ -282,20 +264,3 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     assert alone.returncode == 0
     same = pq.read_table(colias.folder / "alone" / "trials.parquet").drop_columns(["wall_s"])
     assert same.equals(pq.read_table(folder / "trials.parquet").drop_columns(["wall_s"]))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--repeats", "0"), "--repeats 0: legal is a whole number from 1 to"),
-        (("--seed", "-1"), "--seed -1: legal is a whole number from 0 to"),
-        (("--set", "camera.fps=30"), "no parameter 'camera.fps'"),
-        (("--set", "plain.speed=30"), "the clips of clean set the parameters of their stimuli"),
-        (("--model", "nosuch"), "unknown model 'nosuch'"),
-    ],
-)
-def test_a_wrong_use_is_one_line(colias_here, arguments, says):
-    done = colias_here("run", "clean", *arguments, "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert says in done.stderr
-    assert not (colias_here.folder / "out").exists()

@@ -1,7 +1,6 @@
 """The commands for stimuli, through real processes: what they write is what was painted, and what they refuse."""
 
 import csv
-import itertools
 import subprocess
 import sys
 
@@ -12,10 +11,8 @@ import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
-from experiments.bench.cli import clips as cli_clips
 from experiments.bench.clips import export
 from experiments.bench.clips.play import play
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
 from tests.helpers.chapters import FOOTAGE, blocks
 
@@ -61,15 +58,6 @@ def test_the_table_is_the_truth(tmp_path):
             assert float(row["velocity_x_px_s"]) == frame.truth.velocity.x
 
 
-def test_a_broken_off_clip_leaves_nothing(tmp_path):
-    def stop():
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        export.write(stimulus("plain", rows=48, columns=80), tmp_path / "a.avi", stop)
-    assert not list(tmp_path.iterdir())
-
-
 def test_stimulus_writes_what_python_paints(colias):
     done = colias("stimulus", "cluttered", "--out", "sub/a.avi", "--set", "cluttered.speed=240", "--seed", "4",
                   "--set", "cluttered.columns=120", "--jitter", "0.25")  # fmt: skip
@@ -84,33 +72,6 @@ def test_stimulus_writes_what_python_paints(colias):
         2, "colias: sub/a.avi is there already: choose another name, or remove it\n"
     )  # fmt: skip
     assert (colias.folder / "sub" / "a.avi").read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["stimulus", "plane"], "unknown stimulus 'plane'"),
-        (["stimulus", "plain", "--set", "plain.grey=300"], "plain.grey=300: legal is a number from 0 to 255"),
-        (["stimulus", "plain", "--set", "plain.gray=30"], "nearest: plain.grey; all: colias stimulus plain"),
-        (["stimulus", "plain", "--set", "grey"], "expected SECTION.NAME=VALUE"),
-        (["stimulus", "plain", "--set", "plain.motion=up"], "legal is rightward, leftward, downward, upward"),
-        (["stimulus", "plain", "--set", "plain.enters=no", "--set", "plain.width=500"], "below the frame's 320"),
-        (["stimulus", "plain", "--seed", "-1"], "seed=-1: legal is a whole number from 0 up"),
-        (["stimulus", "plain", "--jitter", "11"], "sd_px=11: legal is a number from 0 to 10"),
-        (["stimulus", "plain", "--out", "a.mp4"], "should end in .avi"),
-        (["stimulus", "plain", "--set", "plain.columns=99"], "even rows and columns, not 180 and 99"),
-        (["play", "plain"], "needs a screen"),
-        (["play", "plain", "--no-view"], "give a file to --record"),
-        (["play", "plain", "--no-view", "--record", "a.avi"], "should end in .rrd"),
-        (["play", "plain", "--no-view", "--record", "a.rrd", "--model", "nosuch"], "unknown model 'nosuch'"),
-        (["play", "plain", "--no-view", "--record", "a.rrd", "--set", "dsnn.n_con=99"], "dsnn.n_con=99: legal is"),
-    ],
-)
-def test_a_wrong_use_is_told_in_one_line(colias, arguments, says):
-    done = colias(*arguments)
-    assert (done.returncode, done.stderr.count("\n"), done.stdout) == (2, 1, "")
-    assert says in done.stderr
-    assert not list(colias.folder.iterdir())
 
 
 def test_list_and_parameters_name_the_stimuli(colias):
@@ -165,22 +126,6 @@ def test_play_records_frames_object_potentials_and_thresholds(colias):
     again = colias("play", "plain", "--record", "a.rrd", "--no-view")
     assert (again.returncode, again.stderr.count("\n")) == (2, 1)
     assert "is there already" in again.stderr
-
-
-def test_progress_is_told_after_two_seconds_and_now_and_then(monkeypatch, capsys):
-    seconds = itertools.count()
-    monkeypatch.setattr(cli_clips.time, "monotonic", lambda: next(seconds))
-    with cli_clips._progress("clip: frames", 30) as advance:
-        for _ in range(30):
-            advance()
-    assert capsys.readouterr().err.splitlines() == [f"clip: frames: {n} of 30" for n in (3, 14, 25)]
-
-
-def test_clips_are_not_written_over(tmp_path):
-    (tmp_path / "a.csv").write_text("mine")
-    with pytest.raises(UsageError, match=r"a\.csv is there already"):
-        export.write(stimulus("plain"), tmp_path / "a.avi", lambda: None)
-    assert (tmp_path / "a.csv").read_text() == "mine"
 
 
 def test_the_example_of_the_documentation_runs(tmp_path):

@@ -118,30 +118,7 @@ def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
     assert differences(told[0], told[0]) == []
 
 
-def test_a_bad_folder_is_named_in_a_line(tmp_path, colias):
-    done = colias("run", "clutter-depth", "--pictures", "nowhere", "--out", "out")
-    assert done.returncode and done.stderr.strip().count("\n") == 0
-    assert "--pictures nowhere: there is no such folder" in done.stderr
-    assert not (tmp_path / "out").exists()
-    (tmp_path / "file").write_text("a")
-    (tmp_path / "empty").mkdir()
-    mixed = pictures_in(tmp_path / "mixed", "1.png")
-    (mixed / "notes.txt").write_text("not a picture")
-    (mixed / ".hidden").write_text("is left out")
-    for name, words in (("file", "not a folder"), ("empty", "no pictures in it"), ("mixed", "notes.txt: no picture")):
-        with pytest.raises(UsageError, match=words) as raised:
-            folder_pictures(tmp_path / name)
-        assert f"--pictures {tmp_path / name}: " in str(raised.value)
-
-
 def test_clips_without_a_background_take_no_pictures(tmp_path, colias_here):
     pictures_in(tmp_path / "own", "1.png")
     done = colias_here("run", "clean", "--pictures", "own", "--dry-run")
     assert done.returncode and "no clip of clean has a background" in done.stderr
-
-
-@pytest.mark.parametrize("command", [("study", "background"), ("map", "clutter-depth", "--over", "dsnn.n_con=4,6"),
-                                     ("reproduce", "--quick")])  # fmt: skip
-def test_every_command_with_replicates_takes_pictures(command, colias_here):
-    done = colias_here(*command, "--pictures", "nowhere", "--out", "out")
-    assert done.returncode and "--pictures nowhere: there is no such folder" in done.stderr

@@ -214,21 +214,6 @@ def test_a_reflex_cannot_read_what_its_model_does_not_answer(name, model, channe
     assert str(caught.value) == message
 
 
-class PD:
-    def __init__(self, rng):
-        self.last = 0.0
-
-    def __call__(self, seen):
-        rise, self.last = seen.hs - self.last, seen.hs
-        return rise, -rise
-
-
-def test_a_class_is_no_reflex():
-    with pytest.raises(UsageError, match=r"returned a PD, not two wheel speeds; .* use Behaviour\(\.\.\., make=PD\)"):
-        play_entry(Behaviour.reflex("pd", "", OPTOMOTOR, PD), OPTOMOTOR, {}, 0, steps=2)
-    assert play_entry(Behaviour("pd", "", OPTOMOTOR, make=PD), OPTOMOTOR, {}, 0, steps=2).steps == 2
-
-
 def test_what_a_model_declares_is_read_as_ever():
     numbers = np.array([0.1, -0.2, 1, -2, 0.7, 3, 0.5], np.float32)
     whole, part = response(numbers), response(numbers, ("hs", "vs"), "dsnn")
@@ -353,27 +338,6 @@ def test_envs_by_short_names(name):
     assert env_id(name) == FIXATION
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (("hybird", None, (), 3, 0), "no behaviour 'hybird'.*nearest: hybrid"),
-    (("hybrid", "Maze", (), 3, 0), "--env Maze: known are Avoidance-v0"),
-    (("hybrid", None, ("robots",), 3, 0), "expected NAME=VALUE"),
-    (("hybrid", None, ("robots=99",), 3, 0), "robots=99: .*less than or equal to 20"),
-    (("hybrid", None, ("colour=3",), 3, 0), "colour"),
-    (("hybrid", None, ("observation=state",), 3, 0), "the behaviour sets that itself"),
-    (("hybrid", None, ("model.name=dsnn",), 3, 0), "the behaviour sets that itself"),
-    (("hybrid", None, ("robots.count=3",), 3, 0), "only camera, robot, randomise have entries"),
-    (("hybrid", None, ("camera.preset=ov767",), 3, 0), "no preset 'ov767'.*nearest: ov7670"),
-    (("hybrid", None, ("randomise.light=[1.3,0.7]",), 3, 0), "lower end first"),
-    (("hybrid", None, (), 0, 0), "--episodes 0: legal"),
-    (("hybrid", None, (), 3, -1), "--seed -1"),
-    (("nothere.py", None, (), 3, 0), "no such file"),
-])  # fmt: skip
-def test_wrong_uses_are_one_line(arguments, message):
-    with pytest.raises(UsageError, match=message) as caught:
-        plan(*arguments, baselines=True)
-    assert "\n" not in str(caught.value)
-
-
 def test_a_plan_has_the_baselines_of_its_env():
     behaviour_plan = plan("optomotor", "Avoidance", ["robots=3", "arena=bright"], 2, 0, baselines=True)
     assert [setting.behaviour for setting in behaviour_plan.settings] == ["optomotor", *ENVS[AVOIDANCE].baselines]
@@ -486,19 +450,6 @@ def test_a_model_that_is_edited_meanwhile_is_one_model_in_all_episodes(tmp_path)
     same = Behaviour.reflex("same", "", "Fixation", lambda seen: (0.15, -0.15))
     assert score(edited, episodes=2, quiet=True) == score(same, episodes=2, quiet=True)
     assert "hs=-0.9" in (tmp_path / "eye.py").read_text()
-
-
-@pytest.mark.parametrize("where", ["make", "reflex"])
-def test_sys_exit_in_a_behaviour_does_not_end_the_program(where):
-    leaves = Behaviour("leaves", "", "Fixation", (lambda rng: sys.exit(0)) if where == "make" else lambda rng: sys.exit)
-    with pytest.raises(UsageError, match="SystemExit"):
-        score(leaves, episodes=1, quiet=True)
-
-
-def test_a_behaviour_whose_model_is_no_text_is_refused(tmp_path):
-    (tmp_path / "mine.py").write_text(EDITED.replace('"eye.py")\n', "3)\n"))
-    with pytest.raises(UsageError, match="model is a int, expected a name or a path"):
-        load_behaviour(str(tmp_path / "mine.py"))
 
 
 def test_scoring_needs_an_episode():

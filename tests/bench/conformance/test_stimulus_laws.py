@@ -19,10 +19,8 @@ from dsnn.stimuli import (
     Velocity,
     stimulus_entry,
 )
-from experiments import Clip
 from experiments.bench.cli.main import command
 from experiments.bench.conformance import stimulus_laws
-from experiments.bench.engine.errors import UsageError
 
 SPEED = 60.0
 
@@ -158,28 +156,3 @@ def test_a_stimulus_of_one_s_own_is_shown_in_workers_and_by_each_command(tmp_pat
     assert command(["play", "flicker.py", "--no-view", "--record", "f.rrd"]) == 0
     assert command(["check", "flicker.py"]) == 0
     assert "flicker keeps all 7 laws" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [({"name": "a b"}, "name='a b': legal are up to 60 letters"), ({"params": 3}, "params is a int"),
-     ({"build": None}, "a callable for build"), ({"build": lambda params, seed: 3}, "build makes a int")],
-)  # fmt: skip
-def test_what_is_wrong_with_an_entry_is_said_in_a_line(changes, words):
-    values = {"name": "s", "summary": "", "build": Sound, "params": Params()} | changes
-    with pytest.raises(ValueError, match=r"StimulusEntry|^s: ") as caught:
-        Clip("one", StimulusEntry(**values))
-    assert words in str(caught.value) and "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [("STIMULUS = 3", "own.py: STIMULUS is a int, expected a dsnn.stimuli.StimulusEntry"),
-     ("x = 3", "own.py: declares no STIMULUS"),
-     ("MODEL = 3", "own.py: declares no STIMULUS, but MODEL, which is for --model FILE")],
-)  # fmt: skip
-def test_a_file_without_a_stimulus_says_so(text, words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "own.py").write_text(text)
-    with pytest.raises(UsageError, match=words):
-        command(["stimulus", "own.py"])

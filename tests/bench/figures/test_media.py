@@ -39,18 +39,3 @@ def test_a_figure_is_as_wide_as_its_medium_in_both_files(tmp_path, medium):
     assert pixels[0] == pytest.approx(sheet.inches * sheet.dpi, abs=1.5)
     assert height / width == pytest.approx(pixels[1] / pixels[0], rel=0.01)
     assert TYPE * width / drawn_width >= 8.0 - 1e-6, "no type is smaller than 8 points"
-
-
-def test_a_narrow_figure_has_type_of_the_same_size(tmp_path):
-    (width, _, drawn_width, _), _ = written(tmp_path, Medium.TALK, 3.5)
-    assert width / drawn_width == pytest.approx(SHEETS[Medium.TALK].inches / WIDTH)
-
-
-def test_the_command_line_says_what_figures_are_for(colias):
-    done = colias(
-        "tune", "--curve", "size", "--only", "--model", "dsnn", "--workers", "0", "-q", "--for", "paper", "--out", "out"
-    )
-    assert done.returncode == 0, done.stderr
-    assert size_of(colias.folder / "out" / "size.png")[0] == pytest.approx(7.16 * 300, abs=1.5)
-    wrong = colias("tune", "--for", "poster")
-    assert wrong.returncode != 0 and "paper" in wrong.stderr and "Traceback" not in wrong.stderr

@@ -11,11 +11,7 @@ from experiments.bench.figures.palette import (
     DARK,
     GREYS,
     HUES,
-    MOST_LINES,
-    NAMED,
     WHITE,
-    colours,
-    lanes,
     level_colours,
     marks,
 )
@@ -85,43 +81,12 @@ def test_the_measure_of_contrast_knows_its_ends():
     assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.01), "the well-known grey that just fails 4.5"
 
 
-def test_greys_are_of_baselines_alone():
-    grey = {name for name, tint in colours([*MODELS, "still", "random", "straight", "mine"]).items() if tint in GREYS}
-    assert grey == {"flow", "still", "random", "straight"}
-
-
-def test_a_reflex_has_the_mark_of_its_model():
-    models = ["lgmd1", "lplc2", "si-lgmd1", "hybrid"]
-    of_reflexes = marks([name if name == "hybrid" else f"escape-{name}" for name in models])
-    assert list(of_reflexes.values()) == list(marks(models).values())
-
-
-def test_every_model_that_ships_has_a_mark_of_its_own():
-    """A new model is told where its name belongs, rather than taking the mark of somebody's own model."""
-    assert set(MODELS) <= {*NAMED, *BASELINES}
-
-
 @pytest.mark.parametrize("own", [0, 1, 3, 30])
 def test_no_two_series_have_both_colour_and_marker_in_common(own):
     names = [*MODELS, *(f"mine{i}" for i in range(own))]
     given = marks(names)
     assert list(given) == names
     assert len(set(given.values())) == len(given)
-
-
-@pytest.mark.parametrize("pair", list(itertools.combinations([*MODELS, "mine"], 2)), ids="-".join)
-def test_two_models_never_have_one_colour(pair):
-    """Two of them may be drawn as bare lines: in a video, in a recording."""
-    first, second = colours(pair).values()
-    assert first != second
-
-
-def test_as_many_models_as_there_are_hues_have_a_hue_each():
-    names = [name for name in MODELS if name not in BASELINES]
-    for first in range(len(names)):
-        chosen = [names[(first + 3 * place) % len(names)] for place in range(MOST_LINES - 1)]
-        given = colours([*dict.fromkeys(chosen), "mine"])
-        assert len(set(given.values())) == len(given)
 
 
 def test_a_model_s_mark_is_the_same_in_every_picture():
@@ -142,21 +107,6 @@ def test_a_model_of_the_user_s_looks_like_none_that_ships(beside):
     shipped = [marks([name])[name] for name in MODELS]
     given = marks(["dsnn", *beside, "mine", "another"])
     assert not {given["mine"], given["another"]} & set(shipped)
-
-
-def test_the_order_of_the_models_that_ship_changes_no_mark():
-    names = ["dsnn", "lplc2", "emd", "t4t5", "flow"]
-    assert all(marks(order) == marks(names) for order in itertools.permutations(names))
-
-
-@pytest.mark.parametrize("own", [0, 5, 50])
-def test_no_two_of_a_lane_have_one_colour_and_every_name_is_in_one_lane(own):
-    names = [*MODELS, *(f"mine{i}" for i in range(own))]
-    groups, given = lanes(names), colours(names)
-    assert sorted(name for group in groups for name in group) == sorted(names)
-    assert all(len({given[name] for name in group}) == len(group) <= MOST_LINES + len(GREYS) for group in groups)
-    assert len(lanes(names[:4])) == 1
-    assert max(map(len, groups)) - min(map(len, groups)) <= MOST_LINES // 2, "about as many in each"
 
 
 @pytest.mark.parametrize("levels", [[1.0, 2.0, 5.0, 9.0], ["approach", "recession", "translation"]])

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from dsnn.onboard.model import OnboardDSNN
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import budget, build, check, clips, elf, emulator, settings, table, toolchain
 from tests.conftest import one_core
 from tests.helpers.firmware import needs_tools
@@ -283,49 +282,3 @@ def test_an_export_without_tools_says_what_does_not_fit(tmp_path):
     done = colias("export", "out", "--set", "dsnn.state_bits=16", folder=tmp_path, PATH="")
     assert done.returncode == 0, done.stderr
     assert "the program does not fit the RAM" in (tmp_path / "out" / "README.md").read_text()
-
-
-def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_path):
-    for command in (["budget"], ["check", "--no-trial"], ["loop", "speed"]):
-        done = colias(*command, folder=tmp_path, PATH="")
-        assert done.returncode == 2 and not done.stdout
-        assert "install Debian's" in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
-    assert not any(tmp_path.iterdir())
-    done = colias("export", "out", *SET, folder=tmp_path, PATH="")
-    assert done.returncode == 0, done.stderr
-    page = (tmp_path / "out" / "README.md").read_text()
-    assert "Not measured" in page and "install" in page and "instructions a frame" not in page
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["budget", "--set", "dsnn.n_con=0"], "--set dsnn-onboard.n_con=0: legal is a whole number from 1 to 64"),
-        (["budget", "--set", "dsnn.n_cons=4"], "no parameter 'dsnn-onboard.n_cons'"),
-        (["budget", "--set", "chip.shape=99"], "--set chip.shape=99"),
-        (["budget", "--set", "chip.shape=900x72"], "shape=900x72: legal is COLUMNSxROWS"),
-        (["budget", "--set", "chip.shape=0x0"], "shape=0x0: legal is COLUMNSxROWS"),
-        (["budget", "--set", "chip.cpi_least=2"], "cpi_least=2 is above"),
-        (["budget", "--over", "dsnn.n_con=4,8", "--set", "dsnn-onboard.n_con=6"], "--set dsnn-onboard.n_con=6: --over"),
-        (["budget", "--over", "dsnn.n_con"], "--over dsnn-onboard.n_con: expected"),
-        (["check", "--compiler", "clang"], "--compiler clang: legal is gcc, zig"),
-        (["loop", "clean"], "clean: shows clips"),
-        (["loop", "speed", "--set", "chip.stack=1024"], "--set chip.stack=1024: the chip's memory changes no answer"),
-    ],
-)
-def test_wrong_values_are_refused_in_one_line(arguments, message, tmp_path, monkeypatch):
-    from experiments.bench.cli import main
-
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError) as caught:
-        main.command(["firmware", *arguments])
-    assert message in str(caught.value) and "\n" not in str(caught.value)
-    assert not any(tmp_path.iterdir())
-
-
-def test_nothing_is_written_over(tmp_path):
-    (tmp_path / "kept").write_text("")
-    for command in (["export", "."], ["budget", "--out", "."]):
-        done = colias(*command, folder=tmp_path)
-        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
-        assert "not empty" in done.stderr or "install" in done.stderr

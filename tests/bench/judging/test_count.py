@@ -1,15 +1,12 @@
 """The one counter: which word follows from which counts, and that no sentence can be read the wrong way round."""
 
 import itertools
-import re
 
 import pytest
 
-from experiments.bench.engine.terminal import show_verdict
-from experiments.bench.judging.count import MEANINGS, REASONS, SIGNS, Count, count, totals
+from experiments.bench.judging.count import REASONS, Count, count, totals
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction.table import show_claims
 
 
 @pytest.mark.parametrize(
@@ -44,17 +41,6 @@ def test_where_nothing_is_random_one_replicate_says_all():
     assert Count(0, 0, {"not shown": 1}, random=False).kind == "unjudged"
 
 
-@pytest.mark.parametrize(
-    ("made", "message"),
-    [(lambda: Count(-1, 2), "holds=-1: legal is 0 or more"), (lambda: Count(0), "legal is one or more"),
-     (lambda: Count(1, unjudged={"untested": 1}), "legal reasons are judge failed, not shown, silent model"),
-     (lambda: count([]), "legal is one or more"), (lambda: count(["holds", "vacuous"]), "legal reasons are")],
-)  # fmt: skip
-def test_counts_that_cannot_be(made, message):
-    with pytest.raises(ValueError, match=message):
-        made()
-
-
 def test_outcomes_are_counted_each_once():
     texts = ["holds", "fails", *REASONS, "holds", "silent model"]
     tally = count(texts)
@@ -80,61 +66,8 @@ def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_th
     assert Count(0, failed or 1).half is None and Count(3, unjudged={"not shown": 1}).half is None
 
 
-def test_every_kind_has_a_sign_and_a_meaning():
-    assert set(SIGNS) == set(MEANINGS) and len(set(SIGNS.values())) == len(MEANINGS)
-
-
-def test_a_sentence_says_first_in_how_many_of_the_judged_it_held():
-    for holds, fails, unjudged in itertools.product(range(0, 23, 2), repeat=3):
-        if not holds + fails + unjudged:
-            continue
-        tally = Count(holds, fails, {"silent model": unjudged})
-        text = tally.sentence("short replicate")
-        if holds + fails:
-            assert re.match(rf"held in {holds} of {holds + fails} short replicates?\b", text)
-            assert tally.label == (tally.word or f"{holds} of {holds + fails}")
-        else:
-            assert text.startswith("not judged") and tally.label == "not judged"
-        assert (REASONS["silent model"] in text) == bool(unjudged)
-        assert "fail" not in text
-
-
-def test_totals_name_every_claim_that_does_not_hold_everywhere():
-    counts = {"C1": Count(40), "C2": Count(20, 20), "C3": Count(0, 40), "C4": Count(5), "C5": Count(2, 3),
-              "C6": Count(0, 5), "C7": Count(0, 0, {"not shown": 5}), "C8": Count(1, random=False)}  # fmt: skip
-    assert totals(counts.items()) == [
-        "2 of 8 claims hold", "1 holds sometimes: C2", "1 fails: C3",
-        "3 have too few replicates for a word: 1 held in all, 1 in some (C5), 1 in none (C6)",
-        "1 was not judged: C7",
-    ]  # fmt: skip
-    assert totals([("C5", Count(2, 3)), ("C6", Count(0, 5))])[1].endswith("1 held in some (C5), 1 in none (C6)")
-    assert totals([("C4", Count(5))])[1] == "1 has too few replicates for a word: 1 held in all"
-
-
 def verdict(first, others, **more):
     return Verdict.of(
         ("C13", "straight is silent", "robot-general-tests"),
         [Outcome(word, "as measured") for word in (first, *others)], experiment="general", **more,
     )  # fmt: skip
-
-
-def test_no_page_or_table_shows_replicate_0_as_the_claim_s_verdict(capsys):
-    """A claim that fails in replicate 0 and holds in most others is nowhere said to fail."""
-    for held, first in itertools.product(range(20), ("holds", "fails", "silent model", "not shown")):
-        one = verdict(first, ["holds"] * held + ["fails"] * (19 - held))
-        show_verdict(one, model=True)
-        show_claims([one], {})
-        text = " ".join(capsys.readouterr().out.split())
-        total = held + (first == "holds")
-        judged = 19 + (first in ("holds", "fails"))
-        assert f"held in {total} of {judged} replicates" in text
-        assert text.startswith(f"C13 {one.count.word or 'held in'}")
-
-
-def test_the_terminal_s_columns_stand_under_their_names(capsys):
-    show_claims([verdict("fails", ["holds"] * 4), verdict("holds", ["holds"] * 19)], {})
-    names, *lines = capsys.readouterr().out.splitlines()
-    first, second = (line for line in lines if line.startswith("C13"))
-    for name, cells in (("claim", ("C13", "C13")), ("word", ("-", "holds")),
-                        ("all replicates", ("held in 4 of 5", "held in 20 of 20"))):  # fmt: skip
-        assert [names.index(name)] * 2 == [row.index(cell) for row, cell in zip((first, second), cells, strict=True)]

@@ -5,12 +5,9 @@ import re
 import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
-from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.public.run import RunRequest, missing_models, planned
 from experiments.bench.robot.claims import judge
-from experiments.bench.store.description import to_json
 from tests.bench.robot.test_claims import rows
 
 HOLDS = Outcome("holds", "as measured")
@@ -67,18 +64,6 @@ def test_what_is_no_claim(what):
     with pytest.raises(ValueError) as refused:
         make()
     assert message in str(refused.value) and "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("made", "message"),
-    [
-        (lambda: experiment(clip_claim()), "expected experiments.Claim here"),
-        (lambda: clips(claim()), "expected experiments.ClipClaim here"),
-    ],
-)
-def test_a_claim_of_the_other_kind(made, message):
-    with pytest.raises(UsageError, match=message):
-        registry.check_claims(made(), "mine.py")
 
 
 def test_a_judge_decides():
@@ -158,21 +143,6 @@ def test_clips_that_a_claim_is_about():
     assert clips_claims.judge(of_emd, clip_rows, thresholds).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
     assert clips_claims.judge(clip_claim(models=("flow",)), clip_rows, thresholds).measured == "needs flow"
-
-
-def test_the_description_has_no_address():
-    text = to_json(experiment("C14", claim(source="my notebook")))
-    assert "function" not in text and " at 0x" not in text
-    assert '"says": "as I say"' in text and '"source": "my notebook"' in text
-
-
-def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path):
-    file = tmp_path / "mine.py"
-    file.write_text("def judge(rows, threshold):\n    return rows[0]['spiks']\n")
-    names: dict = {}
-    exec(compile(file.read_text(), str(file), "exec"), names)
-    verdict = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
-    assert verdict.outcome.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
 
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():

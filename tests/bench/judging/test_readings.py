@@ -3,19 +3,16 @@
 import dataclasses
 from pathlib import Path
 
-import pyarrow as pa
 import pytest
 
-from experiments import Figure
 from experiments.bench import registry
 from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips.claims import paper_claims
-from experiments.bench.clips.figure import draw
 from experiments.bench.clips.judging import ASSUMED, compared
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.claims import bears_on, used_to_choose
+from experiments.bench.judging.claims import bears_on
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import claims
 from experiments.bench.reproduction.page import cards
@@ -38,7 +35,6 @@ from tests.helpers.paper import first
 
 CLAIMS = paper_claims()
 
-T = {"dsnn": 0.16, "dsn2017": 0.16, "emd": None}
 SUDDEN, SOFT = "sudden starts, 100 cm/s2", "soft starts, 10 cm/s2"
 COUNTS = {2.0: 10, 4.0: 30, 6.0: 60, 10.0: 40}
 """Spikes of a crossing: C15 holds of them."""
@@ -90,17 +86,6 @@ def row_of(reading_chapters, reading, claim):
         for row in chapter.rows
         if row.claim == claim
     )
-
-
-def test_every_reading_that_was_chosen_is_told_with_each_of_its_claims(evidence):
-    reading_chapters = chapters(evidence[0])
-    assert [chapter.reading for chapter in reading_chapters] == list(READINGS)
-    for claim in claim_ids(PAPER):
-        for reading in used_to_choose(claim):
-            assert reading.used and claim in bears_on(reading)
-    for chapter in reading_chapters:
-        assert [row.claim for row in chapter.rows] == list(bears_on(chapter.reading))
-        assert chapter.rows and all(len(row.others) == len(chapter.reading.others) for row in chapter.rows)
 
 
 def test_every_other_reading_has_a_source():
@@ -162,19 +147,6 @@ def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evide
     assert set(START_ACCELERATION.others) == {SUDDEN, SOFT}
 
 
-def test_nothing_run_of_the_other_readings_is_said_so(evidence):
-    whole, _ = evidence
-    without = [
-        dataclasses.replace(replicate, rows=tuple(row for row in replicate.rows if row["model"] != FALLING))
-        for replicate in whole.replicates
-    ]
-    bare = dataclasses.replace(whole, shows=[], moved={}, replicates=without)
-    for chapter in chapters(bare):
-        for row in chapter.rows:
-            if chapter.reading.id != "whole_crossing":
-                assert all(side.verdict == NOT_RUN and side.held for side in row.others)
-
-
 def test_every_claim_has_a_mechanism_and_those_about_other_models_what_is_assumed(evidence):
     for claim in evidence[1]:
         assert all(cards.mechanism_of(claim, ["ensembles"], {}))
@@ -183,12 +155,6 @@ def test_every_claim_has_a_mechanism_and_those_about_other_models_what_is_assume
     by_id = {claim.id: cards.mechanism_of(claim, ["ensembles"], {}) for claim in evidence[1]}
     assert list(by_id) == list(claim_ids(PAPER)) and by_id["C15"][0] == "ensembles"
     assert by_id["C17"][0] == "angular-approach", "approach-mechanism is not there"
-
-
-def test_a_mechanism_is_named_where_its_experiment_was_run(evidence):
-    c17 = next(claim for claim in evidence[1] if claim.id == "C17")
-    name, what = cards.mechanism_of(c17, ["approach-mechanism"], {})
-    assert name == "approach-mechanism" and what.startswith("excitation and inhibition")
 
 
 # Constants of other models.
@@ -238,16 +204,3 @@ def test_a_study_of_constants_says_with_which_a_claim_holds():
     (row,) = counts.tables["With which constants each claim holds"]
     assert "1 of 2 choices of the constants tried let it hold" in row["over all choices"]
     assert "it holds with spacing = 4; it does not with spacing = 1" in row["over all choices"]
-
-
-def test_the_figure_of_ranges_has_a_bar_for_each_model_and_both_kinds_of_clip():
-    rows = [*speed_responses(), *enough("C11")]
-    drawn = draw(Figure("ranges"), rows, pa.table({}), {"dsnn": 0.16, "emd": None}, "constants-emd")
-    (axes,) = drawn.axes
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["dsnn", "emd"]
-    bars = [line for line in axes.lines if line.get_marker() == "|"]
-    assert len(bars) == 4, "an object crosses, and the background alone"
-    across = [
-        max(row["peak_hs"], -row["trough_hs"]) for row in rows if row["model"] == "emd" and row["object"] != "absent"
-    ]
-    assert list(bars[1].get_xdata()) == [min(across), max(across)]

@@ -2,8 +2,6 @@
 
 import itertools
 
-import pytest
-
 from experiments import Outcome
 from experiments.bench.judging.count import REASONS, Count
 from experiments.bench.judging.verdict import Verdict, together
@@ -39,15 +37,6 @@ def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     assert verdict.count == Count(1, 1, {"not shown": 1})
     broken = Outcome("not shown", "m", trouble="line 3")
     assert Verdict.of(("C1", "says", "source"), [outcomes[1], broken]).trouble == "line 3"
-
-
-@pytest.mark.parametrize("word", ["holds", "fails", *REASONS])
-def test_a_verdict_that_its_count_contradicts_is_refused(word):
-    """The first replicate is one of those counted: a claim that fails there cannot have held in all of them."""
-    for other in {"holds", "fails", *REASONS} - {word}:
-        counted = Verdict.of(("C1", "says", "source"), [Outcome(other, "m")] * 20).count
-        with pytest.raises(ValueError, match=f"claim C1: {word} in the first replicate, and not in"):
-            Verdict("C1", "says", "source", Outcome(word, "m"), counted)
 
 
 def test_an_outcome_that_is_withheld_keeps_what_was_measured():

@@ -19,7 +19,6 @@ from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import COMPARED, choose, shown_models
 from experiments.bench.judging.statistics import area_under_roc, median_interval
-from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard import run as board
 from experiments.bench.leaderboard.kinds import DIRECTION, Ranking
 from experiments.bench.leaderboard.looming_stimuli import looming_experiments
@@ -228,11 +227,6 @@ def test_a_model_that_raises_is_not_timed(tmp_path):
     assert len(taken["emd"]) == ROUNDS and min(taken["emd"]) > 0
 
 
-def test_the_figure_draws_a_board_of_dashes():
-    drawn = leaderboard_figure.draw(Ranking(DIRECTION, [Standing("a", dict.fromkeys(MEASURES))]), 1)
-    assert len(drawn.axes) == 4
-
-
 def example():
     """The model of docs/your-own-model.md."""
     return user_files.MODEL
@@ -295,26 +289,6 @@ def test_the_number_of_workers_changes_nothing_but_the_times(tmp_path, monkeypat
         board.run(tmp_path / f"{workers}", ["emd", "lgmd1"], 1, 3, Resources(workers, quiet=True))
     for name in ("leaderboard.csv", "looming.csv"):
         assert written(tmp_path / "1", name) == written(tmp_path / "2", name)
-
-
-def test_a_wrong_use_is_told_in_one_line(colias_here):
-    done = colias_here("leaderboard", "--only", "--model", "dsn")
-    assert done.returncode == 2 and "nearest: dsnn" in done.stderr and done.stderr.count("\n") == 1
-    assert not list(colias_here.folder.iterdir()), "nothing is made"
-
-
-@pytest.mark.parametrize(
-    ("models", "repeats", "seed", "says"),
-    [
-        (["emd"], 0, 0, "--repeats 0"),
-        (["emd"], 1, -1, "--seed -1"),
-        (["none.py"], 1, 0, "none.py: no such file"),
-    ],
-)
-def test_what_cannot_be_run_is_refused_before_anything_is_made(tmp_path, models, repeats, seed, says):
-    with pytest.raises(UsageError, match=says):
-        board.run(tmp_path / "out", models, repeats, seed, Resources(0, quiet=True))
-    assert not list(tmp_path.iterdir())
 
 
 def test_an_answer_that_is_no_number_fails_by_name(tmp_path):

@@ -96,25 +96,3 @@ def test_a_model_that_breaks_is_told_and_the_session_lives(film: str, tmp_path: 
     session.choose_models(["dsnn"])
     assert hs(session, 3)
     session.close()
-
-
-@pytest.mark.parametrize("source, reason", [("no-such.mp4", "no such file"), ("97", "camera 97: cannot be opened")])
-def test_what_cannot_be_shown_is_one_line(source: str, reason: str, capsys: pytest.CaptureFixture[str]):
-    with pytest.raises(UsageError, match=reason) as refusal:
-        FootageSession(source, ["dsnn"])
-    assert "\n" not in str(refusal.value)
-
-
-def test_nothing_is_recorded_and_the_refusal_says_what_records(film: str):
-    session = FootageSession(film, ["dsnn"])
-    with pytest.raises(UsageError, match=r"colias watch .*--record"):
-        session.record()
-    for refused in (
-        lambda: session.change("dsnn", "t_sp", "-1"),
-        lambda: session.choose_models(["no-such-model"]),
-        lambda: FootageSession(film, ["dsnn"], ["scene.light=0.5"]),
-    ):
-        with pytest.raises(UsageError):
-            refused()
-    assert hs(session, 3) and not session.values
-    session.close()

@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ import numpy as np
 import pytest
 
 from experiments.bench.cli.main import command
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.live import run
 from experiments.bench.live.arena import ArenaSession
 from experiments.bench.live.footage import FootageSession
@@ -268,103 +266,3 @@ def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
         until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
         again = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
         assert again == drawn
-
-
-@needs_viser
-@pytest.mark.filterwarnings("default")
-def test_malformed_messages_change_nothing():
-    import msgspec
-    import viser
-    from viser import _messages
-    from websockets.exceptions import ConnectionClosed
-    from websockets.sync.client import connect
-
-    def encoded(message: Any) -> bytes:
-        return msgspec.msgpack.encode(message.as_serializable_dict())
-
-    camera = _messages.ViewerCameraMessage(
-        (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.1, 9.0, 600, 800, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    )
-    dial = partial(
-        connect, f"ws://{run.LOOPBACK}:{PORT + 1}", subprotocols=[f"viser-v{viser.__version__}"],
-        max_size=None, max_queue=None, ping_interval=None,
-    )  # fmt: skip
-    with serving(PORT + 1, dsnn) as page:
-        session = page.session
-        page.inputs.ask(lambda: session.drive("stimulus", 1.0))
-        until(lambda: session.trial.seen > 5)
-        page.inputs.ask(lambda: page.time("step"))  # it stands still, so that a frame is none of theirs
-        until(lambda: page.paused and not page._steps)
-        controls = [handle for handle, _ in page.inputs._controls]
-        values = [handle.value for handle in controls]
-        trial, models, settings = session.trial, session.models, dict(session.settings)
-        refused: list[str] = []
-        page.inputs._tell = refused.append
-        for garbage in (b"", b"\xff\xfe", b"not a message", "text", b"\x00" * 1000, b"\x81\xa4type\xa3all"):
-            with dial() as client:
-                client.send(encoded(camera))
-                try:
-                    client.send(garbage)
-                    client.recv(timeout=0.2)
-                except (ConnectionClosed, TimeoutError):
-                    pass
-        numbers = [handle for handle in controls if isinstance(handle.value, int | float) and handle.value is not True]
-        numbers = [handle for handle in numbers if handle.value is not False]
-        texts = [handle for handle in controls if isinstance(handle.value, str)]
-        assert len(numbers) > 20 and len(texts) > 5
-        with dial() as client:
-            client.send(encoded(camera))
-            until(lambda: page.server.get_clients())
-            for handle, value in [*((n, -1e300) for n in numbers), *((t, "/etc/passwd") for t in texts)]:
-                count, before = len(refused), handle.value
-                client.send(encoded(_messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})))
-                until(lambda count=count: len(refused) > count, f"{handle.label} took {value}")
-                until(lambda handle=handle, before=before: handle.value == before, f"{handle.label} kept {value}")
-                time.sleep(0.02)  # the other controls are looked at after it
-            for updates in ({"value": []}, {"value": "x"}, {"no_such": 1.0}):
-                client.send(encoded(_messages.GuiUpdateMessage(numbers[0]._impl.uuid, updates)))
-            client.send(encoded(_messages.GuiUpdateMessage("no such control", {"value": 1.0})))
-            client.send(encoded(_messages.CommandTriggerMessage("no such command")))
-            nan = float("nan")
-            for ray in ((nan, nan, nan), (0.0, 0.0, 1.0), (1e300, 0.0, -1e-300)):
-                client.send(encoded(_messages.ScenePointerMessage("click", (0.0, 0.0, 1.0), ray, ((0.5, 0.5),), None)))
-            client.send(
-                encoded(_messages.TransformControlsUpdateMessage("/handle", (1.0, 0.0, 0.0, 0.0), (1e9, nan, 0.0)))
-            )
-            until(lambda: sum("cm" in line or "finite" in line for line in refused[len(numbers) + len(texts) :]) >= 2)
-        assert [handle.value for handle in controls] == values
-        assert not [line for line in refused if "\n" in line]
-        assert (session.trial, session.models, session.settings, session.values) == (trial, models, settings, {})
-        page.inputs.ask(lambda: page.time("pause"))
-        frame = session.trial.seen
-        until(lambda: session.trial.seen > frame + 5)  # it goes on
-        assert [c.speed_cm_s for c in session.hand().commands] == [8.0]
-
-
-@needs_viser
-@pytest.mark.filterwarnings("default")
-def test_a_control_that_a_message_spoilt_does_not_end_the_session():
-    """viser lets a message set any attribute of a control's state."""
-    with serving(PORT + 6, dsnn) as page:
-        until(lambda: page.session.number > 3)
-        handle = page.inputs._controls[0][0]
-        handle._impl.gui_api = 0
-        handle._impl.value = "spoilt"
-        page.inputs.ask(lambda: page.session.drive("stimulus", 1.0))
-        frame = page.session.number
-        until(lambda: page.session.number > frame + 5)
-        assert page.session.hand().commands
-
-
-def test_without_viser_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *rest: None if name == "viser" else find(name, *rest))
-    with pytest.raises(UsageError, match=r"needs viser, which is not installed: run 'sh tools/setup.sh --live'"):
-        run.require_viser()
-
-
-def test_only_this_machine_is_no_reason_for_a_warning():
-    assert run.check_host("127.0.0.1", PORT + 2) == ""
-    assert "nothing protects it" in run.check_host("0.0.0.0", PORT + 2)
-    with pytest.raises(UsageError, match="--host nowhere"):
-        run.check_host("nowhere", PORT + 2)

@@ -172,10 +172,3 @@ def test_robots_stop_before_the_wall_and_before_each_other():
     hs(session, 150)
     stimulus = robots["stimulus"].pose
     assert (stimulus.x**2 + stimulus.y**2) ** 0.5 < 0.45
-
-
-@pytest.mark.parametrize("value", [{"live": {}}, {"live": {"frames": 10**9}}, {"live": "x"}])
-def test_a_visit_that_no_session_recorded_is_refused_in_one_line(value):
-    with pytest.raises(UsageError) as refusal:
-        visit.declared(value, "experiment.json")
-    assert "\n" not in str(refusal.value)

@@ -17,7 +17,7 @@ from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.columns import POSES
 from experiments.bench.robot.trial import forget_simulations
-from experiments.bench.store.pictures import pictures, write_pictures
+from experiments.bench.store.pictures import pictures
 
 UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "wall_s"}
 """What no robot can know."""
@@ -229,39 +229,6 @@ def test_a_looming_detector_s_spikes_are_none_below_0(tmp_path):
         taken(log, tmp_path / "run")
 
 
-def test_pictures_that_are_not_a_trial_s_frames(tmp_path):
-    """Two of one number, and a header that tells of more pixels than can be."""
-    log, frames = written(tmp_path, repeats=1), tmp_path / "frames"
-    blank = np.zeros((FRAMES, 72, 99), np.uint8)
-    for trial in range(2):
-        write_pictures(frames / f"trial-{trial:04d}", blank, ".pgm")
-    (frames / "trial-0001" / "3.pgm").write_bytes((frames / "trial-0001" / "000003.pgm").read_bytes())
-    with pytest.raises(UsageError, match=r"trial-0001/3.pgm: 000003.pgm has that number too: which is frame 3\?"):
-        taken(log, tmp_path / "run", "--frames", frames)
-    (frames / "trial-0001" / "3.pgm").unlink()
-    (frames / "trial-0001" / "000003.pgm").write_bytes(b"P5 99999 99999 255\n")
-    with pytest.raises(UsageError, match=r"trial-0001/000003.pgm: no picture that can be read"):
-        taken(log, tmp_path / "run", "--frames", frames)
-    assert not list(tmp_path.glob("run*"))
-
-
-def test_a_run_has_a_name(tmp_path, monkeypatch):
-    (tmp_path / "here").mkdir()
-    log = written(tmp_path)
-    monkeypatch.chdir(tmp_path / "here")
-    with pytest.raises(UsageError, match=r"^\.: legal is a path that ends in the name"):
-        taken(log, ".")
-
-
-def test_notes_name_the_folder_that_is_there(tmp_path, capsys):
-    """And not the part that it was written in."""
-    head = [*HEAD, "model"]
-    lines = {1: head, **{2 + i: [0, 20, (i + 1) / 30, 0.1, 1, "emd"] for i in range(FRAMES)}}
-    lines |= dict.fromkeys(range(1 + 4 * FRAMES, 1 + FRAMES, -1))
-    taken(written(tmp_path, lines=lines), tmp_path / "run", "--no-recordings")
-    assert f"note: {tmp_path / 'run'}: emd returns hs_spikes" in capsys.readouterr().err
-
-
 NUMBERS = (
     "0_1", "1e-0_1", "0x1", "inf", "-inf", "nan", "1e400", "\u0660.\u0665", "\uff10.\uff15", "1,5", "0.1.", "e1", "--1",
     "0.1f", "1d0", "True", "\u00bd", "1" * 400,
@@ -294,13 +261,6 @@ def test_another_separator_is_told_in_a_line(separator, message, tmp_path):
     with pytest.raises(UsageError, match="line 1: the columns are separated by ") as refused:
         taken(log, tmp_path / "run")
     assert message in str(refused.value) and "legal are commas" in str(refused.value) and len(str(refused.value)) < 300
-
-
-def test_an_unknown_column_is_told_in_a_line(tmp_path):
-    log = written(tmp_path, lines={1: [*HEAD[:4], "x" * 3000]})
-    with pytest.raises(UsageError, match="line 1: unknown column 'xxx") as refused:
-        taken(log, tmp_path / "run")
-    assert len(str(refused.value)) < 800
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import re
-import shutil
-import subprocess
 
 import pyarrow.parquet as pq
 import pytest
@@ -27,9 +25,6 @@ from tests.bench.judging.test_replicates import rows_of
 from tests.helpers import user_files
 from tests.helpers.inside import inside
 from tests.helpers.paper import design, every
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-
 
 OWN = ("--model", "my_model.py", "--experiment", "my_experiment.py")
 
@@ -185,65 +180,6 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     assert (run / "out" / "replicates" / "trials.parquet").read_bytes() == before
     other = inside(run, (*command, "--seed", "3"))
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
-
-
-PROBE = """<!doctype html><title>waiting</title>
-<iframe id="page" src="report.html" width="{width}" height="900"></iframe>
-<script>
-document.getElementById("page").onload = event => {{
-  const page = event.target.contentDocument, body = page.documentElement;
-  page.querySelectorAll("details").forEach(e => {{ e.open = true; }});
-  const pictures = [...page.images], overflow = body.scrollWidth - {width};
-  const wide = [...page.querySelectorAll("body *")].filter(
-    e => e.getBoundingClientRect().right > {width} + 1 && !e.closest(".wide, .view, pre"));
-  const figure = page.querySelector(".plate"), before = figure.querySelector(".view").getBoundingClientRect().width;
-  event.target.contentWindow.location.hash = figure.id;
-  const after = figure.querySelector("img").getBoundingClientRect().width;
-  document.title = JSON.stringify({{
-    heading: page.querySelector("h1").innerText, overflow, wide: wide.map(e => e.outerHTML.slice(0, 80)),
-    pictures: pictures.length, drawn: pictures.filter(p => p.complete && p.naturalWidth > 0).length,
-    claims: page.querySelectorAll(".claim").length, tiles: page.querySelectorAll(".tile").length,
-    figures: page.querySelectorAll(".plate").length, seen: page.querySelectorAll("#overview .strip").length,
-    before, after, scrolls: figure.scrollWidth > figure.clientWidth,
-  }});
-}};
-</script>"""
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
-@pytest.mark.parametrize("width", [390, 1280])
-def test_the_page_in_a_browser(reproduced, width, tmp_path):
-    """In Chromium, without a network, as wide as a phone and as a desk: everything drawn, nothing sticks out."""
-    run, _ = reproduced
-    probe = run / "out" / f"probe-{width}.html"
-    probe.write_text(PROBE.format(width=width))
-    command = [
-        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-        "--disable-background-networking", "--disable-component-update", "--disable-sync",
-        "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files", f"--user-data-dir={tmp_path}",
-        "--window-size=1400,1000", "--virtual-time-budget=20000", "--dump-dom", probe.as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    seen = json.loads(re.search(r"<title>(.*?)</title>", done.stdout).group(1).replace("&quot;", '"'))
-    assert "claims hold" in seen["heading"]
-    assert seen["overflow"] <= 0 and not seen["wide"]
-    assert seen["claims"] == seen["tiles"] == len(claim_ids())
-    # A figure for each experiment, one's own too, and each of three envs.
-    assert seen["figures"] == len(planned(QUICK, 0).plans) + 1 + len(QUICK.offline) + 3
-    assert seen["drawn"] == seen["pictures"] > seen["figures"]
-    assert seen["seen"] == 4, "frames of the four conditions of the first experiment"
-    assert seen["before"] <= width and seen["after"] >= 1024, "a figure's link opens it large"
-    assert seen["scrolls"] == (width < 1024)
-
-
-@pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])
-def test_an_experiment_s_name_that_is_taken_is_one_line(colias_here, name):
-    text = user_files.EXPERIMENT.replace('"my_experiment"', f'"{name}"')
-    (colias_here.folder / "mine.py").write_text(text)
-    done = colias_here("reproduce", "--quick", "--experiment", "mine.py", "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert f"--experiment {name}: that name is taken" in done.stderr
-    assert not (colias_here.folder / "out").exists()
 
 
 def test_a_claim_is_judged_on_the_trials_of_its_own_experiments_throughout():

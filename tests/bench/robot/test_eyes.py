@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.pictures.eyes import both, through
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.recording import exposing, layout, record
@@ -56,27 +55,3 @@ def test_the_eyes_have_size_and_clock_in_common():
     run_plan = both(planned("camera.width=50", "camera.fps=25"))
     result = run_trial(run_plan.specs()[0], keep_media=True)
     assert {frames.shape[1:] for frames in result.media.pictures.values()} == {(72, 50)}
-
-
-def test_the_true_eye_twice_is_refused():
-    with pytest.raises(UsageError, match="--eyes both: the camera is that of preset ov7670 already"):
-        both(planned("camera.preset=ov7670"))
-
-
-@pytest.mark.parametrize("change", ["camera.fps=60", "camera.height=1080"])
-def test_a_size_or_clock_that_the_true_eye_cannot_have_is_refused_in_a_line(change):
-    with pytest.raises(UsageError) as refused:
-        both(planned(change))
-    message = str(refused.value)
-    assert message.startswith("--eyes both: ") and change in message and "\n" not in message
-    assert "rows have to be read within a frame" in message
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(["distance", "--eyes", "three"], "--eyes three: legal is one, both"),
-     (["clean", "--eyes", "both"], "--eyes both: clean shows clips, which no camera sees")],
-)  # fmt: skip
-def test_bad_eyes_are_refused_in_a_line(colias_here, arguments, message):
-    done = colias_here("run", *arguments, "--out", "run")
-    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pytest
 import rerun as rr
 
 import experiments
@@ -130,30 +129,6 @@ def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
         assert len(state.recordings) == 2
         assert {"/scene", "/camera", "/potential/dsnn", "/maps/p"} <= {view.origin for view in state.views}
         assert not [view.reports for view in state.views if view.reports]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "why"),
-    [
-        (("speed", "--viewer", "nowhere"), "legal is HOST:PORT"),
-        (("speed", "--viewer", f"127.0.0.1:{viewer.free_port()}"), "no Rerun viewer listens there"),
-        (("edges", "--live"), "shows clips"),
-        (("speed", "--live", "--cluster", "tcp://127.0.0.1:1"), "--workers, not --cluster"),
-    ],
-)
-def test_what_cannot_be_streamed_is_refused_in_a_line(arguments, why, colias_here):
-    refused = colias_here("run", *arguments, "--out", "out")
-    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1), refused.stderr
-    assert why in refused.stderr and not (colias_here.folder / "out").exists()
-
-
-def test_where_there_is_no_screen_it_says_what_to_do(colias_here, monkeypatch):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(viewer, "PORT", viewer.free_port())
-    refused = colias_here("run", "speed", "--live", "--out", "out")
-    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
-    assert "needs a screen" in refused.stderr and "colias view RUN --web" in refused.stderr
 
 
 def test_a_run_streams_its_trials(colias_here, tmp_path):

@@ -12,7 +12,6 @@ import pytest
 import experiments
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
-from experiments import Experiment, General, Translation
 from experiments.bench import registry
 from experiments.bench.figures.palette import lanes
 from experiments.bench.reproduction import replicates
@@ -185,23 +184,6 @@ def test_distances_have_no_common_window(colias):
 
 
 # --- declarations -----------------------------------------------------------------------------------------------------
-
-WRONG = {
-    "models=()": {"models": ()},
-    "models='dsnn'": {"models": "dsnn"},
-    "models[1] is 3": {"models": ("dsnn", 3)},
-    "figure='bars': legal is spikes, mechanism": {"figure": "bars"},
-    "figure='mechanism': legal where": {"figure": "mechanism", "design": General(), "varies": "motion"},
-}
-
-
-@pytest.mark.parametrize("message", WRONG)
-def test_a_declaration_that_cannot_be_run(message):
-    usual = {"design": Translation((30.0,), (8.0,)), "varies": "speed_cm_s"}
-    with pytest.raises(ValueError, match="experiment mine: ") as error:
-        Experiment("mine", "mine", **{**usual, **WRONG[message]})
-    assert message in str(error.value) and "\n" not in str(error.value)
-
 
 COMPARING = """
 from experiments import Check, Claim, Experiment, Outcome, Translation, decide

@@ -146,38 +146,6 @@ def test_what_no_robot_can_do_is_refused_before_any_trial(name):
     assert "\n" not in str(caught.value)
 
 
-def jumping(t, calls=[]):  # noqa: B006 - on purpose: another answer each time
-    calls.append(t)
-    return len(calls), t
-
-
-@pytest.mark.parametrize(("make", "words"), [
-    (lambda: Leg(5, 6, seconds=1), "seconds=1 beside length_cm=5"),
-    (lambda: Leg(5), "speed_cm_s=0 over length_cm=5"),
-    (lambda: Leg(5, -6), r"speed_cm_s=-6: legal is a number from 0 to 100"),
-    (lambda: Leg(turn_deg=90), "seconds=0 with turn_deg=90"),
-    (lambda: Path([]), "legs=.*one or more"),
-    (lambda: Path.of_time(3, 1.0), "legal is a function of the time"),
-    (lambda: Path.of_time(lambda t: 1 / 0, 1.0), "at 0 s it raises ZeroDivisionError"),
-    (lambda: Path.of_time(lambda t: (math.nan, t), 1.0), "legal are finite numbers"),
-    (lambda: Path.of_time(lambda t: (8.0, 0.0), 1.0), "never moves"),
-    (lambda: Path.of_time(jumping, 1.0), "answers otherwise when it is asked again"),
-    (lambda: Condition.along("translation", crossing()), "a name of its own"),
-    (lambda: Condition("zig-zag", "rightward", 6, 8), "or a name of its own for a path"),
-    (lambda: Condition.along("mine", crossing(), acceleration_cm_s2=5), r"legs\[0\]\.to_cm_s=20 .* legal is up to acc"),
-    (lambda: Condition.along("mine", Path([Leg(seconds=1)])), "the stimulus has to move"),
-])  # fmt: skip
-def test_a_path_that_means_nothing_is_refused_where_it_is_made(make, words):
-    with pytest.raises(ValueError, match=words):
-        make()
-
-
-def test_two_paths_of_one_name_are_told_apart():
-    pair = [Condition.along("mine", path) for path in (crossing(6, 6), crossing(6, 6, y_cm=10.5))]
-    with pytest.raises(ValueError, match="give each a motion with a name of its own"):
-        Experiment("mine", "", Declared(tuple(pair)), "motion", 1)
-
-
 def test_an_acceleration_that_nobody_sees_is_named():
     quick = Condition("translation", "rightward", 6.0, 8.0, acceleration_cm_s2=50.0)
     (note,) = notes(planned(quick))

@@ -8,7 +8,6 @@ import pytest
 from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.reproduction.page.cards import detectors_text
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.robot.plan import plan
@@ -84,14 +83,6 @@ def test_the_default_is_one_of_the_presets(name):
     assert MODELS[name].robot in MODELS[name].robot.presets().values()
 
 
-def test_a_preset_that_there_is_not_is_refused_with_those_there_are():
-    experiment = registry.load("angular-approach")
-    with pytest.raises(UsageError, match="--model lgmd1:preset=robot: preset=robot: legal is paper, firmware, arena"):
-        plan(experiment, ["lgmd1:preset=robot"], (), 1, 0)
-    with pytest.raises(UsageError, match="lplc2 has no parameter 'preset'"):
-        plan(experiment, ["lplc2:preset=paper"], (), 1, 0)
-
-
 def plan_of(repeats=4, seed=0, replicates=1):
     return run.planned(dataclasses.replace(STUDY, repeats=repeats, replicates=replicates), seed)
 
@@ -159,23 +150,6 @@ def test_a_trial_that_failed_leaves_the_replicate_unjudged():
     plan = plan_of()
     rows = [row for row in rows_in(plan, COUNTS) if row["trial"] > 0]
     assert Counts(plan, rows).cell("C21", "lgmd2", arena="bright").count.unjudged == {"not shown": 1}
-
-
-@pytest.mark.parametrize(
-    ("counts", "message"),
-    [
-        ({0.0: 0, 15.0: 0, 30.0: 0}, "silent at every angle: its potential peaks at 0.690"),
-        ({0.0: 98, 15.0: 99, 30.0: 100}, "spikes in nearly every frame"),
-        (
-            {0.0: 5, 15.0: 6, 30.0: 8},
-            "8.0 spikes at 30 degrees, 5.0 straight ahead; moving edge there +20.0%",
-        ),
-    ],
-)
-def test_a_cause_is_told_in_numbers(counts, message):
-    plan = plan_of()
-    row, _ = table_of(Counts(plan, rows_in(plan, counts)), "lgmd1")
-    assert row["held"] == 0 and row["why it fails"].startswith(message)
 
 
 def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path):

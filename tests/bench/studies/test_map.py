@@ -20,7 +20,7 @@ from experiments.bench.judging.checks import MARGIN
 from experiments.bench.judging.count import REASONS
 from experiments.bench.robot.judging import DEPTH
 from experiments.bench.studies import figure, run
-from experiments.bench.studies.counts import TOGETHER, Counts, in_digits, regions
+from experiments.bench.studies.counts import TOGETHER, Counts, regions
 from experiments.bench.studies.study import Axis, Level, Study
 from tests.helpers.chapters import CHAPTERS, blocks
 
@@ -93,16 +93,6 @@ def test_counts_are_those_of_judging_by_hand(whole):
         by_hand = {"C13": silent, "C19": fewest and wider, TOGETHER: silent and fewest and wider}
         assert held == {claim: str(int(holds)) for claim, holds in by_hand.items()}
     assert {row["holds"] for row in map_rows} == {"0", "1"}  # the thresholds tell the points apart
-
-
-def test_the_terminal_says_how_large_the_region_is(whole):
-    folder, printed = whole
-    for claim in ("C13", "C19"):
-        held = sum(row["holds"] == "1" for row in table(folder) if row["claim"] == claim)
-        assert f"{claim} holds in the one replicate at {held} of 2 points ({held / 2:.0%})" in printed
-    held = sum(row["holds"] == "1" for row in table(folder) if row["claim"] == TOGETHER)
-    assert f"all claims together hold in the one replicate at {held} of 2 points" in printed
-    assert (folder / "map.png").read_bytes()[:4] == b"\x89PNG" and (folder / "map.svg").exists()
 
 
 def test_the_deciding_number_is_that_of_the_trials(whole):
@@ -362,57 +352,9 @@ def test_experiments_and_claims_of_a_users_own(tmp_path):
 OVER = ("--over", "dsnn.n_con=4,8")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("general",), "--over"),
-        (("general", *OVER, "--claims", "C99"), "--claims C99: unknown claim; declared there are C13, C14"),
-        (("general", *OVER, "--claims", "C13,C15"), "--claims C15: not declared by general"),
-        (("general", *OVER, "--claims", ","), "C13,C19"),
-        (("angular-approach", *OVER, "--claims", "C21"), "looming"),
-        (("general", *OVER, "--over", "dsnn.d=1,2", "--over", "dsnn.n_p=0,2"), "3 axes; a map has 1 or 2"),
-        (("general", "--over", "dsnn.n_kon=4,8"), "no parameter 'dsnn.n_kon'"),
-        (("general", "--over", "experiment.angles_deg=15"), "no parameter 'experiment.angles_deg'"),
-        (("general", "--over", "dsnn.n_con=4,99"), "from 1 to 64"),
-        (("general", "--over", "dsnn.d.first=1,2"), "dsnn.d has one value"),
-        (("general", "--over", "dsnn.tau_s.last=100,x"), "number"),
-        (("general", "--over", "dsnn.d=1,2", "--over", "dsnn.d+dsnn.n_p=1,2"), "moved twice"),
-        (("general", "--over", "dsnn.d+=1,2"), "--over dsnn.d+: a parameter is missing beside '+'"),
-        (("general", "--over", "dsnn.tau_s=1", "--over", "dsnn.tau_s.first=1,2"), "moved twice"),
-        (("general", "--over", "scene.arena=bright,brigth"), "nearest: bright"),
-        (("general", *OVER, "--over", "dsnn.n_con=6"), "twice"),
-        (("general", *OVER, "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over dsnn.n_con=4,8 sets that"),
-        (("general", "--over", "dsnn.d+dsnn.n_con=1,2", "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over"),
-        (
-            ("clutter-contrast", "--over", "cluttered.grey=9,99", "--set", "cluttered.grey=5"),
-            "--set cluttered.grey=5: ",
-        ),
-        (("general", *OVER, "--model", "dsnn:n_con=6"), "--model dsnn:n_con=6 has settled that"),
-        (("general", *OVER, "--repeats", "4"), "--repeats 4: C13 needs at least 5 trials of each condition"),
-        (("general", *OVER, "--replicates", "0"), "--replicates 0"),
-        (("general", *OVER, "--set", "experiment.nothing=1"), "no parameter 'experiment.nothing'"),
-        (("general,general", *OVER), "experiment general: it is there twice"),
-        ((",", *OVER), "EXPERIMENT"),
-        (("general", "--over", "experiment.acceleration_cm_s2=5,17", "--set", "experiment.speed_cm_s=15"), "cm/s"),
-    ],
-)
-def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError) as caught:
-        main.command(["map", *arguments, "--workers", "0"])
-    message = str(caught.value)
-    assert says in message and "\n" not in message, message
-    assert not list(tmp_path.rglob("experiment.json"))
-
-
 def test_a_folder_that_holds_a_map_is_not_written_over(whole, colias):
     folder, _ = whole
     before = (folder / "counts.csv").read_bytes()
     done = colias("map", "general", *OVER, "--claims", "C14", "--out", str(folder))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert (folder / "counts.csv").read_bytes() == before
-
-
-@pytest.mark.parametrize(("value", "words"), [(122.5, "122.5"), (242.0, "242"), (0.03812, "0.0381"), (-130.04, "-130")])
-def test_a_number_of_a_map_is_not_rounded_to_another_spike(value, words):
-    assert in_digits(value) == words

@@ -12,7 +12,6 @@ import pytest
 from dsnn import DSNN
 from dsnn.stimuli import stimulus
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
 from experiments.bench.studies import figure
 from experiments.bench.studies.counts import Counts, reaches
@@ -252,39 +251,3 @@ def test_a_robot_s_peak_speed_is_that_of_its_trials(tmp_path):
 
 
 # --- wrong uses -------------------------------------------------------------------------------------------------------
-
-NET = ("--over", "dsnn.n_con=4,8")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("ensembles", *NET, "--measure", "peak-speed"), "unknown measure; known are peak-speed-potential"),
-        (("ensembles", *NET, "--measure", ","), "--measure: expected names"),
-        (("general", *NET, "--measure", "peak-speed-count"), "it needs rightward crossings at 3 speeds or more"),
-        (("distance", *NET, "--measure", "peak-speed-count"), "3 speeds or more, all else equal; distance has none"),
-        (("ensembles", *NET, "--measure", "peak-hs"), "--measure peak-hs: it needs clips"),
-        (("clutter-translation", *NET, "--measure", "peak-speed-count"), "it needs rightward crossings"),
-        (("clutter-depth", *NET, "--measure", "peak-hs"), "it needs clips of an object that moves rightward"),
-        (("speed", "--over", "experiment.speeds_cm_s=4,6", "--measure", "peak-speed-count"), "speed has none at"),
-        (("ensembles", *NET, "--model", "lgmd1", "--measure", "peak-speed-count"), "lgmd1 does not"),
-        (("ensembles", *NET, "--claims", "C30"), "compares models with each other"),
-        (("clutter-translation", *NET, "--claims", "C13"), "C13: not declared by clutter-translation"),
-        (("general", *NET, "--claims", "C6"), "C6: not declared by general"),
-        (("clutter-translation", *NET, "--model", "emd", "--claims", "C6"), "it is about dsn2017, dsnn"),
-        (("clutter-translation", "--over", "cluttered.gray=0,255"), "no parameter 'cluttered.gray'"),
-        (("clutter-translation", "--over", "camera.read_noise=0,1"), "no parameter 'camera.read_noise'"),
-        (("clutter-translation", "--over", "cluttered.start=0,9000"), "--over cluttered.start=9000: legal is a number"),
-        (("clutter-translation", *NET, "--set", "cluttered.speed=0"), "--set cluttered.speed=0: legal is a number"),
-        (("clutter-translation", *NET, "--repeats", "5"), "a replicate has each clip once"),
-        (("general,clutter-translation", *NET), "general has a robot and clutter-translation is off-line"),
-        (("general", "--over", "cluttered.grey=0,255"), "no parameter 'cluttered.grey'"),
-    ],
-)
-def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError) as caught:
-        main.command(["map", *arguments, "--workers", "0"])
-    message = str(caught.value)
-    assert says in message and "\n" not in message, message
-    assert not list(tmp_path.rglob("experiment.json"))

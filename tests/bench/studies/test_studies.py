@@ -3,23 +3,18 @@
 import csv
 import dataclasses
 import json
-from functools import cached_property
 
 import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
-from experiments import Axis, Level, Study
 from experiments.bench.cli import main
 from experiments.bench.clips.claims import paper_claims
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.figures.plotting import WIDTH
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import plan as reproduction_plan
 from experiments.bench.reproduction import replicates
-from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.reproduction.plan import USUAL
 from experiments.bench.studies import figure, registry, run
-from experiments.bench.studies.counts import SIGNS, ClaimCell, Counts
+from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import EVERY_MODEL
 from experiments.bench.studies.replicates import replicate
 from experiments.bench.studies.stored import studies
@@ -182,18 +177,6 @@ def test_a_study_without_its_trials_is_judged_nowhere():
     assert {cell.outcomes[0].verdict for cell in counts.cells} == {"not shown"}
 
 
-def test_points_and_claims_are_a_matrix_on_the_page_and_in_the_figure():
-    plan = planned("sensitivity", repeats=5)
-    rows = [{**row, "model": row["model"]} for row in rows_of(plan.specs)]
-    counts = Counts(plan, rows)
-    section = study_section(json.loads(json.dumps(counts.described(), default=str)))
-    assert len(section.rows) == len(plan.judged) == 35 and section.claims[0] == "C13"
-    assert section.rows[0][0] == f"{DEFAULTS}, dsnn" and all(cell.same for cell in section.rows[0][1])
-    assert {cell.text for _, cells in section.rows for cell in cells} <= {"holds", "fails", "not shown"}
-    drawn = figure.draw(counts)
-    assert len(drawn.axes[0].texts) == 35 * len(section.claims)
-
-
 def test_a_study_without_models_judges_each_claim_on_those_that_it_is_about():
     """C21 is about looming detectors, C24 compares networks: a study of the DSNN alone refuses both."""
     plan = planned("fidelity", replicates=1, repeats=5, claims=("C14", "C21", "C24"), axes=(EYE,))
@@ -318,100 +301,3 @@ def test_spikes_over_a_grid_are_those_of_runs_alone(tmp_path, monkeypatch):
               if row["speed_cm_s"] == 20.0]  # fmt: skip
     (point,) = [r for r in rows if (r["dsnn.n_con"], r["camera.read_noise"], r["speed_cm_s"]) == ("4", "0.64", "20")]
     assert (float(point["value"]), int(point["n"])) == (sum(spikes) / 2, 2)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("study", "fidelitty"), "unknown study 'fidelitty'"),
-        (("study", "fidelity", "--model", "emd"), "--model: goes with model-claims"),
-        (("study", "background", "--repeats", "3"), "a replicate has each clip once"),
-        (("study", "model-claims", "--quick"), "model-claims and --quick"),
-        (("study", "model-claims", "--model", "dsnn"), "--model dsnn: no claims of its own paper"),
-        (("study", "fidelity", "--replicates", "0"), "--replicates 0"),
-        (("sweep", "speed", "--over", "dsnn.d=1,2"), "colias map EXPERIMENT --over KEY=V1,V2 --measure spikes"),
-        (("reproduce", "--fidelity"), "it is colias study fidelity now"),
-        (("reproduce", "--detectors", "--quick"), "it is colias study detectors now"),
-        (("reproduce", "--onboard"), "it is colias study onboard now"),
-        (("reproduce", "--models", "lplc2"), "it is colias study model-claims --model lplc2 now"),
-    ],
-)
-def test_a_wrong_use_and_an_old_spelling_end_in_one_line(arguments, says, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError) as caught:
-        main.command([*arguments])
-    assert says in str(caught.value) and "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("study", "says"),
-    [
-        (Study("s", "s", claims=("C16",), axes=(Axis("drive", (Level("a"),)),)), "the table of trials has that column"),
-        (Study("s", "s", claims=("C16",), axes=(Axis("x", (Level("a", ("scene.lihgt=1",)),)),)), "scene.lihgt"),
-        (Study("s", "s", claims=("C1",)), "no experiment with the robot declares it"),
-        (Study("s", "s", claims=("C99",)), "unknown claim 'C99'"),
-    ],
-)
-def test_a_study_that_cannot_be_planned_says_why(study, says):
-    with pytest.raises(UsageError, match=says):
-        run.planned(study)
-
-
-@pytest.mark.parametrize(
-    ("declare", "says"),
-    [
-        (lambda: Study("s", "s", replicates="two"), "replicates='two': legal is a whole number"),
-        (lambda: Study("s", "s", replicates=None), "replicates=None: legal is a whole number"),
-        (lambda: Study("s", "s", repeats=2.5), "repeats=2.5: legal is a whole number, or None"),
-        (lambda: Study("s", "s", claims="C13"), "claims='C13': legal is a tuple; a comma makes one: ('C13',)"),
-        (lambda: Level("dim", "scene.light=0.6"), "level dim: settings='scene.light=0.6': legal is a tuple"),
-        (lambda: Level("dim", models="emd"), "level dim: models='emd': legal is a tuple; a comma makes one: ('emd',)"),
-    ],
-)
-def test_a_study_that_cannot_be_declared_says_why(declare, says):
-    with pytest.raises(UsageError) as caught:
-        declare()
-    assert says in str(caught.value) and "\n" not in str(caught.value)
-
-
-def test_the_figure_names_the_axes_of_its_rows():
-    light = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
-    plan = run.planned(Study("s", "s", claims=("C13",), axes=(light,), over=("dsnn.n_con=4,8",), replicates=1))
-    drawn = figure.draw(Counts(plan))
-    assert drawn.get_supylabel() == "light, dsnn.n_con"
-
-
-class Many(Counts):
-    """A study of forty claims, whose cells have every sign."""
-
-    @cached_property
-    def cells(self) -> list[ClaimCell]:  # type: ignore[override]
-        words = ("holds", "silent model", "unknown constants", "not shown")
-        return [
-            ClaimCell(point, model, f"C{claim}", "general", (Outcome(words[claim % len(words)], ""),))
-            for point, model in self.plan.judged
-            for claim in range(40)
-        ]
-
-
-def test_a_figure_of_many_claims_is_broken_into_parts_of_a_page_and_loses_no_cell():
-    counts = Many(run.planned(Study("s", "s", claims=("C13",), axes=(EYE,), replicates=1)))
-    drawn = figure.draw(counts)
-    parts = [axes for axes in drawn.axes if axes.get_title(loc="left")]
-    assert drawn.get_size_inches()[0] <= WIDTH and len(parts) > 1
-    assert [axes.get_title(loc="left") for axes in parts] == [
-        f"claims ({place} of {len(parts)})" for place in range(1, len(parts) + 1)
-    ]
-    assert sum(len(axes.texts) for axes in parts) == len(counts.cells)
-    assert [tick.get_text() for axes in parts for tick in axes.get_xticklabels()] == [f"C{i}" for i in range(40)]
-
-
-def test_every_sign_of_a_cell_is_explained_below_and_no_other():
-    plan = run.planned(Study("s", "s", claims=("C13",), axes=(EYE,), replicates=1))
-    (key,) = figure.draw(Many(plan)).legends
-    words = " ".join(text.get_text() for text in key.get_texts())
-    assert all(SIGNS[sign] in words for sign in {sign for cell in Many(plan).cells for sign in cell.signs})
-    assert "in n of 1 replicate the claim holds" in words and "could not be judged" in words
-    (bare,) = figure.draw(Counts(plan)).legends
-    assert not any(text in " ".join(label.get_text() for label in bare.get_texts()) for text in SIGNS.values())

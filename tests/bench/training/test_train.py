@@ -2,9 +2,7 @@
 
 import dataclasses
 import io
-import json
 import os
-import pickle
 import subprocess
 import sys
 import zipfile
@@ -60,13 +58,6 @@ def rewritten(path, **members):
     return path
 
 
-def about_with(path, **changes):
-    """The file with entries of its 'about' changed."""
-    with np.load(path, allow_pickle=False) as file:
-        values = json.loads(str(file["about"]))
-    return rewritten(path, about=np.array(json.dumps(values | changes)))
-
-
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
@@ -115,75 +106,6 @@ def test_a_pickle_inside_is_refused_and_not_run(saved, tmp_path, place):
     assert not (tmp_path / "sprung").exists()
 
 
-def test_files_of_another_kind_are_refused_in_a_line(tmp_path):
-    kinds = {
-        "empty": b"", "text": b"hello\n" * 100, "pickle": pickle.dumps({"weights": 1}),
-        "huge": bytes(policy_file.MOST_BYTES + 1),
-    }  # fmt: skip
-    for name, data in kinds.items():
-        path = tmp_path / f"{name}.npz"
-        path.write_bytes(data)
-        with pytest.raises(UsageError) as caught:
-            policy_file.load(path)
-        assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
-    with pytest.raises(UsageError, match="no such file"):
-        policy_file.load(tmp_path / "missing.npz")
-
-
-def header(shape, descr="<f4"):
-    buffer = io.BytesIO()
-    np.lib.format.write_array_header_1_0(buffer, {"descr": descr, "fortran_order": False, "shape": shape})
-    return buffer.getvalue()
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"weights0": None}, "expected 3 layers"),
-        ({"more": np.zeros(3, np.float32)}, "expected 3 layers"),
-        ({"about": None}, "no text 'about'"),
-        ({"about": np.array("[1, 2")}, "not a policy file"),
-        ({"about": np.array("[" * 5000)}, "not a policy file"),
-        ({"about": np.array("{}")}, "says no format"),
-        ({"weights0": np.zeros((4, SENSED), np.float32)}, "layers of shapes"),
-        ({"weights1": np.zeros((4, 5))}, "not float32"),
-        ({"weights1": np.full((4, 5), np.nan, np.float32)}, "not finite"),
-        ({"weights0": header((10**9, 10**9))}, "not a policy file"),
-        ({"weights0": header((-1, -1)) + bytes(4)}, "not a policy file"),
-        ({"weights0": header((5, SENSED), "|O")}, "not a policy file"),
-        ({"weights0": b"\x93NUMPY\x01\x00"}, "not a policy file"),
-        ({"weights0": b"\x93NUMPY\x09\x00" + bytes(90)}, "not a policy file"),
-    ],
-)
-def test_damaged_contents_are_refused_in_a_line(saved, changes, message):
-    with pytest.raises(UsageError, match=message) as caught:
-        policy_file.load(rewritten(saved, **changes))
-    assert str(caught.value).startswith(str(saved)) and "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"env": "colias_sim/Chess-v0"}, "no such env; known are colias_sim/Avoidance-v0"),
-        ({"model": "dsm"}, "About.model='dsm'"),
-        ({"hidden": [10**9]}, "less than or equal to 512"),
-        ({"hidden": []}, "at least 1 item"),
-        ({"steering": {"keep": 2.0}}, "About.steering.keep=2.0"),
-        ({"steering": {"gain": 2.0}}, "About.steering.gain"),
-        ({"seed": -1}, "About.seed=-1"),
-        ({"options": {"model": "evil.py"}}, "no argument to be trained under: 'model'"),
-        ({"options": {"camera": "ov767"}}, "no preset 'ov767'"),
-        ({"format": "colias-policy 2"}, "one other than 'colias-policy 1'"),
-        ({"entry_point": "os:system"}, "About.entry_point"),
-        ({"hidden": [5, 5]}, "layers of shapes"),
-    ],
-)
-def test_what_a_file_says_of_itself_is_checked(saved, changes, message):
-    with pytest.raises(UsageError, match=message) as caught:
-        policy_file.load(about_with(saved, **changes))
-    assert str(caught.value).startswith(str(saved)) and "\n" not in str(caught.value)
-
-
 def test_a_policy_s_file_tells_what_it_was_trained_under(tmp_path):
     options = {"camera": "ov7670", "robot": {"preset": "colias4", "trim": 2}, "randomise": {"light": [0.7, 1.3]}}
     about = dataclasses.replace(ABOUT, options=options)
@@ -198,44 +120,6 @@ def test_a_policy_s_file_tells_what_it_was_trained_under(tmp_path):
     assert camera == CameraConfig.preset("ov7670")
     assert robot == dataclasses.replace(RobotConfig.preset("colias4"), trim=2)
     env.close()
-
-
-def test_a_file_cut_anywhere_or_with_bytes_changed_never_raises_anything_else(saved):
-    whole, rng = saved.read_bytes(), np.random.default_rng(0)
-    for turn in range(300):
-        data = bytearray(whole)
-        if turn % 2:
-            data = data[: rng.integers(len(data))]
-        else:
-            for place in rng.integers(len(data), size=3):
-                data[place] = rng.integers(256)
-        saved.write_bytes(data)
-        try:
-            policy_file.load(saved)
-        except UsageError as error:
-            assert "\n" not in str(error)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux for the peak of this process's memory")
-@pytest.mark.parametrize("shape", [(2**20,), (2**28,), (2**34, 2**4)])
-def test_a_header_that_claims_much_takes_no_memory(saved, shape):
-    def peak_kb():
-        lines = Path("/proc/self/status").read_text().splitlines()
-        return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
-
-    rewritten(saved, weights0=header(shape))
-    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
-    before = peak_kb()
-    with pytest.raises(UsageError, match="not a policy file"):
-        policy_file.load(saved)
-    assert peak_kb() - before < 3_000, "the file itself has 2 KB; the smallest claim is 4 MB"
-
-
-def test_what_unpacks_to_more_than_a_policy_is_refused_unread(saved):
-    with zipfile.ZipFile(saved, "a", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("bomb.npy", bytes(policy_file.MOST_BYTES))
-    with pytest.raises(UsageError, match="unpacks to more"):
-        policy_file.load(saved)
 
 
 # --- steering and driving ---------------------------------------------------------------------------------------------
@@ -275,42 +159,6 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
 
 
 # --- the command ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--env", "Pursuit"), "colias: --env Pursuit: a policy learns Optomotor or Fixation"),
-        (("--env", "Chess"), "colias: --env Chess: known are"),
-        (("--steps", "10"), "colias: --steps 10: legal is a whole number from 2048"),
-        (("--envs", "0"), "colias: --envs 0: legal is a whole number from 1 to 64"),
-        (("--seed", "-1"), "colias: --seed -1: legal is a whole number from 0 to 4294967295"),
-        (("--episodes", "3"), "colias: --episodes 3: goes with --replay"),
-        (("--replay", "policy.npz"), "colias: policy.npz: no such file"),
-        (("--set", "arena=dim"), "colias: --set arena=dim: a training may change camera, robot, noise, randomise"),
-        (("--randomise", "2"), "colias: --set: randomise=2: expected a number in 0 .. 1"),
-        (("--replay", "p.npz", "--set", "camera=ov7670"), "colias: --set camera=ov7670: the policy's file says that"),
-        (("--replay", "policy.npz", "--steps", "5"), "colias: --steps 5: the policy's file says that"),
-    ],
-)
-def test_wrong_uses_end_in_a_line(colias_here, arguments, message):
-    done = colias_here("train", *arguments)
-    assert done.returncode == 2 and done.stderr.startswith(message) and done.stderr.count("\n") == 1
-    assert not list(colias_here.folder.iterdir())
-
-
-def test_without_the_extra_a_line_says_what_to_install(colias, tmp_path):
-    hidden = "import importlib.util as u, sys; find = u.find_spec\n" \
-             "u.find_spec = lambda name, *rest: None if name == 'torch' else find(name, *rest)\n" \
-             "from experiments.bench.cli.entry import run as main; sys.argv = ['colias', 'train']; main()"  # fmt: skip
-    done = subprocess.run([sys.executable, "-c", hidden], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and "Traceback" not in done.stderr
-    assert "needs torch, which is not installed: run 'make train'" in done.stderr
-
-
-def test_nothing_is_overwritten(colias_here, saved):
-    done = colias_here("train", "--replay", str(saved), "--out", str(saved.parent))
-    assert done.returncode == 2 and "holds something already" in done.stderr
 
 
 def test_a_policy_is_replayed_without_pytorch_and_leaves_recordings(colias, saved):

@@ -5,7 +5,6 @@ import itertools
 import json
 from collections import defaultdict
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -167,33 +166,7 @@ def test_policies_of_two_releases_of_pytorch_are_not_mixed(begun, monkeypatch):
         study.open_folder(ASKED, begun)
 
 
-def test_a_design_that_cannot_be_read_is_refused(tmp_path):
-    for text in ("{", "[]", "[" * 5000):
-        (tmp_path / study.NAME).write_text(text)
-        with pytest.raises(UsageError, match="cannot be read"):
-            study.open_folder(ASKED, tmp_path)
-
-
 # --- the command ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"seeds": 0}, "--seeds 0: legal is a whole number from 2 to 100; without it one is trained"),
-        ({"seeds": 1}, "--seeds 1: legal is"),
-        ({"seeds": 101}, "--seeds 101: legal is"),
-        ({"seeds": 5, "seed": 2**32 - 3}, "--seeds 5: legal is a whole number from 2 to 3"),
-        ({"seeds": 5, "replay": Path("policy.npz")}, "--seeds 5: it trains nothing; leave it out with --replay"),
-        ({"seeds": 5, "episodes": 3}, "--episodes 3: goes with --replay"),
-    ],
-)
-def test_wrong_uses_are_refused_before_anything_is_made(arguments, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError) as caught:
-        command.train(**arguments)
-    assert str(caught.value).startswith(message) and "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
 
 
 def table(folder, name):

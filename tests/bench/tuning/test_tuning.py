@@ -4,7 +4,6 @@ import csv
 import dataclasses
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -12,11 +11,9 @@ import pytest
 
 from dsnn import DSNN, EMD, MODELS, DSNNParams, EMDParams
 from dsnn.stimuli import STIMULI
-from experiments.bench.cli import tune
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.pool import open_pool
-from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning import probes
 from experiments.bench.tuning import run as tuning_run
 from experiments.bench.tuning.curves import (
@@ -40,7 +37,6 @@ from experiments.bench.tuning.probes import (
     CURVES,
     LOOMS,
     RECEDES,
-    SHADES,
     Family,
     Probe,
     curve_family,
@@ -218,22 +214,6 @@ def test_the_curve_of_a_stimulus_shows_the_clips_of_the_family_with_its_values()
         for probe in family.probes:
             expected = dataclasses.replace(speeds[probe.x].build(0).params, motion=motion)
             assert probe.clip.build(0).params == expected
-
-
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        ("speed", "legal is plain.PARAM=V1,V2"),
-        ("spead=1", "nearest: plain.speed"),
-        ("motion=leftward", "motion is no number"),
-        ("speed=60,-1", "--over plain.speed=-1: legal is"),
-        ("speed=60,60.0", "each given once"),
-    ],
-)
-def test_what_a_curve_cannot_go_along_is_refused_in_a_line(over, message):
-    with pytest.raises(UsageError) as raised:
-        probes.of_stimulus(STIMULI["plain"], {}, over, 0)
-    assert message in str(raised.value) and "\n" not in str(raised.value)
 
 
 def test_a_clip_moves_the_way_its_probe_says():
@@ -437,41 +417,6 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
         tuning_run.run(tuning_plan, out, pool, Resources(0, quiet=True))
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"curve": ["sped"]}, r"--curve sped: known are speed, size, contrast, frequency, direction, l-over-v"),
-        ({"curve": ["l-over-v"], "only": True, "model": ["emd"]}, r"--curve l-over-v: no model shown answers by loom"),
-        ({"seed": -1}, r"--seed -1: legal is a whole number from 0 to"),
-        ({"workers": -1}, r"--workers -1: legal is"),
-        ({"model": ["nosuch"]}, r"unknown model 'nosuch'"),
-        ({"only": True}, r"--only: shows just the models of --model; name them by --model"),
-        ({"assignments": ["dsnn.n_con=99"]}, r"dsnn\.n_con=99: legal is"),
-        ({"out": "mine"}, r"--out mine: holds other files"),
-        ({"out": "run"}, r'run: the experiment is "speed" there and "tuning" now'),
-        ({"out": "run/experiment.json"}, r"is a file"),
-    ],
-)
-def test_a_wrong_use_is_refused_and_leaves_nothing(tmp_path, monkeypatch, changes, says):
-    monkeypatch.chdir(tmp_path)
-    for name, text in (("mine/speed.png", "mine"), ("run/experiment.json", '{"experiment": {"name": "speed"}}')):
-        (tmp_path / name).parent.mkdir()
-        (tmp_path / name).write_text(text)
-    usual = {name: None for name in ("model", "curve", "out", "assignments", "cluster")}
-    given = {**usual, "seed": 0, "workers": 0, "quiet": True, "only": False, **changes}
-    with pytest.raises(UsageError, match=says):
-        tune.tune(**{**given, "out": given["out"] and Path(given["out"])})
-    assert sorted(p.name for p in tmp_path.rglob("*")) == ["experiment.json", "mine", "run", "speed.png"]
-
-
-def test_a_foreign_folder_is_refused_in_one_line(colias):
-    (colias.folder / "letters.txt").write_text("mine")
-    done = colias("tune", "--out", ".", "--workers", "0")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "colias: --out .: holds other files; choose a new folder, or an empty one\n"
-    assert [p.name for p in colias.folder.iterdir()] == ["letters.txt"]
-
-
 def test_numbers_do_not_depend_on_workers(tmp_path):
     tuning_plan = tuning_run.plan(["dsnn", "emd", "lgmd1"], ["speed"], [], 0)
     reports = []
@@ -483,21 +428,3 @@ def test_numbers_do_not_depend_on_workers(tmp_path):
         first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (1, 2))
         assert first == second
     assert json.loads((tmp_path / "1" / "experiment.json").read_text())["experiment"] == "tuning"
-
-
-def test_every_figure_is_drawn_of_whatever_there_is():
-    channels = {"dsnn": ("hs", "vs"), "lgmd1": ("looming",), "mine": ("hs", "vs")}
-    for family in map(curve_family, CURVES):
-        whole = [
-            TuningPoint(family.name, p.line, m, p.x, p.y, p.direction_deg, 0.1 * (m == "dsnn"), 0.1, 0.0, 0.2)
-            for p in family.probes
-            for m in channels
-        ]
-        for given in (whole, whole[:5]):
-            drawn = tuning_figure.draw(family, given, channels, {})
-            drawn.draw_without_rendering()
-            titles = [axes.get_title() for axes in drawn.axes]
-            timed = [axes.get_title(loc="left") for axes in drawn.axes
-                     if axes.get_visible() and axes.get_ylabel().startswith("time")]  # fmt: skip
-            assert timed == {"l-over-v": list(SHADES), "disc": [LOOMS]}.get(family.name, []), "what comes nearer"
-            assert all(any(m in title for title in titles) for m in channels) or family.kind in ("curve", "approach")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 import re
 from pathlib import Path
 
@@ -19,14 +18,13 @@ from experiments.bench.closed_loop.episode import play_entry
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.engine import settings
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose, shown_models
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
 from experiments.bench.robot.experiment import Condition, Settings
 from experiments.bench.robot.recording import record
 from experiments.bench.robot.trial import TrialResult, TrialSpec, forget_simulations, run_trial
-from experiments.bench.video import encoding, make
+from experiments.bench.video import make
 from experiments.bench.video import pictures as reading
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.layout import LONGEST_WHOLE_S, WINDOW_S, Layout, Panel, ground, lay_out
@@ -34,7 +32,7 @@ from experiments.bench.video.make import Film, frames
 from experiments.bench.video.outside import outside
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import Reel, read
-from experiments.bench.video.still import Still, still_of
+from experiments.bench.video.still import still_of
 from tests.helpers.h264 import decoded, report
 
 SIZE = 480, 270
@@ -324,85 +322,4 @@ def test_a_strip_shows_its_moments(trial, folder):
         assert abs(int(np.argmin(apart)) - index) <= 1
 
 
-def test_a_caption_that_the_font_has_not_is_drawn_with_a_note_and_no_warning(trial, folder, capsys):
-    """Warnings are errors here."""
-    out = folder / "boxes.png"
-    assert main.command(["video", str(trial[1]), "--out", str(out), "--caption", "\u3042 [b]x[/b] $a \x1b ±"]) == 0
-    note = capsys.readouterr().err
-    assert note == "note: --caption: the font has no \u3042 \\x1b: an empty box stands there\n"
-    assert out.stat().st_size
-
-
-def test_an_error_in_the_middle_leaves_no_file(trial, folder):
-    pytest.importorskip("imageio_ffmpeg")
-    out = folder / "broken.mp4"
-    before = set(folder.iterdir())
-
-    def stop() -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        make.make(read(trial[1]), Film(out, *SIZE), stop)
-    assert set(folder.iterdir()) == before
-
-
 # Refusals.
-
-
-def refused(*arguments: str) -> str:
-    with pytest.raises(UsageError) as caught:
-        main.command(["video", *arguments])
-    message = str(caught.value)
-    assert "\n" not in message
-    return message
-
-
-def test_refusals_name_the_value_and_what_is_legal(trial, folder):
-    run, out = str(folder), str(folder / "new.mp4")
-    cases = [
-        ([run, "--out", out, "--trial", "3"], r"--trial 3: .* no recording of it \(recorded: 7 \.\. 7, 1 of them\)"),
-        ([str(trial[1]), "--out", out, "--trial", "7"], "--trial 7: .* is one recording"),
-        ([str(folder / "nothing"), "--out", out], "no such file or folder"),
-        ([run, "--out", str(folder / "new.webm")], r"should end in \.mp4, \.gif, \.webp or \.png"),
-        ([run, "--out", str(trial[1].with_suffix(".mp4") / "x.mp4")], "no such folder"),
-        ([run, "--trial", "7", "--out", out, "--size", "641x360"], "--size 641x360: H.264 has even sizes.*642x360"),
-        ([run, "--trial", "7", "--out", out, "--size", "64x36"], "legal is WIDTHxHEIGHT, each from 160 to 3840"),
-        ([run, "--trial", "7", "--out", out, "--size", "large"], "--size large: legal is WIDTHxHEIGHT"),
-        ([run, "--trial", "7", "--out", out, "--fps", "1000"], r"--fps 1000: legal is 0.1 \.\. 120"),
-        ([run, "--trial", "7", "--out", out, "--speed", "0"], r"--speed 0: legal is 0.01 \.\. 100"),
-        ([run, "--trial", "7", "--out", out, "--frames", "4"], "--frames 4: .*--out NAME.png"),
-        ([run, "--trial", "7", "--out", out[:-3] + "png", "--frames", "40"], r"--frames 40: legal is 1 \.\. 12"),
-        ([run, "--trial", "7", "--out", out[:-3] + "png", "--size", "900x200"], "--size 900x200: the panels of 6"),
-    ]
-    for arguments, pattern in cases:
-        told = refused(*arguments)
-        assert re.search(pattern, told), (arguments, told)
-    (folder / "empty").mkdir()
-    assert "no .rrd recordings" in refused(str(folder / "empty"), "--out", out)
-    (folder / "there.mp4").write_bytes(b"")
-    assert "is there already" in refused(run, "--out", str(folder / "there.mp4"))
-    (folder / "text.rrd").write_text("no recording")
-    assert "no recording that can be read" in refused(str(folder / "text.rrd"), "--out", out)
-
-
-def test_a_missing_encoder_is_told_in_one_line_with_its_remedy(trial, folder, monkeypatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        encoding.importlib.util,
-        "find_spec",
-        lambda name, *more: None if name == "imageio_ffmpeg" else find(name, *more),
-    )
-    message = refused(str(trial[1]), "--out", str(folder / "none.mp4"))
-    assert "pip install 'colias-sim[video]'" in message and "--out" in message
-    assert main.command(["video", str(trial[1]), "--out", str(folder / "none.png"), "--quiet"]) == 0, (
-        "a strip needs none"
-    )
-
-
-@pytest.mark.parametrize(("width", "room", "named"), [(400, None, True), (180, None, False), (100, 620, True)])
-def test_a_title_says_what_the_arrow_is_whole_or_not_at_all(width, room, named):
-    """A strip has one title for a row of narrow pictures, which has the room of all of them."""
-    still = Still(640, 360, 0.75)
-    axes = still.change(Panel(10, 40, width, 120), room)
-    words = [text.get_text().strip() for text in axes.texts]
-    assert words == ["brighter", "/", "darker", *(["\u2192 motion seen"] if named else [])]

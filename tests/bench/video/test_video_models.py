@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from types import SimpleNamespace
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 import rerun.blueprint as rrb
-from PIL import Image
 
 from dsnn import Response, ResponseSeries
-from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import potentials, recorded, timelines, video
 from experiments.bench.video import make
-from experiments.bench.video.choice import MOST_MODELS, with_models
+from experiments.bench.video.choice import with_models
 from experiments.bench.video.layout import lay_out, levels_of, traces_of
 from experiments.bench.video.reading import Reel, read
 from experiments.bench.video.still import still_of
@@ -86,17 +82,6 @@ def test_a_recording_tells_whose_traces_and_thresholds_are_whose(recordings):
         assert set(levels_of(reel, label)) == wanted
 
 
-def test_the_first_eight_of_twenty_are_shown_and_the_caption_says_so(recordings):
-    whole = read(recordings[20])
-    reel = with_models(whole)
-    assert (reel.models, reel.hidden) == (LABELS[:MOST_MODELS], 12)
-    assert make.caption_of(reel, None) == "many; 12 of 20 models are not shown"
-    assert make.caption_of(reel, "mine") == "mine"
-    for count in (1, 3, 8):
-        few = read(recordings[count])
-        assert with_models(few) is few and make.caption_of(few, None) == "many"
-
-
 def test_models_are_chosen_by_name(recordings):
     whole = read(recordings[20])
     reel = with_models(whole, ["m13", "lgmd1"])
@@ -111,31 +96,6 @@ def test_models_are_chosen_by_name(recordings):
 
 
 # Where they are.
-
-
-@pytest.mark.parametrize("size", SIZES, ids=str)
-@pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
-def test_nothing_covers_anything(recordings, count, size):
-    """Panels, the words above them, pictures: each has its own place inside the frame."""
-    reel = with_models(read(recordings[count]))
-    layout, still = film(reel, size)
-    still.picture()
-    renderer = still.figure.canvas.get_renderer()
-    boxes = [axes.get_window_extent(renderer) for axes in still.figure.axes]
-    assert len(boxes) == len(layout.lanes) + 2, "and the eye, and what changed before it"
-    words = [text.get_window_extent(renderer) for axes in still.figure.axes
-             for text in (*axes.texts, axes._left_title) if text.get_text().strip()]  # fmt: skip
-    words += [text.get_window_extent(renderer) for text in still.figure.texts]
-    assert len(words) >= 2 * len(layout.lanes) + 3
-    for box in (*boxes, *words):
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= size[0] and box.y1 <= size[1]
-    for one, other in itertools.combinations(boxes, 2):
-        assert not one.shrunk(0.99, 0.99).overlaps(other)
-    for word, box in itertools.product(words, boxes):
-        inner = mpl.transforms.Bbox.from_extents(word.x0, word.y0 + 3, word.x1, word.y1 - 3)  # its own padding
-        assert not inner.overlaps(box)
-    for one, other in itertools.combinations(words, 2):
-        assert not one.shrunk(0.9, 0.6).overlaps(other)
 
 
 @pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
@@ -174,16 +134,3 @@ def test_a_frame_has_each_model_s_spikes_at_the_edge_of_its_lane(recordings, cou
 
 
 # The command.
-
-
-def test_the_command_says_what_is_not_shown_and_takes_models(recordings, tmp_path, capsys):
-    out = tmp_path / "strip.png"
-    assert main.command(["video", str(recordings[20]), "--out", str(out), "--frames", "3"]) == 0
-    assert "note: 12 of 20 models are not shown: --model chooses" in " ".join(capsys.readouterr().err.split())
-    few = tmp_path / "few.png"
-    command = ["video", str(recordings[20]), "--out", str(few), "--frames", "3", "--model", "dsnn", "--model", "m2"]
-    assert main.command(command) == 0
-    assert "not shown" not in capsys.readouterr().err
-    for strip in (out, few):
-        with Image.open(strip) as picture:
-            assert picture.size[0] == 1800

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-
 import numpy as np
 import pytest
 
@@ -60,45 +58,8 @@ def test_sample_is_even_and_the_same_for_the_same_seed():
         assert sorted(int(float(setting[key]) * 64) for setting in settings) == list(range(64))
 
 
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        ("dsnn.t_sp=0.3..0.05", "lower end below"),
-        ("dsnn.t_sp=0.05..2", r"--over dsnn.t_sp=0.05..2: legal is a number from 0 to 1"),
-        ("dsnn.n_con=4.5..8", "whole numbers"),
-        ("dsnn.polarity=a..b", "is no number"),
-        ("dsnn.nothing=1..2", "no parameter"),
-        ("dsnn.t_sp=0.1", "two values or more"),
-        ("dsnn.tau_s=1..2", "several values"),
-        ("dsnn.t_sp.first=0.1..0.2", "neither a first nor a last"),
-        ("dsnn.k_sig", "no two ends"),
-        ("dsnn.w_i=0..1", "--set dsnn.w_i=0.5 settles that"),
-        ("dsnn.t_sp+dsnn.w_i=0..1", "--set dsnn.w_i=0.5 settles that"),
-        ("dsnn.t_sp+dsnn.t_sp=0..1", "dsnn.t_sp is there twice"),
-        ("dsnn.t_sp+dsnn.nothing=0..1", "no parameter"),
-        ("dsnn.tau_mp+dsnn.n_con=1..2", "no one value"),
-        ("dsnn.t_sp+dsnn.n_con", "no one value"),
-        ("dsnn.t_sp+camera.vignetting=0..1", "no one value"),
-        ("camera.preset=ov7670,nothing", "legal is"),
-    ],
-)
-def test_bad_ranges_are_refused_in_one_line(over, message):
-    with pytest.raises(UsageError, match=message) as refused:
-        box(over, assignments=("dsnn.w_i=0.5",))
-    assert "\n" not in str(refused.value)
-
-
 def test_a_parameter_is_there_once():
     with pytest.raises(UsageError, match="there twice"):
         box("dsnn.t_sp=0.1..0.2", "dsnn.t_sp=0.2..0.3")
     with pytest.raises(UsageError, match="there twice"):
         box("dsnn.t_sp+dsnn.w_i=0.1..0.2", "dsnn.t_sp=0.2..0.3")
-
-
-def test_without_optuna_one_line_says_what_to_install(monkeypatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *rest: None if name == "optuna" else find(name, *rest)
-    )
-    with pytest.raises(UsageError, match=r"needs optuna, which is not installed: run 'sh tools/setup.sh --fit'"):
-        run.planned(Fit(Study("fit", "a fit", claims=("C14",)), ("dsnn.t_sp=0.05..0.3",)))

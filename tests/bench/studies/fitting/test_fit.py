@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import json
 import signal
 
@@ -281,23 +280,3 @@ def test_from_python_it_is_the_same_fit(folder, undisturbed):
     fitted = experiments.fit(asked, out=folder / "python", workers=0, quiet=True)
     assert same(folder / "python", undisturbed)
     assert fitted.described()["winner"] == json.loads((undisturbed / "fit.json").read_text())["winner"]
-
-
-def test_a_wrong_number_is_refused_in_one_line(folder):
-    study = Study("fit", "a fit", claims=("C14",))
-    for change, message in (
-        ({"trials": 0}, "--trials 0: legal"), ({"sampler": "best"}, "legal is tpe, random"),
-        ({"over": ()}, "one parameter"),
-    ):  # fmt: skip
-        with pytest.raises(UsageError, match=message):
-            run.planned(Fit(study, **{"over": ("dsnn.t_sp=0.1..0.2",), **change}))
-    for asked in (
-        Fit(dataclasses.replace(study, repeats=2), ("dsnn.t_sp=0.1..0.2",)),
-        Fit(study, ("dsnn.t_sp=0.1..0.2",), search_repeats=2),
-    ):
-        with pytest.raises(UsageError, match="--repeats 2: C14 needs at least 5"):
-            run.planned(asked)
-    with pytest.raises(UsageError, match="--repeats 0: legal"):
-        Fit(study, ("dsnn.t_sp=0.1..0.2",), search_repeats=0)
-    with pytest.raises(UsageError, match="are written down; leave out"):
-        main.command(["fit", "fit-eye", "--claims", "C13"])

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.studies.fitting import figure, run, table
 from experiments.bench.studies.fitting.box import Box, Range
 from experiments.bench.studies.fitting.fit import Fit, Goal
@@ -164,31 +163,6 @@ def test_the_front_has_just_the_settings_that_none_betters(values):
             assert place not in chosen
         else:
             assert any((signed[number] == row).all() for number in chosen)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"maximise": ("peak-hs", "slack")}, "slack and kept are about all claims"),
-        ({"maximise": ()}, "legal is one name or more"),
-        ({"maximise": ("peak-hs", "peak-hs")}, "each once"),
-        ({"minimise": ("slack",), "maximise": ()}, "it is made large"),
-        ({"maximise": ("nothing",)}, "--maximise nothing: unknown measure"),
-        ({"study": Study("f", "f", claims=("C14",)), "maximise": ("spikes",)}, "spikes is no number of claims"),
-        ({"study": Study("f", "f", experiments=("leaderboard",), repeats=None), "maximise": ("kept",)},
-         "leaderboard: it has no claims"),
-        ({"study": Study("f", "f", experiments=("leaderboard",), repeats=None), "maximise": ("us_99x72",)},
-         "--maximise us_99x72: leaderboard has no such number"),
-        ({"study": Study("f", "f", experiments=("tuning",), repeats=None, assignments=("dsnn.d=1",)),
-          "maximise": ("dsi",)}, "--set dsnn.d=1: tuning takes none"),
-        ({"study": Study("f", "f", experiments=("tuning",), repeats=None), "maximise": ("dsi",),
-          "over": ("dsnn.tau_s.first=1..2",)}, "takes whole parameters"),
-    ],
-)  # fmt: skip
-def test_a_goal_that_cannot_be_is_refused_in_one_line(change, message):
-    study = Study("fit", "a fit", experiments=("clean",), repeats=None)
-    with pytest.raises(UsageError, match=message):
-        run.planned(Fit(**{"study": study, "over": ("dsnn.t_sp=0.1..0.2",), "maximise": ("peak-hs",), **change}))
 
 
 def test_numbers_of_tuning_curves_are_goals_and_the_run_goes_on(folder):
