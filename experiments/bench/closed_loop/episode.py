@@ -75,8 +75,10 @@ class Episode:
     env: str
     options: EnvOptions
     """The env's arguments."""
-    seed: int
-    touched: bool
+    seed: int | None
+    """``None`` where the env was reset without one: its draws went on from the episode before."""
+    touched: bool | None
+    """Whether it ended by touching something, or by its time; ``None`` where it was left before its end."""
     time_s: Floats
     paths: Mapping[str, Floats]
     """Robot -> (T, 3): x and y in cm, heading in degrees; the observer first."""
@@ -208,7 +210,7 @@ class EpisodeKeeper:
         if self._images and self._env.options.observation != "state":
             self._frames.append(self._env.luma)
 
-    def episode(self, name: str, env_id: str, seed: int, touched: bool) -> Episode:
+    def episode(self, name: str, env_id: str, seed: int | None, touched: bool | None) -> Episode:
         """Return the episode so far."""
         count, interval = len(self._rewards), self._env.options.frame_skip / 30.0
         return Episode(

@@ -71,9 +71,12 @@ def _neurons(episode: Episode, series: ResponseSeries) -> _Neurons:
 
 
 def _write(episode: Episode, recording: rr.RecordingStream) -> None:
-    end = "touched something" if episode.touched else "time"
-    outcome: dict[str, Any] = {"behaviour": episode.name, "env": episode.env, "seed": episode.seed, "ended by": end,
-               "return": float(episode.rewards.sum())}  # fmt: skip
+    outcome: dict[str, Any] = {
+        "behaviour": episode.name, "env": episode.env,
+        "seed": "none" if episode.seed is None else str(episode.seed),  # which may be any whole number
+        "ended by": {True: "touched something", False: "time", None: "left"}[episode.touched],
+        "return": float(episode.rewards.sum()),
+    }  # fmt: skip
     recording.send_property("episode", rr.AnyValues(**outcome))
     times = timelines(episode.time_s, np.arange(episode.steps))
     if len(episode.frames):

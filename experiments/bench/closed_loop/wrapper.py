@@ -66,6 +66,7 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         self._path, self._several = _checked(path)
         self._trigger = episode_trigger or (lambda number: self._several or number == 0)
         self._number = -1
+        self._seed: int | None = None
         self._keep: EpisodeKeeper | None = None
         self.recorded: list[Path] = []
 
@@ -89,9 +90,9 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         OSError
             The recording of the episode before cannot be written.
         """
-        self._write(touched=False)
+        self._write(touched=None)
         begun = self.env.reset(seed=seed, options=options)
-        self._number += 1
+        self._number, self._seed = self._number + 1, seed
         self._keep = EpisodeKeeper(self._inner, images=True) if self._trigger(self._number) else None
         return begun
 
@@ -137,19 +138,18 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
             The recording cannot be written; the env is closed.
         """
         try:
-            self._write(touched=False)
+            self._write(touched=None)
         finally:
             self.env.close()
 
-    def _write(self, *, touched: bool) -> None:
+    def _write(self, *, touched: bool | None) -> None:
         keep, self._keep = self._keep, None
         if keep is None or not keep.steps:
             return
         from experiments.bench.closed_loop.recording import record  # not before: Rerun takes its time to load
 
         assert self._inner.spec is not None
-        seed = self._inner.np_random_seed
-        episode = keep.episode("agent", self._inner.spec.id, seed, touched)
+        episode = keep.episode("agent", self._inner.spec.id, self._seed, touched)
         data = record(episode, f"episode {self._number} in {episode.env.partition('/')[2]}")
         place = Path(self._path.format(**{NUMBER: self._number}) if self._several else self._path)
         with naming(place):

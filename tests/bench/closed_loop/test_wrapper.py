@@ -84,6 +84,42 @@ def test_an_episode_that_does_not_end_is_written_as_far_as_it_got(tmp_path):
     assert [len(scalars(path, "/wheels/left")) for path in wrapped.recorded] == [2, 2]
 
 
+def outcome(path) -> dict:
+    """What a recording says of its episode."""
+    (properties,) = rr.chunk.RrdReader(path).stream().filter(content="/__properties/episode").to_chunks()
+    columns = properties.to_record_batch().to_pydict()
+    return {name: value for name, (value,) in columns.items()}
+
+
+@pytest.mark.parametrize(
+    ("given", "recorded"), [((7, None, None), ("7", "none", "none")), ((None, 2**70, 0), ("none", f"{2**70}", "0"))]
+)
+def test_an_episode_has_the_seed_that_it_was_given(given, recorded, tmp_path):
+    wrapped = experiments.RecordRerun(env(), str(tmp_path / "{episode}.rrd"))
+    for seed in given:
+        wrapped.reset(seed=seed)
+        wrapped.step(np.zeros(2, np.float32))
+    wrapped.close()
+    assert [outcome(path)["seed"] for path in wrapped.recorded] == [[seed] for seed in recorded]
+
+
+def test_a_recording_says_how_its_episode_ended(tmp_path):
+    """It is left by a reset or by closing the env, or it ends by its time, or by touching the wall."""
+    wrapped = experiments.RecordRerun(env(), str(tmp_path / "{episode}.rrd"))
+    played(wrapped)
+    played(wrapped, steps=1)
+    played(wrapped, steps=1)
+    wrapped.close()
+    avoidance = gym.make("colias_sim/Avoidance-v0", observation="state")
+    crash = experiments.RecordRerun(avoidance, str(tmp_path / "crash.rrd"))
+    crash.reset(seed=0)
+    while not crash.step(np.ones(2, np.float32))[2]:
+        pass
+    crash.close()
+    ends = [outcome(path)["ended by"] for path in (*wrapped.recorded, *crash.recorded)]
+    assert ends == [["time"], ["left"], ["left"], ["touched something"]]
+
+
 @pytest.mark.parametrize("path", ["episode.mp4", 7, "{step}.rrd", "{}.rrd", "{episode.rrd", "{episode:q}.rrd"])
 def test_paths_that_are_refused(path):
     pursuit = env()
