@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release hero train policies test test-train test-fit test-live attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release hero train policies test test-train test-fit test-live attack fuzz docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -94,11 +94,6 @@ attack: $(READY) ## Bad models, trees of users' files, data that name code, link
 fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
 	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/firmware/test_serial.py \
 		-k "every_build or records_in_c"
-
-MUTANTS := runs/mutants.json
-mutants: $(READY) ## 100 small changes of the source, the same each time, and which of them the tests nearest to them notice; some half an hour
-	mkdir -p $(dir $(MUTANTS))
-	$(BIN)/python -m tools.mutants run --out $(MUTANTS)
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import lazy_loader
 
 from colias_sim.gl import choose_backend
-from colias_sim.siblings import warn_of_strangers
 
 choose_backend()  # before anything below imports mujoco
-warn_of_strangers()  # before anything below imports one
 
 # ruff: noqa: E402
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from types import TracebackType
-from typing import NoReturn
 
 import cv2
 import mujoco
@@ -95,11 +94,6 @@ class Camera:
         self.plan: FramePlan
         self.next_plan: FramePlan
         self.plan = self.next_plan = self._planned(0.0)
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError(
-            "a Camera cannot be copied or pickled: it holds an OpenGL context; make another with the same arguments"
-        )
 
     def __enter__(self) -> Camera:
         return self

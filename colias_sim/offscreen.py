@@ -1,18 +1,15 @@
 """Offscreen rendering of a MuJoCo scene, with the OpenGL backend that this package chose.
 
 MuJoCo's own ``Renderer`` uses the backend that was named when mujoco was first imported, which may be before this
-package was imported. It also flips and copies each picture. `Offscreen` does neither, and can share its OpenGL context.
+package was imported. It also flips and copies each picture, which `Offscreen` does not.
 """
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import math
 import weakref
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -23,12 +20,10 @@ from colias_sim import gl
 from colias_sim.gl import GLUnavailable, require_backend
 
 MAX_GEOMS = 1000
-UPLOADED = ("tex_data", "mesh_vert", "mesh_normal", "mesh_face", "mesh_texcoord")
-"""The arrays of a model that `mujoco.MjrContext` copies, among those that this package's scenes have."""
 
 
 class Offscreen:
-    """A framebuffer and its OpenGL context, for one thread. Inside `shared_contexts` the context may be shared.
+    """A framebuffer and its OpenGL context, for one thread.
 
     Parameters
     ----------
@@ -49,9 +44,7 @@ class Offscreen:
     """
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False) -> None:
-        self._surface: _Surface | None = _surface(model, rows * slots, columns)
-        self._size = rows * slots, columns
-        self._shared = _sharing.get() is not None
+        self._surface: _Surface | None = _Surface(model, rows * slots, columns)
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
         self._model, self._bright = model, bright
@@ -170,7 +163,7 @@ class Offscreen:
         assert self._surface is not None
         mujoco.mjr_readPixels(pixels, None, rect, self._surface.mjr)
         if self._bright:
-            gl.clip_light(True)  # of the context, which others may share
+            gl.clip_light(True)
         return pixels
 
     def _current(self) -> _Surface:
@@ -183,36 +176,16 @@ class Offscreen:
     def retexture(self, texture: int) -> None:
         """Take a texture of the model anew, as it has changed.
 
-        A context that may be shared is left to the others, which have other textures now.
-
         Parameters
         ----------
         texture
             Index of the texture.
         """
-        surface = self._current()
-        if self._shared:
-            self._surface, self._shared = _Surface(self._model, *self._size), False
-        else:
-            mujoco.mjr_uploadTexture(self._model, surface.mjr, texture)
+        mujoco.mjr_uploadTexture(self._model, self._current().mjr, texture)
 
     def close(self) -> None:
-        """Free framebuffer and context, unless they are shared with another `Offscreen` that is open."""
+        """Free framebuffer and context."""
         self._surface = None
-
-
-@contextmanager
-def shared_contexts() -> Iterator[None]:
-    """Let every `Offscreen` made inside share one OpenGL context with those of equal textures, meshes and size.
-
-    A change of context between worlds that take turns costs up to a tenth of the time of a frame. All of them belong
-    to the thread that made them.
-    """
-    token = _sharing.set(weakref.WeakValueDictionary())
-    try:
-        yield
-    finally:
-        _sharing.reset(token)
 
 
 class _Surface:
@@ -230,25 +203,6 @@ class _Surface:
             raise GLUnavailable(f"OpenGL cannot draw {columns}x{rows} pixels: {error}") from None
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self.mjr)
         weakref.finalize(self, _free, self.context, self.mjr).atexit = False  # by then MuJoCo has closed the display
-
-
-_Surfaces = weakref.WeakValueDictionary[tuple[Any, ...], _Surface]
-_sharing: ContextVar[_Surfaces | None] = ContextVar("_sharing", default=None)
-
-
-def _surface(model: mujoco.MjModel, rows: int, columns: int) -> _Surface:
-    """Make a surface, or find the one that this scope already has for equal contents."""
-    surfaces = _sharing.get()
-    if surfaces is None:
-        return _Surface(model, rows, columns)
-    contents = hashlib.blake2b()
-    for name in UPLOADED:
-        contents.update(np.ascontiguousarray(getattr(model, name)).tobytes())
-    key = rows, columns, model.vis.quality.offsamples, contents.digest()
-    surface = surfaces.get(key)
-    if surface is None:
-        surfaces[key] = surface = _Surface(model, rows, columns)
-    return surface
 
 
 def _free(context: Any, mjr: mujoco.MjrContext) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +19,6 @@ EASE = 2.0
 
 The tyres hold about 8 m/s^2, but a robot whose wheels reverse faster than this falls over.
 """
-PART_OF_SIMULATION = "a robot of a Simulation cannot be copied or pickled: make another Simulation, or keep its pose"
 
 
 class Robot:
@@ -53,9 +52,6 @@ class Robot:
         self._forces = data.body(f"{name}/base").xfrc_applied
         self._qpos, self._qvel = joint.qpos, joint.qvel
         self._left, self._right = data.actuator(f"{name}/left"), data.actuator(f"{name}/right")
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError(PART_OF_SIMULATION)
 
     @property
     def pose(self) -> Pose:
@@ -285,9 +281,6 @@ class Parked:
         body = model.body(f"{name}/base")
         self._pos, self._quat = body.pos, body.quat
         self.pose = Pose(0.0, 0.0, 0.0)
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError(PART_OF_SIMULATION)
 
     def place(self, pose: Pose) -> None:
         """Fix the robot at another pose. Only for the start of a trial.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from itertools import combinations, groupby, pairwise
 from types import TracebackType
-from typing import NoReturn, TypeVar
+from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -109,12 +109,6 @@ class Simulation:
         self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
         self._camera = Camera(self.model, f"{eye_of}/eye", camera) if seeing else None
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError(
-            "a Simulation cannot be copied or pickled: make another with the same settings; the same placements, seeds "
-            "and commands bring it to the same state"
-        )
 
     def __enter__(self) -> Simulation:
         return self

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -75,46 +75,6 @@ def wheels_of(space: spaces.Space[Any], action: Any) -> Wheels:
         problem = f"action {one_line(action)}"
         raise error.InvalidAction(f"{problem}: expected two numbers in [-1, 1], for the wheels left and right")
     return given.astype(np.float32)
-
-
-def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[Any]:
-    """Convert one action for each of several envs to an array.
-
-    Parameters
-    ----------
-    space
-        The action space of one env.
-    actions
-        A sequence of ``count`` actions.
-    count
-        The number of envs.
-
-    Returns
-    -------
-    ndarray
-        (count, *space.shape), of the type of ``space``.
-
-    Raises
-    ------
-    gymnasium.error.InvalidAction
-        If there are not ``count`` actions, or one is not in ``space``. The message names the env.
-    """
-    try:
-        rows = -1 if isinstance(actions, Mapping | Set | str | bytes) else len(actions)
-    except TypeError:
-        rows = -1
-    if rows != count:
-        raise error.InvalidAction(f"actions {one_line(actions)}: expected {count}, one for each env")
-    pairs = isinstance(actions, np.ndarray) and actions.shape == (count, 2)
-    if isinstance(space, spaces.Box) and pairs and _legal(actions):
-        batch: Wheels = actions.astype(np.float32)
-        return batch
-    for index, action in enumerate(actions):
-        try:
-            wheels_of(space, action)
-        except error.InvalidAction as problem:
-            raise error.InvalidAction(f"env {index}: {problem}") from None
-    return np.array([np.asarray(action) for action in actions]).astype(space.dtype)
 
 
 def _legal(wheels: npt.NDArray[Any]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, cast
 
 import gymnasium as gym
 import numpy as np
@@ -11,15 +11,15 @@ import numpy.typing as npt
 from gymnasium import error
 
 from colias_sim.config import SceneConfig
-from colias_sim.envs.actions import wheels_of
+from colias_sim.envs.actions import action_space, wheels_of
 from colias_sim.envs.factors import ends_of, ranges_of
 from colias_sim.envs.geometry import gap_to_arena, moved
 from colias_sim.envs.models import Model, ModelResponse
+from colias_sim.envs.observations import observation_space
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
-from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, checked_seed, placed
+from colias_sim.envs.reset_options import checked_reset_options, checked_seed, placed
 from colias_sim.envs.scripted import Driver
-from colias_sim.envs.spaces import spaces_of
 from colias_sim.envs.task import TOUCH_COST, Task
 from colias_sim.envs.vision import Vision
 from colias_sim.envs.world import OBSERVER
@@ -53,7 +53,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         Where nothing can render, and for ``render_mode="human"`` where there is no screen.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "rgb_array_list"], "render_fps": 30}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012
     options_type: ClassVar[type[EnvOptions]] = EnvOptions
     options: Options
 
@@ -71,8 +71,10 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         plain = options.plain_settings()
         robot, camera = plain.robot, plain.camera
         self._fastest = robot.max_speed_cm_s / 100
-        self.observation_space, self.action_space = spaces_of(options)
-        self._vision = Vision(options, (camera.height, camera.width))
+        shape = camera.height, camera.width
+        self.observation_space = observation_space(options.observation, shape, options.robots)
+        self.action_space = action_space(options.actions)
+        self._vision = Vision(options, shape)
         others = self._others()
         # A camera is made for the upper ends of what is drawn: those need the most room.
         _, most = ends_of(plain, ranges_of(cast(Any, options.randomise)))
@@ -97,12 +99,6 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         except ValueError:
             self.close()
             raise
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError(
-            "an env cannot be copied or pickled: make another with the same arguments; the same seed and actions bring "
-            "it to the same state"
-        )
 
     # Gymnasium's contract.
 
@@ -132,7 +128,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
             After `close`.
         """
         self._check_open()
-        asked = self.check_reset_options(options)
+        asked = checked_reset_options(options, self._plain, self._made_with, self._sim.everyone, self._sim.obstacles)
         super().reset(seed=checked_seed(seed))
         self._forget()
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
@@ -157,26 +153,6 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
             self._renderer.begin()
         info = self._info({})
         return self._observation(), {**info, "randomised": dict(drawn.values)} if drawn.values else info
-
-    def check_reset_options(self, options: Mapping[str, Any] | None) -> ResetOptions:
-        """Check the options of a reset without resetting; the vector env asks before any of its envs is reset.
-
-        Parameters
-        ----------
-        options
-            As `reset` takes them.
-
-        Returns
-        -------
-        ResetOptions
-            The same, checked.
-
-        Raises
-        ------
-        ValueError
-            As `reset` does.
-        """
-        return checked_reset_options(options, self._plain, self._made_with, self._sim.everyone, self._sim.obstacles)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold one action for ``frame_skip`` frames.
@@ -233,9 +209,9 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
 
         Returns
         -------
-        ndarray or list of ndarray or None
-            For ``rgb_array`` a picture (``render_height``, ``render_width``, 3) uint8; for ``rgb_array_list`` those of
-            all steps since the last call; otherwise ``None``, as the viewer's window shows the scene.
+        ndarray or None
+            For ``rgb_array`` a picture (``render_height``, ``render_width``, 3) uint8; otherwise ``None``, as the
+            viewer's window shows the scene.
 
         Raises
         ------

@@ -120,11 +120,6 @@ class EnvEntry:
     draws_paths: bool = False
 
     @property
-    def vector_entry_point(self) -> str:
-        """The factory of its vector env, as ``module:name``."""
-        return f"colias_sim.envs.vector:{self.entry_point.rpartition(':')[2].lower()}"
-
-    @property
     def all_measures(self) -> tuple[Measure, ...]:
         """The env's measures and `RETURN`, in the order of a table's columns."""
         return (*self.measures, RETURN)

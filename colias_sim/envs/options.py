@@ -26,7 +26,7 @@ Arena = Annotated[str, AfterValidator(known_arena)]
 """The name of a registered arena, or the path of a file of one's own."""
 Observation = Literal["pixels", "neural", "both", "state"]
 Actions = Literal["wheels", "manoeuvres"]
-RenderMode = Literal["rgb_array", "rgb_array_list", "human"]
+RenderMode = Literal["rgb_array", "human"]
 View = Literal["arena", "top", "observer"]
 
 Env = TypeVar("Env")

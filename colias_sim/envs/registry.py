@@ -31,7 +31,6 @@ def register_envs() -> None:
             gym.register(
                 name,
                 entry_point=entry.entry_point,
-                vector_entry_point=entry.vector_entry_point,
                 max_episode_steps=entry.max_episode_steps,
                 # Gymnasium's checker looks at the first reset alone. Where that one raises, say for a wrong option,
                 # every later step fails in the checker. The tests run `check_env` on each env instead.

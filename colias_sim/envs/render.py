@@ -45,7 +45,6 @@ class Renderer:
 
     def __init__(self, sim: Simulation, options: EnvOptions) -> None:
         self._sim, self._mode = sim, options.render_mode
-        self._kept: list[Picture] = []
         self._viewer: Any = None
         self._shut: Any = None
         self._offscreen: Offscreen | None = None
@@ -60,31 +59,22 @@ class Renderer:
 
     def begin(self) -> None:
         """Notice that an episode has begun: call after a reset."""
-        self._kept.clear()
         self.step()
 
     def step(self) -> None:
         """Notice a step: call after each."""
-        if self._mode == "rgb_array_list":
-            self._kept.append(self._draw())
-        elif self._mode == "human":
+        if self._mode == "human":
             self._sync()
 
-    def picture(self) -> Picture | list[Picture] | None:
+    def picture(self) -> Picture | None:
         """Return the return value of ``render()``.
 
         Returns
         -------
-        ndarray or list of ndarray or None
-            For ``rgb_array`` a picture, (H, W, 3) uint8; for ``rgb_array_list`` the pictures since the last call;
-            otherwise ``None``.
+        ndarray or None
+            For ``rgb_array`` a picture, (H, W, 3) uint8; otherwise ``None``.
         """
-        if self._mode == "rgb_array":
-            return self._draw()
-        if self._mode == "rgb_array_list":
-            kept, self._kept = self._kept, []
-            return kept
-        return None
+        return self._draw() if self._mode == "rgb_array" else None
 
     def retexture(self, texture: int) -> None:
         """Notice that the model's texture of this index has changed."""

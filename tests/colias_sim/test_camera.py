@@ -10,7 +10,6 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.exposure import plan_frame
-from colias_sim.offscreen import shared_contexts
 from colias_sim.scene import FrameClock
 
 LENS = CameraConfig().forward_cm / 100
@@ -251,29 +250,6 @@ def test_cameras_come_and_go_without_touching_each_other():
         closed.close()
         del dropped
         np.testing.assert_array_equal(picture(survivor), before)
-
-
-def test_a_shared_context_outlives_the_first_to_close_and_changes_no_picture() -> None:
-    """Worlds of equal looks in one context, another look beside them: each renders what it does alone."""
-
-    def picture(sim: Simulation) -> np.ndarray:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, rng)
-        return sim.step(rng).luma
-
-    with Simulation(scene=STILL) as alone, Simulation(scene=PLAIN) as plain:
-        still, bare = picture(alone), picture(plain)
-    with shared_contexts():
-        first, second, third = Simulation(scene=STILL), Simulation(scene=STILL), Simulation(scene=PLAIN)
-    for sim, expected in ((first, still), (third, bare), (second, still)):
-        np.testing.assert_array_equal(picture(sim), expected)
-    first.close()
-    np.testing.assert_array_equal(picture(second), still)
-    with pytest.raises(RuntimeError, match="closed"):
-        picture(first)
-    second.close()
-    np.testing.assert_array_equal(picture(third), bare)
-    third.close()
 
 
 def test_a_simulation_tells_whether_it_has_a_camera():

@@ -12,7 +12,6 @@ import pytest
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
 from colias_sim.exposure import LAG_SDS
-from colias_sim.offscreen import shared_contexts
 from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import FrameClock
 from experiments import run
@@ -80,24 +79,6 @@ def test_parts_that_are_off_change_nothing(usual):
     with Simulation(camera=off) as sim:
         assert same(crossing(sim), usual)
     assert {(frame.row_time_us, frame.age_ms) for frame in usual} == {(0.0, 0.0)}
-
-
-def test_the_robot_s_eye_has_the_same_bits_in_a_shared_context():
-    eye = CameraConfig.preset("ov7670")
-    with Simulation(camera=eye) as alone:
-        expected = crossing(alone)
-    with shared_contexts():
-        sims = [Simulation(camera=eye) for _ in range(2)]
-    for sim in sims:
-        sim.reset({"stimulus": START}, np.random.default_rng(1))
-        robot = sim.robots["stimulus"]
-        robot.drive(robot.wheels_for(0.1, 0.0))
-    noises = [np.random.default_rng(2) for _ in sims]
-    for frame in expected:
-        for sim, noise in zip(sims, noises, strict=True):
-            np.testing.assert_array_equal(sim.step(noise).luma, frame.luma)
-    for sim in sims:
-        sim.close()
 
 
 def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():

@@ -9,7 +9,7 @@ import pytest
 
 import colias_sim  # noqa: F401 - registers the envs
 from dsnn import Response
-from tests.helpers.vector import FIXATION
+from tests.helpers.envs import FIXATION
 
 SAID = "one argument, the tuple (rows, columns)"
 

@@ -16,6 +16,7 @@ from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import options_of
 
 NAMES = sorted(ENVS)
+FIXATION = "colias_sim/Fixation-v0"
 SENSES = ("pixels", "neural", "both", "state")
 AHEAD = np.array([0.3, 0.3], np.float32)
 every_env = pytest.mark.parametrize("name", NAMES)

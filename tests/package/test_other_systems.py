@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from colias_sim.envs.vector import arguments
 from experiments.bench.engine import errors
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.workers import local
@@ -35,7 +34,6 @@ def importing(name, namespace=None, *rest):
     return real(name, namespace, *rest)
 
 builtins.__import__ = importing
-count = 0
 for package in ("colias_sim", "dsnn", "scenes", "experiments"):
     for info in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
         if not info.name.endswith(("__main__", "firmware.program", "train_ppo")):
@@ -44,15 +42,12 @@ for package in ("colias_sim", "dsnn", "scenes", "experiments"):
             except ModuleNotFoundError as error:  # an extra's
                 if error.name.split(".")[0] in ("colias_sim", "dsnn", "scenes", "experiments"):
                     raise
-            count += 1
-print(count)
 """
 
 
 def test_every_module_is_imported_without_what_windows_lacks(tmp_path):
     done = subprocess.run([sys.executable, "-c", IMPORTS], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
-    assert int(done.stdout.split()[-1]) > 300
 
 
 @pytest.mark.parametrize(
@@ -69,13 +64,6 @@ def test_what_needs_pipes_by_number_says_so(tmp_path, monkeypatch, asks):
     with pytest.raises(UsageError, match="needs Linux or another POSIX system"):
         asks(tmp_path)
     assert not list(tmp_path.iterdir())
-
-
-def test_vector_envs_keep_to_one_process(monkeypatch):
-    monkeypatch.setattr(arguments, "POSSIBLE", False)
-    assert arguments.worker_count(None, 4) == 0
-    with pytest.raises(ValueError, match="other processes need POSIX"):
-        arguments.worker_count(2, 4)
 
 
 def test_without_owners_no_file_is_known_to_be_the_users(tmp_path, monkeypatch):

@@ -11,7 +11,6 @@ PACKAGES = (
     "experiments",
     "colias_sim",
     "colias_sim.envs",
-    "colias_sim.envs.vector",
     "colias_sim.metrology",
     "dsnn",
     "dsnn.stimuli",

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.envs.registration import load_env_creator
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
 from pydantic.dataclasses import dataclass
 
 from colias_sim.envs import ENVS, NEURAL
 from colias_sim.envs.options import checked
-from colias_sim.envs.vector.host import env_class
 from dsnn import Response, model_entry
 from dsnn.exponential import exp
 from experiments.bench.closed_loop.behaviour import Behaviour, Wheels
@@ -50,7 +50,8 @@ def _legal_options(options: Mapping[str, Any], info: ValidationInfo) -> Mapping[
         if name not in TRAINED_UNDER:
             raise ValueError(f"no argument to be trained under: '{name}'; legal are {', '.join(TRAINED_UNDER)}")
     if "env" in info.data:
-        checked(env_class(ENVS[info.data["env"]].entry_point).options_type, options)
+        env: Any = load_env_creator(ENVS[info.data["env"]].entry_point)
+        checked(env.options_type, options)
     return options
 
 

@@ -13,13 +13,13 @@ from typing import Any
 
 import cv2
 import pyarrow as pa
+from gymnasium.envs.registration import load_env_creator
 from threadpoolctl import threadpool_limits
 
 from colias_sim.arena import Arena
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
-from colias_sim.envs.vector.host import env_class
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
@@ -187,7 +187,7 @@ def arena_files(arena: Any) -> list[str]:
 def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
     """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
     try:
-        env_class(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
+        load_env_creator(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
     except (ValueError, TypeError) as error:
         raise UsageError(f"{origin}: {error}") from None
 

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import cv2
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -27,7 +26,6 @@ from experiments.bench.reproduction import report, reproduce
 from experiments.bench.reproduction.plan import QUICK
 from experiments.wiring import build
 from tests.helpers import user_files
-from tests.helpers.vector import FIXATION
 
 TOP = "import ctypes, os, sys\nimport cv2\nimport numpy as np\n"
 
@@ -180,14 +178,3 @@ def test_sys_exit_in_a_model_of_an_env_does_not_end_the_program(method):
     with pytest.raises(RuntimeError, match="SystemExit: 0"):
         model = build(Leaves, (72, 99))
         model.reset() if method == "reset" else model.step(np.zeros((72, 99), np.uint8))
-
-
-def test_sys_exit_in_a_model_of_many_envs_is_told(tmp_path):
-    path = write_model(tmp_path, "leaves", "sys.exit(3)")
-    envs = gym.make_vec(FIXATION, num_envs=2, observation="neural", model=path)
-    try:
-        with pytest.raises(RuntimeError, match="SystemExit: 3") as caught:
-            envs.reset(seed=0)
-        assert "leaves.py" in caught.value.__notes__[0]
-    finally:
-        envs.close()

@@ -165,7 +165,7 @@ def test_what_happens_does_not_depend_on_what_is_observed_or_shown(name):
         {"observation": "state"},
         {"observation": "pixels", "noise": 0.0},
         {"observation": "neural", "model": "flow", "noise": 2.0},
-        {"observation": "state", "render_mode": "rgb_array_list", "render_width": 32, "render_height": 24},
+        {"observation": "state", "render_mode": "rgb_array", "render_width": 32, "render_height": 24},
     ):
         env = bare(name, **options)
         told.append([(info, rest[:2]) for _, *rest, info in episode(env, seed=2)])

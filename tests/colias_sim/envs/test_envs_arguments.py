@@ -13,9 +13,7 @@ import numpy as np
 import pytest
 from gymnasium import error
 
-from colias_sim.envs import vector
 from colias_sim.envs.options import options_of
-from colias_sim.envs.vector.arguments import reset_seeds
 from tests.helpers.envs import NAMES, bare, env_class, every_env, options_type
 
 ROOT = Path(__file__).parents[3]
@@ -32,14 +30,6 @@ def test_the_constructor_spells_out_every_argument(name):
         assert parameter.kind is inspect.Parameter.KEYWORD_ONLY
         assert (parameter.default, parameter.annotation) == (options[key].default, options[key].annotation)
         assert not isinstance(parameter.annotation, str)
-
-
-@every_env
-def test_the_vector_env_s_factory_does_too(name):
-    single = inspect.signature(env_class(name)).parameters
-    many = inspect.signature(getattr(vector, env_class(name).__name__.lower())).parameters
-    assert list(many) == ["num_envs", "workers", "autoreset_mode", "max_episode_steps", *single]
-    assert all(many[key] == single[key] for key in single)
 
 
 def test_positional_arguments_are_refused():
@@ -194,18 +184,3 @@ def test_a_truth_value_is_legal_where_one_is_meant():
     env = gym.make("colias_sim/Fixation-v0", observation="state", follow=True, camera={"still_background": True})
     assert env.unwrapped.options.follow is True and env.unwrapped.options.camera.still_background is True
     env.close()
-
-
-@pytest.mark.parametrize("flag", FLAGS, ids=repr)
-@pytest.mark.parametrize("key", ["num_envs", "workers", "max_episode_steps"])
-def test_a_vector_env_s_counts_are_no_truth_values(key, flag):
-    given = {"num_envs": 2, "workers": 0, key: flag}
-    with pytest.raises(ValueError, match=rf"^{key}={re.escape(repr(flag))}: expected "):
-        vector.fixation(**given)
-
-
-def test_nor_are_its_seeds():
-    for seed in (True, [0, True], np.array([True, False]), [np.True_, 1]):
-        with pytest.raises(ValueError, match="expected a whole number from 0"):
-            reset_seeds(seed, 2)
-    assert reset_seeds([0, 1], 2) == [0, 1] == reset_seeds(0, 2)

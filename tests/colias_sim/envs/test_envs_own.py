@@ -18,7 +18,6 @@ from colias_sim.envs.docs import documented
 from colias_sim.envs.measures import COLLISIONS_PER_METRE, EnvEntry
 from colias_sim.envs.options import STRICT, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver
-from colias_sim.envs.vector import ColiasVectorEnv
 from colias_sim.envs.world import OBSERVER, parked_robots
 
 ENTRY = EnvEntry(
@@ -74,21 +73,17 @@ def test_its_arguments_are_checked() -> None:
         Circle(turn_rad_s=9.0)
 
 
-@pytest.mark.parametrize("workers", [0, 1])
-def test_there_can_be_many_of_it(workers: int) -> None:
-    envs = ColiasVectorEnv(ENTRY.entry_point, 2, workers=workers, observation="state", turn_rad_s=2.0)
-    envs.reset(seed=0)
-    _, rewards, *_, infos = envs.step(np.zeros((2, 2), np.float32))
-    envs.close()
-    assert rewards == pytest.approx([-2.0, -2.0], abs=0.05)
-    np.testing.assert_array_equal(infos["reward_turn"], rewards)
-
-
 def test_gymnasium_makes_it_by_name() -> None:
     gym.register("tests/Circle-v0", entry_point=ENTRY.entry_point, max_episode_steps=ENTRY.max_episode_steps)
     try:
         env = gym.make("tests/Circle-v0", observation="state")
         env.reset(seed=0)
         env.close()
+        envs = gym.make_vec("tests/Circle-v0", 2, observation="state", turn_rad_s=2.0)
+        envs.reset(seed=0)
+        _, rewards, *_, infos = envs.step(np.zeros((2, 2), np.float32))
+        envs.close()
+        assert rewards == pytest.approx([-2.0, -2.0], abs=0.05)
+        np.testing.assert_array_equal(infos["reward_turn"], rewards)
     finally:
         del gym.registry["tests/Circle-v0"]

@@ -109,8 +109,8 @@ def test_what_happens_does_not_depend_on_what_is_observed():
 
 
 def test_a_vector_env_plays_the_episodes_of_single_ones():
-    """Several worlds in one OpenGL context, each with a wall of its own."""
-    many = gym.make_vec(FIXATION, num_envs=3, workers=0, camera=EYE, robot="colias4", randomise=WIDE)
+    """Several worlds in one process, each with a wall of its own."""
+    many = gym.make_vec(FIXATION, num_envs=3, camera=EYE, robot="colias4", randomise=WIDE)
     batch, infos = many.reset(seed=20)
     steps = [many.step(np.full((3, 2), 0.2, np.float32))[0] for _ in range(3)]
     many.close()

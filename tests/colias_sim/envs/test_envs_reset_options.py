@@ -125,10 +125,9 @@ def test_robots_in_the_way_are_drawn_anew():
 # Vector envs.
 
 
-@pytest.mark.parametrize("workers", [0, 2])
-def test_vector_envs_pass_options_on(workers):
+def test_vector_envs_pass_options_on():
     options: dict[str, Any] = {"light": 0.5, "poses": {"observer": (5.0, 0.0, 0.0)}}
-    many = gym.make_vec(FIXATION, num_envs=2, workers=workers, max_episode_steps=2)
+    many = gym.make_vec(FIXATION, num_envs=2, max_episode_steps=2)
     batch, infos = many.reset(seed=7, options=options)
     with pytest.raises(ValueError, match=r"light=9: legal is 0.05 \.\. 2"):
         many.reset(options={"light": 9})
