@@ -6,20 +6,16 @@ camera model, so a release of colias-sim leaves the picture as it is.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import os
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 
 import cv2
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import gl
 from colias_sim.offscreen import Offscreen
 
 SHAPE = (72, 99)
@@ -72,35 +68,8 @@ def expected_frame() -> Luma:
 
 @cache
 def reference_hash() -> str:
-    """Return the hash of the reference frame as this process draws it.
-
-    Drawing it takes a tenth of a second and more, so it is drawn once for each renderer, as `gl.renderer` names it, and
-    version of MuJoCo. The hash is then kept in the user's cache (``$XDG_CACHE_HOME/colias-sim``).
-
-    Returns
-    -------
-    str
-        12 hexadecimal digits; empty before this process has drawn anything.
-    """
-    renderer = gl.renderer()
-    if not renderer:
-        return ""
-    key = hashlib.sha256(f"{renderer}\n{mujoco.__version__}\n{_scene()}".encode()).hexdigest()[:16]
-    kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "colias-sim" / f"reference-{key}"
-    with contextlib.suppress(OSError, UnicodeDecodeError):
-        known = kept.read_text(encoding="ascii")
-        if len(known) == 12:
-            return known
-    drawn = digest(reference_frame())
-    with contextlib.suppress(OSError):
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        partial = kept.with_name(f"{kept.name}.{os.getpid()}.part")
-        try:
-            partial.write_text(drawn, encoding="ascii")
-            partial.replace(kept)
-        finally:
-            partial.unlink(missing_ok=True)
-    return drawn
+    """Return the hash of the reference frame. It is drawn once a process, which takes a third of a second."""
+    return digest(reference_frame())
 
 
 def _scene() -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import resource
@@ -81,6 +82,28 @@ def test_a_quiet_run_says_nothing_where_no_home_can_be_written(tmp_path):
     process = start(tmp_path, *CLI, "run", "speed", *QUICK, "-q", **environment)
     assert process.communicate(timeout=200) == ("", "")
     assert process.returncode == 0
+
+
+NOBODY = """
+import os, pwd
+def unknown(uid):
+    raise KeyError(f"getpwuid(): uid not found: {uid}")
+pwd.getpwuid = unknown
+from experiments.bench.cli.entry import main
+main()
+"""
+
+
+def test_a_user_without_a_home_gets_rows(tmp_path):
+    """As in a container that is started with any number for a user."""
+    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
+    command = [sys.executable, "-c", NOBODY, "run", "speed", *QUICK, "--workers", "0", "--out", "out", "-q"]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
+    assert pq.read_table(tmp_path / "out" / "trials.parquet").num_rows
+    assert len(json.loads((tmp_path / "out" / "experiment.json").read_text())["reference_frames"][0]) == 12
 
 
 def test_one_episode_has_no_interval_and_a_robot_at_rest_a_gain_of_0(colias):

@@ -11,4 +11,5 @@ from experiments.bench.store.rows import TrialRecord
 
 def drawn_here(record: TrialRecord) -> TrialRecord:
     """Return a record that names what draws in this process, and the hash of its reference frame."""
-    return replace(record, renderer=gl.renderer(), pixels=reference_hash())
+    renderer = gl.renderer()  # empty before anything was drawn, as by a policy that senses the state
+    return replace(record, renderer=renderer, pixels=reference_hash() if renderer else "")

@@ -181,7 +181,8 @@ def _built() -> tuple[str | None, bool | None]:
 def _git(root: Path, *arguments: str) -> str | None:
     """Return what git says; ``None`` where it fails, or is not there."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    command = ["git", "--no-optional-locks", "-C", str(root), *arguments]
+    # The checkout may belong to another user, which git distrusts; Python runs its code already.
+    command = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(root), *arguments]
     try:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=GIT_S, check=True)
     except (OSError, subprocess.SubprocessError, ValueError):

@@ -157,14 +157,3 @@ def test_the_reference_frame_is_the_one_that_is_kept():
     drawn = reference.reference_frame()
     assert drawn.shape == (72, 99, 3) and np.array_equal(drawn, reference.reference_frame())
     assert np.abs(drawn.astype(int) - kept).mean() < 2.0
-
-
-def test_its_hash_is_kept_in_the_cache(tmp_path, monkeypatch):
-    drawn = reference.digest(reference.reference_frame())
-    for place in (tmp_path, tmp_path / "file" / "closed"):
-        (tmp_path / "file").touch()
-        monkeypatch.setenv("XDG_CACHE_HOME", str(place))
-        reference.reference_hash.cache_clear()
-        assert reference.reference_hash() == drawn
-    assert [path.read_text() for path in (tmp_path / "colias-sim").iterdir()] == [drawn]
-    reference.reference_hash.cache_clear()

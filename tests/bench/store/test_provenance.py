@@ -1,14 +1,17 @@
 """What experiment.json tells of what computed a run: every library that does, and what drew the frames."""
 
 import json
+import os
 import re
 import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
+import hatch_build
 from colias_sim import reference
 from experiments.bench.store import provenance
 from tests.conftest import Colias
@@ -29,6 +32,21 @@ def test_every_dependency_that_computes_is_noted():
     assert depends <= {*provenance.LIBRARIES, *COMPUTE_NOTHING}
     assert not depends & set(COMPUTE_NOTHING) & set(provenance.LIBRARIES)
     assert "unknown" not in provenance.versions().values()
+
+
+def test_a_checkout_that_belongs_to_another_user_keeps_its_commit(tmp_path, monkeypatch):
+    git = shutil.which("git")
+    if git is None or not (ROOT / ".git").exists():
+        pytest.skip("not a checkout")
+    commit = subprocess.run([git, "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
+    (tmp_path / "git").write_text(f'#!/bin/sh\nGIT_TEST_ASSUME_DIFFERENT_OWNER=1 exec {git} "$@"\n')
+    (tmp_path / "git").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    assert subprocess.run(["git", "-C", ROOT, "status"], capture_output=True, check=False).returncode, (
+        "git distrusts it"
+    )
+    assert provenance.checkout.__wrapped__()[0] == commit.strip()
+    assert hatch_build._git(str(ROOT), "rev-parse", "HEAD") == commit.strip()
 
 
 def described(folder: Path) -> dict:
