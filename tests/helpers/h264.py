@@ -1,21 +1,18 @@
-"""Reading a video back, with OpenCV's decoder and the encoder's own report on a file."""
+"""Reading a video back, with PyAV and the encoder's own report on a file."""
 
 from __future__ import annotations
 
 import subprocess
 from pathlib import Path
 
-import cv2
+import av
 import numpy as np
 
 
 def decoded(path: Path) -> list[np.ndarray]:
     """Every frame, (H, W, 3) uint8, RGB."""
-    source, frames = cv2.VideoCapture(str(path)), []
-    while (frame := source.read()[1]) is not None:
-        frames.append(frame[..., ::-1])
-    source.release()
-    return frames
+    with av.open(str(path)) as film:
+        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
 
 
 def report(path: Path) -> str:

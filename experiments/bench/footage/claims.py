@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dsnn import Response
+from experiments.bench.footage.film import Image
 from experiments.bench.footage.flow import Floats, Grades, mean_flow
-from experiments.bench.footage.video import Image, Picture
+from experiments.bench.footage.video import Picture
 from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.verdict import Outcome

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.footage.video import Image
+from experiments.bench.footage.film import Image
 from experiments.bench.footage.watch import LEAST_FRAMES
 from experiments.bench.judging.statistics import SEED, proportion_interval
 from experiments.bench.streams import stream

@@ -1,9 +1,8 @@
-"""Footage, frame by frame: any file that OpenCV decodes, or a live camera. Knows no model and no recording."""
+"""Footage, frame by frame: a video file, or a live camera. Knows no model and no recording."""
 
 from __future__ import annotations
 
 import math
-import os
 import queue
 import threading
 import time
@@ -14,10 +13,10 @@ from typing import TypeVar
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dsnn.frames import frozen
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.footage.film import Film, Image
 
 LONG_SIDE = 320
 """Largest size of the frames a network gets where no size is asked for: a 16:9 film becomes the paper's 320x180."""
@@ -25,16 +24,18 @@ LONG_SIDE = 320
 SIZES_PX = range(8, 4097)
 """Widths and heights that a network can be asked to see."""
 
+FASTEST = 1000.0
+"""Frames per second above which a rate that a file or camera tells is none: absent ones come as absurd numbers."""
+
 VARIES, TICK_S = 0.10, 0.0015
 """Frame intervals vary if one is off the mean by this share, and by more than a container's 1 ms clock rounds."""
 
-Image = npt.NDArray[np.uint8]
 Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One frame as a network takes it: BT.601 luma (R, C) at the network's size.
+    """One frame as a network takes it: luma (R, C) at the network's size, a camera's by BT.601.
 
     ``time_s`` is the footage's own time: a file's time stamps, a camera's by the clock since its first frame.
     ``decode_s`` and ``resize_s`` are what decoding (or waiting for the camera), and luma with resizing, took.
@@ -50,27 +51,24 @@ class Picture:
 class Footage:
     """An open file, or the live camera of a whole-number index, whose first frame is decoded already.
 
-    ``size`` is (width, height) in px, ``rate`` its own frames per second and ``announced`` its number of frames by
-    the container, each None where it tells none. Raises `UsageError` if there is nothing to decode.
+    ``size`` is (width, height) in px as it is shown, ``rate`` its own frames per second and ``announced`` its number of
+    frames by the container, each None where it tells none. Raises `UsageError` if there is nothing to decode.
     """
 
     def __init__(self, source: str) -> None:
         self.source = source
         self.live = source.isdecimal()
-        self._capture = _open(source, self.live)
-        self._reading = threading.Lock()
-        self._clock = _Clock(self.live)
+        self._reader = _Camera(int(source)) if self.live else Film(_file(source))
+        self._frames = self._reader.frames()
         began = time.perf_counter()
-        first = self._read()
+        self._first = next(self._frames, None)
         self._first_s = time.perf_counter() - began
-        if first is None:
+        if self._first is None:
             raise UsageError(f"{source}: no frame could be decoded")
-        self._image: Image | None = first
-        self.size = (first.shape[1], first.shape[0])
-        self.rate = _positive(self._capture.get(cv2.CAP_PROP_FPS), 1000.0)
-        self._clock.start(self._capture, self.rate)
-        count = _positive(self._capture.get(cv2.CAP_PROP_FRAME_COUNT), 1e9)
-        self.announced = None if count is None or self.live else int(count)
+        self.size = self._reader.size
+        self.rate = self._reader.rate if 0.0 < self._reader.rate <= FASTEST else None
+        self._clock = _Clock(self._first[0], self.rate)
+        self.announced = round(self._reader.length_s * self.rate) or None if self.rate else None
         self._exhausted = False
         self._resized: list[str] = []
 
@@ -80,35 +78,34 @@ class Footage:
         Luma comes before resizing: with a third of the bytes to average it takes two thirds of the time of the other
         order, and the two differ by rounding alone.
         """
-        image, began, decode_s = self._image, time.perf_counter(), self._first_s
-        while image is not None:
+        frame, began, decode_s = self._first, time.perf_counter(), self._first_s
+        while frame is not None:
             decoded = time.perf_counter()
-            luma = resized(image, size)
+            luma = resized(frame[1], size)
             ready = time.perf_counter()
             yield Picture(self._clock.frames - 1, self._clock.now_s, luma, decode_s, ready - decoded)
-            before, began = image.shape, time.perf_counter()
-            image = self._read()
+            before, began = frame[1].shape, time.perf_counter()
+            frame = next(self._frames, None)
             decode_s = time.perf_counter() - began
-            if image is not None:
-                self._clock.tick(self._capture)
-                if image.shape != before:
-                    self._resized.append(f"{image.shape[1]}x{image.shape[0]} from frame {self._clock.frames - 1} on")
+            if frame is not None:
+                self._clock.tick(frame[0])
+                if frame[1].shape != before:
+                    width, height = self._reader.size
+                    self._resized.append(f"{width}x{height} from frame {self._clock.frames - 1} on")
         self._exhausted = True
 
     def ended_early(self) -> str:
         """Tell why this is not all of the footage, in words; empty if it is, or if reading was broken off.
 
-        AVI and MP4 store their number of frames; elsewhere OpenCV estimates it from duration and rate, so there
-        only an end before that duration counts.
+        A file's length may be that of its sound, so an end counts only where time and number of frames agree on it.
         """
         if not self._exhausted:
             return ""
         if self.live:
             return f"camera {self.source} gave no more frames after {self._clock.frames}"
-        if self.announced is None or self._clock.frames >= self.announced:
+        if self.rate is None or self.announced is None or self._clock.frames >= self.announced:
             return ""
-        rate = self.rate or 1.0
-        if not _stores_count(Path(self.source)) and self._clock.now_s + 3 / rate >= self.announced / rate:
+        if self._clock.now_s + (1 + self._reader.slack) / self.rate >= self._reader.length_s:
             return ""
         return f"ended early: {self._clock.frames} of the {self.announced} frames its header announces were decoded"
 
@@ -118,40 +115,66 @@ class Footage:
         if not self.live and self._clock.varies():
             low, high = self._clock.shortest_s * 1e3, self._clock.longest_s * 1e3
             notes.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; the network steps once a frame")
+        if self._reader.interlaced:
+            notes.append("interlaced: one picture is made of the two fields of a frame")
+        if self._reader.damaged:
+            notes.append(f"{self._reader.damaged} frames could not be decoded and are left out")
         return notes
 
     def close(self) -> None:
-        """Let go of the file or camera; a camera that hangs in another thread is left to the process's end."""
+        """Let go of the file or camera."""
+        self._reader.close()
+
+
+class _Camera:
+    """A camera by its index, read by OpenCV. It is neither long nor interlaced as a `Film` is."""
+
+    length_s = slack = 0.0
+    interlaced = damaged = 0
+
+    def __init__(self, index: int) -> None:
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # the error says it
+        try:
+            self._capture = cv2.VideoCapture(index)
+        except cv2.error as error:
+            raise UsageError(f"camera {index}: {error.err}") from None
+        if not self._capture.isOpened():
+            raise UsageError(f"camera {index}: cannot be opened")
+        self._reading = threading.Lock()
+        self.rate = self._capture.get(cv2.CAP_PROP_FPS)
+        self.size = (0, 0)
+
+    def frames(self) -> Iterator[tuple[float, Image]]:
+        """Yield each frame, BGR or grey, with the time of the clock in seconds, until there are no more."""
+        while True:
+            try:
+                with self._reading:
+                    ok, image = self._capture.read()
+            except cv2.error:
+                return
+            if not ok or image is None or not image.size:
+                return
+            self.size = (image.shape[1], image.shape[0])
+            yield time.monotonic(), np.asarray(image, np.uint8)
+
+    def close(self) -> None:
+        """Let go of the camera; one that hangs in another thread is left to the process's end."""
         if self._reading.acquire(timeout=0.5):
             self._capture.release()
-
-    def _read(self) -> Image | None:
-        try:
-            with self._reading:
-                ok, image = self._capture.read()
-        except cv2.error:
-            return None
-        return np.asarray(image, np.uint8) if ok and image is not None and image.size else None
 
 
 class _Clock:
     """Times of the frames, in seconds from the start, and bounds of their intervals."""
 
-    def __init__(self, live: bool) -> None:
-        self._live = live
+    def __init__(self, first_s: float | None, rate: float | None) -> None:
         self.frames, self.now_s = 1, 0.0
         self.shortest_s, self.longest_s = math.inf, 0.0
+        self._origin_s, self._usual_s = first_s or 0.0, 1.0 / (rate or 30.0)
 
-    def start(self, capture: cv2.VideoCapture, rate: float | None) -> None:
-        """Begin the times: the first frame has been read."""
-        self._usual_s = 1.0 / (rate or 30.0)
-        self._origin_s = self._told(capture)
-
-    def tick(self, capture: cv2.VideoCapture) -> None:
-        """Another frame has been read."""
-        reported_s = self._told(capture) - self._origin_s
-        # Raw streams carry no time stamps: then the rate has to do.
-        now = reported_s if reported_s > self.now_s else self.now_s + self._usual_s
+    def tick(self, time_s: float | None) -> None:
+        """Another frame has been read, with its time stamp. Raw streams have none: then the rate has to do."""
+        stamped = None if time_s is None else time_s - self._origin_s
+        now = stamped if stamped is not None and stamped > self.now_s else self.now_s + self._usual_s
         self.shortest_s, self.longest_s = min(self.shortest_s, now - self.now_s), max(self.longest_s, now - self.now_s)
         self.frames, self.now_s = self.frames + 1, now
 
@@ -161,9 +184,6 @@ class _Clock:
             return False
         mean = self.now_s / (self.frames - 1)
         return max(mean - self.shortest_s, self.longest_s - mean) > max(VARIES * mean, TICK_S)
-
-    def _told(self, capture: cv2.VideoCapture) -> float:
-        return time.monotonic() if self._live else capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
 
 
 def resized(image: Image, size: tuple[int, int]) -> Image:
@@ -230,31 +250,10 @@ def ahead(items: Iterator[Item], stop: threading.Event) -> Iterator[Item]:
         maker.join(timeout=0.5)
 
 
-def _open(source: str, live: bool) -> cv2.VideoCapture:
+def _file(source: str) -> Path:
     path = Path(source)
-    if not live and not path.exists():
+    if not path.exists():
         raise UsageError(f"{source}: no such file (a camera is given by its index, from 0 up)")
-    if not live and (path.is_dir() or path.stat().st_size == 0):
+    if path.is_dir() or path.stat().st_size == 0:
         raise UsageError(f"{source}: {'a folder' if path.is_dir() else 'the file is empty'}")
-    # OpenCV and FFmpeg report to stderr what is told here in one line.
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    try:
-        # FFmpeg by name: OpenCV's own AVI reader, which comes next, cannot be kept from writing to stderr.
-        capture = cv2.VideoCapture(int(source)) if live else cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-    except cv2.error as error:
-        raise UsageError(f"{source}: {error.err}") from None
-    if not capture.isOpened():
-        raise UsageError(f"camera {source}: cannot be opened" if live else f"{source}: not a video OpenCV can decode")
-    return capture
-
-
-def _positive(value: float, limit: float) -> float | None:
-    """Return what a container tells, if it can be true: absent values come as 0, -1, NaN or absurd."""
-    return value if 0.0 < value <= limit else None
-
-
-def _stores_count(path: Path) -> bool:
-    with path.open("rb") as file:
-        head = file.read(8)
-    return head.startswith(b"RIFF") or head[4:] == b"ftyp"
+    return path
