@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release hero train policies test test-train test-fit test-live attack fuzz docs docs-quick playground lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release hero train policies test test-train test-fit test-live fuzz docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -87,9 +87,6 @@ test-live: $(READY) ## The tests of the page of colias live, which need the extr
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
 	$(BIN)/python -m pytest tests/bench/training/test_train.py
-
-attack: $(READY) ## Bad models, trees of users' files, data that name code, links, damaged folders, full disks, copies, Ctrl-C; COLIAS_ATTACK_FULL=1: all there are
-	$(BIN)/python -m pytest -m attack -n auto --dist worksteal tests/attack
 
 fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
 	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/firmware/test_serial.py \

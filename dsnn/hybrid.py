@@ -14,7 +14,7 @@ from dsnn.direction.network import DSNN
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams, Milliseconds
 
 
@@ -39,7 +39,7 @@ class HybridParams(DSNNParams):
         return LGMD1Params(w_i=self.lgmd_w_i, t_g=self.lgmd_t_g, t_ffi=self.lgmd_t_ffi, t_sp=self.lgmd_t_sp)
 
 
-class Hybrid(NonCopyable):
+class Hybrid:
     """DSNN and LGMD1 see the same frames, and looming gates direction: the paper's proposal for further work.
 
     Assumed, as the paper only proposes it: how the two are joined.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NoReturn, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -136,21 +136,6 @@ class ResponseSeries:
             looming=np.array([a.looming for a in answers], np.float64),
             looming_spikes=np.array([a.looming_spikes for a in answers], np.int64),
             azimuth=np.array([a.azimuth for a in answers], np.float64),
-        )
-
-
-class NonCopyable:
-    """Base class of the models that ship: `copy` and `pickle` refuse them.
-
-    A model's buffers are views of one another, or lie in C. A copy would share them with the original, or lose what
-    ties them together, and answer wrong without a word.
-    """
-
-    def __reduce__(self) -> NoReturn:
-        name = type(self).__name__
-        raise TypeError(
-            f"a model cannot be copied or pickled: make another {name} of the same shape and params, "
-            f"{name}(model.shape, model.params), and show it the same frames"
         )
 
 

@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -49,7 +49,7 @@ class EMDParams:
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
-class EMD(NonCopyable):
+class EMD:
     """Array of full Hassenstein-Reichardt correlators along x and y, its opponent output averaged over the field.
 
     The arrangement is that of Iida and Lambrinos (a bee's odometer): one pathway for both polarities, each detector's
@@ -93,7 +93,6 @@ class EMD(NonCopyable):
         self._shifts = q.spacing, q.spacing * width
         self._h: Floats = np.zeros((rows, width), np.float32)
         self._d = np.zeros_like(self._h)
-        self._signal = self._h[:, :columns]
         self.reset()
 
     def reset(self) -> None:
@@ -108,11 +107,12 @@ class EMD(NonCopyable):
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
         luminance = luma(frame, self.shape, channels)
+        signal = self._h[:, : self.shape[1]]
         if self.params.tau_hp > 0.0:
-            self._signal += self._retina.step(luminance)
-            self._signal *= np.float32(self._pass)
+            signal += self._retina.step(luminance)
+            signal *= np.float32(self._pass)
         else:
-            np.copyto(self._signal, luminance, casting="same_kind")
+            np.copyto(signal, luminance, casting="same_kind")
         if self._steps == 0:
             np.copyto(self._d, self._h)
         cv2.accumulateWeighted(self._h, self._d, self._delay)

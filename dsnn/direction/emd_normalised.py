@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -36,7 +36,7 @@ class EMDNormalisedParams:
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
-class EMDNormalised(NonCopyable):
+class EMDNormalised:
     """Array of full Hassenstein-Reichardt correlators along x and y, their input divided by the contrast around it.
 
     With H the high-passed luminance, ``c = tanh(H / (kappa + sum w |H|))``, w uniform over a square of ``pool`` px and

@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
 from dsnn.frames import Channels, FrameError, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 
 PRESETS = {
     "ultrafast": cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST,
@@ -38,7 +38,7 @@ class FlowParams:
     )
 
 
-class Flow(NonCopyable):
+class Flow:
     """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
 
     In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over all

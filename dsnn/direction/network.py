@@ -10,12 +10,12 @@ import numpy.typing as npt
 from dsnn import forms
 from dsnn.direction.numpy_form import NumpyNetwork
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.native import NativeNetwork
 from dsnn.params import DSNNParams
 
 
-class DSNN(NonCopyable):
+class DSNN:
     """The directionally selective neural network, fast enough to close the loop.
 
     Assumed where the paper leaves it open: LA is 0 where the two Gaussians differ in sign (``polarity``); F keeps no

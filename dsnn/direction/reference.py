@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dsnn.direction import layers
 from dsnn.filters import gaussian_kernel
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import LayerMaps, NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams
 
 
@@ -42,7 +42,7 @@ class Pathway:
         self.lp_vs += gain * (layers.correlate(self.f, self._delays, p.d, p.w_i, axis=0) - self.lp_vs)
 
 
-class ReferenceDSNN(NonCopyable):
+class ReferenceDSNN:
     """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
 
     Assumed: what `dsnn.DSNN` assumes.

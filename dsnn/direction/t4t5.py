@@ -14,7 +14,7 @@ from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 
 
 @with_field_docs
@@ -27,7 +27,7 @@ class T4T5Params(LocalMotionParams):
     )
 
 
-class T4T5(NonCopyable):
+class T4T5:
     """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
 
     These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two

@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -39,7 +39,7 @@ class ThreeArmParams:
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
-class ThreeArm(NonCopyable):
+class ThreeArm:
     """T4 and T5 cells of three neighbours A, B, C: B times the delayed A, divided by the delayed C.
 
     H, the high-passed luminance of 0..1, is split into ``ON = max(H, 0)`` and ``OFF = max(-H, 0)``, each with its

@@ -11,10 +11,10 @@ from typing import Any
 import numpy.typing as npt
 
 from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 
 
-class Detector(NonCopyable, ABC):
+class Detector(ABC):
     """A looming detector: its layers give potential and spikes of a frame, in `_answer`.
 
     Parameters

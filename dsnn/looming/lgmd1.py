@@ -16,7 +16,7 @@ from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import Grouping, convolve, ring
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.native import NativeLGMD1
 from dsnn.retina import Floats, Retina
 
@@ -67,7 +67,7 @@ class LGMD1Params:
         }
 
 
-class LGMD1(NonCopyable):
+class LGMD1:
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
     With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of a cell's eight neighbours.

@@ -17,7 +17,7 @@ from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import REST, Grouping, convolve, ring
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -118,7 +118,7 @@ class Pathway:
         return np.maximum(self._s, self._zeros, out=self._s)
 
 
-class LGMD2(NonCopyable):
+class LGMD2:
     """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
 
     Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last signal) and loses ``w`` times

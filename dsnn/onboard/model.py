@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from dsnn import forms
 from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.native.onboard import NativeOnboard
 from dsnn.onboard.fixed import constants
 from dsnn.onboard.numpy_form import NumpyOnboard
 from dsnn.onboard.params import OnboardParams
 
 
-class OnboardDSNN(NonCopyable):
+class OnboardDSNN:
     """The directionally selective neural network in whole numbers of 8 and 16 bits.
 
     Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Generic, NamedTuple, TypeVar
+from typing import Annotated, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -233,9 +233,6 @@ class Stimulus(ABC, Generic[P]):
             raise ValueError(f"seed={seed!r}: legal is a whole number from 0 up")
         self.params = params
         self.seed = seed
-
-    def __getstate__(self) -> dict[str, Any]:
-        return dict(self.__dict__)  # what another thread computes and keeps meanwhile would stop a copy
 
     @property
     def shape(self) -> tuple[int, int]:

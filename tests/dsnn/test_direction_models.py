@@ -1,12 +1,14 @@
 """The detectors of direction that are not of the DSNN's family, by their equations: plain float64 beside the fast."""
 
+import copy
 import math
 
 import numpy as np
 import pytest
 
-from dsnn import EMDNormalised, EMDNormalisedParams, ThreeArm, ThreeArmParams
+from dsnn import MODELS, EMDNormalised, EMDNormalisedParams, ThreeArm, ThreeArmParams
 from dsnn.stimuli import stimulus
+from tests.conftest import crossing
 
 
 def noise(seed, frames=12, shape=(9, 11)):
@@ -115,3 +117,17 @@ def test_reverse_phi_is_seen_backward(quadrants):
         for clip in (phi, reverse)
     )
     assert back < -0.1 < 0.1 < there
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_deep_copy_is_refused_or_answers_alike(name):
+    """Buffers that are views of one another, copied one by one, would answer wrong without a word."""
+    clip = crossing()
+    model = MODELS[name].build(clip[0].shape, MODELS[name].robot)
+    for frame in clip[:10]:
+        model.step(frame)
+    try:
+        twin = copy.deepcopy(model)
+    except TypeError:
+        return
+    assert [model.step(frame) for frame in clip[10:20]] == [twin.step(frame) for frame in clip[10:20]]

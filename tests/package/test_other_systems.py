@@ -11,7 +11,6 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.workers import local
 from experiments.bench.firmware.emulator import Emulator
 from experiments.bench.footage.recording import LiveLog
-from experiments.bench.store import copies
 from experiments.bench.video.encoding import require_encoder
 
 IMPORTS = """
@@ -64,14 +63,6 @@ def test_what_needs_pipes_by_number_says_so(tmp_path, monkeypatch, asks):
     with pytest.raises(UsageError, match="needs Linux or another POSIX system"):
         asks(tmp_path)
     assert not list(tmp_path.iterdir())
-
-
-def test_without_owners_no_file_is_known_to_be_the_users(tmp_path, monkeypatch):
-    (tmp_path / "a.py").write_text("")
-    files = {str(tmp_path / "a.py"): copies.sha256(tmp_path / "a.py")}
-    assert copies.made_here(files)
-    monkeypatch.delattr(os, "getuid")
-    assert not copies.made_here(files)
 
 
 def test_workers_start_and_end_without_signal_masks_and_groups(monkeypatch):

@@ -13,7 +13,6 @@ from experiments.bench.cli import (
     behave,
     camera,
     check,
-    cite,
     clips,
     compare,
     doctor,
@@ -46,7 +45,7 @@ GROUPS = {
     "Models": (check, leaderboard, tune),
     "Behaviours": (behave, train),
     "The robot's chip, and a real robot": (firmware, measured, camera),
-    "What runs left": (runs, rerun, cite, compare, view, video, export),
+    "What runs left": (runs, rerun, compare, view, video, export),
     "What there is": (listing, clips, doctor),
 }
 """Heading -> the modules of its commands, in the order in which help shows them."""
@@ -149,14 +148,4 @@ def command(arguments: list[str]) -> int:
     except typer.TyperException as error:
         from experiments.bench.engine.errors import UsageError
 
-        if _is_resume(error):
-            raise UsageError("--resume: give --out FOLDER, which goes on with the run that is there") from None
         raise UsageError(" ".join(error.format_message().split())) from None
-
-
-def _is_resume(error: typer.TyperException) -> bool:
-    """Say whether the option of an older version was given to a command that goes on by ``--out``."""
-    if getattr(error, "option_name", "") != "--resume":
-        return False
-    context: Any = getattr(error, "ctx", None)
-    return any("--out" in parameter.opts for parameter in context.command.params)

@@ -18,8 +18,7 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
 
     For each: when it was begun, its experiment, seed and models, the parameters that are not at their defaults, how
     many of its trials are finished, how its claims came out, and the commit it was begun with. Imported logs are
-    marked, and so is a time that is the file's (mtime), of runs of older versions.
-    A folder that cannot be read is named in a line.
+    marked. A run of another version is named in a line, with the version that reads it.
     """
     from rich.table import Table
     from rich.text import Text
@@ -39,7 +38,7 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
         failed = f", {row['failures']} failed" if row["failures"] else ""
         whole = row["done"] == row["planned"]
         trials = f"{row['done']}" if whole else Text(f"{row['done']} of {row['planned']}", "yellow")
-        begun = f"{row['when'].astimezone():%Y-%m-%d %H:%M}{'' if row['when_from'] == 'begun' else ' (mtime)'}"
+        begun = f"{row['when'].astimezone():%Y-%m-%d %H:%M}"
         table.add_row(
             name, begun, row["experiment"], "-" if row["seed"] is None else f"{row['seed']}",
             Text.assemble(trials, failed), row["models"], row["changed"], row["verdicts"], row["commit"] or "-",
@@ -50,5 +49,5 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     elif not rows:
         error_console.print(f"no runs in {folder}", soft_wrap=True, markup=False)
     for row in (row for row in rows if row["trouble"] is not None):
-        error_console.print(f"damaged: {row['trouble']}", soft_wrap=True, markup=False)
+        error_console.print(f"{row['trouble']}", soft_wrap=True, markup=False)
     return 0

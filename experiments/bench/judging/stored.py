@@ -9,12 +9,8 @@ An object with ``version`` and ``claims``. Each claim has ``id``, ``says``, ``so
 - ``interval``: the two ends of the exact 95 % interval of the share of judged replicates in which it holds, or null;
 - ``outcome``: what was found in the first replicate, as an `Outcome` has it;
 - ``equal_terms``: the count where the models that it compares with are on equal terms, or null. ``equal`` in
-  ``outcome`` is the outcome there. Files from before have neither;
-- ``decisions``: for each replicate its ``verdict`` and ``check``, the one that decided there, or null. Files from
-  before do not have it.
-
-Files of version 1, a bare list with ``verdict``, are read too. Those of release 0.1 count ``seeds``, later ones
-``replicates``. Release 0.2 calls ``fewest`` in ``outcome`` ``each``.
+  ``outcome`` is the outcome there;
+- ``decisions``: for each replicate its ``verdict`` and ``check``, the one that decided there, or null.
 """
 
 from __future__ import annotations
@@ -23,21 +19,13 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from numbers import Real
-from typing import Any, cast
+from typing import Any
 
 from experiments.bench.judging.checks import Check
-from experiments.bench.judging.count import Count, Reason, count
-from experiments.bench.judging.verdict import Decision, Judged, Outcome, Verdict
+from experiments.bench.judging.count import Count
+from experiments.bench.judging.verdict import Decision, Outcome, Verdict
 
 VERSION = 2
-_FORMER: Mapping[str, Judged] = {
-    "untested": "not shown",
-    "vacuous": "silent model",
-    "untestable": "unknown constants",
-}
-"""Word of version 1 -> the reason that it is today."""
-_OF_REPLICATES: Mapping[str, Judged] = {"held": "holds", "failed": "fails", **_FORMER}
-"""Field of version 1, after ``replicates_`` -> what it counts."""
 
 
 def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
@@ -45,25 +33,9 @@ def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     return {"version": VERSION, "claims": [_entry(verdict) for verdict in verdicts]}
 
 
-def verdicts(content: Any) -> list[Verdict]:
-    """Return the verdicts that a file holds, of this version or the one before.
-
-    Parameters
-    ----------
-    content
-        What the file's JSON is.
-
-    Raises
-    ------
-    ValueError
-        It is no file of verdicts, or one of a later version.
-    """
-    if isinstance(content, list):
-        return [_former(_object(row)) for row in content]
-    whole = _object(content)
-    if whole.get("version") != VERSION or not isinstance(whole.get("claims"), list):
-        raise ValueError(f"version={whole.get('version')!r}: legal is {VERSION}, with a list of claims")
-    return [_verdict(_object(row)) for row in whole["claims"]]
+def verdicts(content: Mapping[str, Any]) -> list[Verdict]:
+    """Return the verdicts that a file's JSON holds."""
+    return [_verdict(row) for row in content["claims"]]
 
 
 def outcome_entry(outcome: Outcome) -> dict[str, Any]:
@@ -101,15 +73,12 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
 
 
 def _verdict(row: Mapping[str, Any]) -> Verdict:
-    try:
-        equal = row.get("equal_terms")
-        return Verdict(
-            row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
-            row["experiment"], row["trouble"], Count(**equal) if equal else None,
-            tuple(decision(entry) for entry in row.get("decisions", ())),
-        )  # fmt: skip
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise ValueError(f"claim {row.get('id')}: a field lacks or is not of its kind ({error})") from None
+    equal = row["equal_terms"]
+    return Verdict(
+        row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
+        row["experiment"], row["trouble"], Count(**equal) if equal else None,
+        tuple(decision(entry) for entry in row["decisions"]),
+    )  # fmt: skip
 
 
 def decision(entry: Mapping[str, Any]) -> Decision:
@@ -119,8 +88,6 @@ def decision(entry: Mapping[str, Any]) -> Decision:
 
 def _outcome(entry: Mapping[str, Any]) -> Outcome:
     fields = dict(entry)
-    if "each" in fields:
-        fields["fewest"] = fields.pop("each")
     checks = tuple(_check(check) for check in fields.pop("checks"))
     equal = fields.pop("equal", None)
     return Outcome(**fields, checks=checks, equal=_outcome(equal) if equal else None)
@@ -135,35 +102,3 @@ def _check(entry: Mapping[str, Any]) -> Check:
     }
     fields: dict[str, Any] = {**entry, **numbers}
     return Check(**fields)
-
-
-def _former(row: Mapping[str, Any]) -> Verdict:
-    """A verdict of version 1: one of replicate 0, with numbers of replicates that are null where there was one run."""
-    try:
-        word = row["verdict"]
-        verdict = _FORMER.get(word, word)
-        trouble = str(row.get("trouble") or "")
-        outcome = Outcome(
-            verdict, str(row["measured"]), str(row.get("effect") or ""), int(row.get("n") or 0),
-            str(row.get("decided") or ""), trouble=trouble,
-        )  # fmt: skip
-        counted = count([verdict])
-        if row.get("replicates") is not None:
-            numbers = {now: int(row.get(f"replicates_{name}") or 0) for name, now in _OF_REPLICATES.items()}
-            held, failed = numbers.pop("holds"), numbers.pop("fails")
-            random = row.get("standing") != "deterministic"
-            counted = Count(held, failed, cast(Mapping[Reason, int], numbers), random)
-        elif row.get("seeds") is not None:
-            held, unshown = int(row["seeds_holding"]), int(row.get("seeds_untested") or 0)
-            counted = Count(held, int(row["seeds"]) - held - unshown, {"not shown": unshown} if unshown else {})
-        model, experiment = str(row.get("model") or ""), str(row.get("experiment") or "")
-        texts = str(row["id"]), str(row["says"]), str(row["source"])
-        return Verdict(*texts, outcome, counted, model, experiment, trouble)
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"claim {row.get('id')}: a field lacks or is not of its kind ({error})") from None
-
-
-def _object(value: Any) -> Mapping[str, Any]:
-    if not isinstance(value, dict):
-        raise ValueError("no object, nor a list of objects")
-    return value

@@ -21,7 +21,7 @@ from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
-from experiments.bench.store.description import BEGUN, COMMAND, COPIES, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS
+from experiments.bench.store.description import BEGUN, COMMAND, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.rows import group
 
@@ -163,7 +163,7 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of a run but its models', named as ``--set`` names them."""
-    aside = (*provenance.KEYS, KIND, BEGUN, ENDED, COMMAND, COPIES, RESUMED, THRESHOLDS, "changed", "trials", "models")
+    aside = (*provenance.KEYS, KIND, BEGUN, ENDED, COMMAND, RESUMED, THRESHOLDS, "changed", "trials", "models")
     left = {key: value for key, value in description.items() if key not in aside}
     if "measured" in left:
         left.pop("seed", None)  # an imported log has none
@@ -218,7 +218,6 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
     if not (one.done and other.done):
         return [], f"nothing to pair: {(other if one.done else one).folder} has no finished trial"
     tables = [run.trials for run in (one, other)]
-    # What clips and trials with the robot are known by; the rest of a condition may lack in a run of an older version.
     needed = {"model", "seed", "spikes", *columns[:2]}
     for run, table in zip((one, other), tables, strict=True):
         lacking = sorted(needed - set(table.column_names))

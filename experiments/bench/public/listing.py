@@ -13,14 +13,13 @@ import pyarrow as pa
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.public import arguments
 from experiments.bench.public.result import load
-from experiments.bench.store.description import NAME, begun, holds_results, short
+from experiments.bench.store.description import begun
 from experiments.bench.store.record import Record, part_folders
 
 SCHEMA = pa.schema(
     {
         "run": pa.string(),
         "when": pa.timestamp("s", tz="UTC"),
-        "when_from": pa.string(),
         "experiment": pa.string(),
         "seed": pa.int64(),
         "models": pa.string(),
@@ -35,6 +34,8 @@ SCHEMA = pa.schema(
     }
 )
 
+EARLIEST = datetime.datetime.min.replace(tzinfo=datetime.UTC)
+
 
 def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     """List the runs in a folder, oldest first.
@@ -47,8 +48,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     Returns
     -------
     pyarrow.Table
-        ``run``: its folder. ``when``: when it was begun. ``when_from``: what says so, ``begun``, as experiment.json
-        has it, or ``mtime``, the time of that file, of a folder of an older version or a damaged one. ``experiment``,
+        ``run``: its folder. ``when``: when it was begun; null where another version made it. ``experiment``,
         ``seed``, ``models``: what ran. ``changed``: the parameters that are not at their defaults. ``done`` of
         ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: what claims came
         to, ``holds: C1, C2; held in 4 of 5: C5``. ``provenance``:
@@ -70,12 +70,12 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
     rows = [_row(place) for place in _found(path)]
-    return pa.Table.from_pylist(sorted(rows, key=lambda row: (row["when"], row["run"])), SCHEMA)
+    return pa.Table.from_pylist(sorted(rows, key=lambda row: (row.get("when") or EARLIEST, row["run"])), SCHEMA)
 
 
 def _found(folder: Path) -> Iterator[Path]:
     """Yield the folders that are runs, or look as if they had been: those of a whole after it."""
-    if begun(folder) or holds_results(folder):
+    if begun(folder):
         yield folder
         if not _is_whole(folder):
             return
@@ -91,22 +91,13 @@ def _is_whole(folder: Path) -> bool:
 
 
 def _row(folder: Path) -> dict[str, Any]:
-    described = folder / NAME
-    when = (described if described.exists() else folder).stat().st_mtime
-    row: dict[str, Any] = {
-        "run": str(folder), "when": datetime.datetime.fromtimestamp(int(when), datetime.UTC), "when_from": "mtime",
-    }  # fmt: skip
+    row: dict[str, Any] = {"run": str(folder)}
     try:
         run = load(folder)
-        if run.begun is not None:
-            row |= {"when": run.begun, "when_from": "begun"}
         return {
-            **row, "experiment": run.name, "seed": run.seed, "models": ", ".join(run.models), "changed": run.changed,
-            "planned": run.planned, "done": run.done, "failures": run.failures.num_rows, "verdicts": run.verdicts,
-            "provenance": run.provenance, "commit": run.commit,
+            **row, "when": run.begun, "experiment": run.name, "seed": run.seed, "models": ", ".join(run.models),
+            "changed": run.changed, "planned": run.planned, "done": run.done, "failures": run.failures.num_rows,
+            "verdicts": run.verdicts, "provenance": run.provenance, "commit": run.commit,
         }  # fmt: skip
     except UsageError as error:
-        trouble = str(error)
-    except Exception as error:  # what a damaged description holds can be anything
-        trouble = f"{folder}: {NAME} cannot be read ({short(error)})"
-    return {**row, "trouble": trouble}
+        return {**row, "trouble": str(error)}

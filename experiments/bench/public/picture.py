@@ -59,13 +59,13 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
     courses: list[Course] = []
-    figure = declared.get("figure", "spikes")  # a run of 0.1 says nothing of it, and had this one alone
+    figure = declared["figure"]
     if figure == "excitation" and set(NEEDED) <= set(models):
         courses = excitation.courses(rows, run.frames, float(models[WHOLE]["network"]["w_i"]))
     about = RunFigure(
         figure, declared["name"], arena_name(settings["scene"]["arena"]), run.description["repeats"],
         declared["varies"], _thresholds(run, settings["models"]), run.description.get("changed") or {},
-        settings["robot"].get("open_loop", False),  # a run of an older version has no such setting
+        settings["robot"]["open_loop"],
     )  # fmt: skip
     return about.draw(rows, lambda: run.frames, courses)
 

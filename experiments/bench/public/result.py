@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.public import arguments
-from experiments.bench.store.description import short
 from experiments.bench.store.kinds import CLIPS
-from experiments.bench.store.places import regular
 from experiments.bench.store.record import Record
 from experiments.bench.store.rows import Failure
 
@@ -113,15 +110,8 @@ class Run(Record):
 
         Where a model failed in a trial, or its recording could not be written, ``model`` says so.
 
-        Raises
-        ------
-        UsageError
-            ``failures.json`` cannot be read.
         """
-        try:
-            return pa.Table.from_pylist(self._json("failures.json") or [], FAILURE_SCHEMA)
-        except Exception as error:  # what is not a list of objects can make the library raise anything
-            raise UsageError(f"{self.folder}: failures.json cannot be read ({short(error)})") from None
+        return pa.Table.from_pylist(self._json("failures.json") or [], FAILURE_SCHEMA)
 
     @property
     def verdicts(self) -> str:
@@ -141,10 +131,7 @@ class Run(Record):
     @cached_property
     def _verdicts(self) -> list[Verdict]:
         content = self._json("claims.json")
-        try:
-            return [] if content is None else stored.verdicts(content)
-        except ValueError as error:
-            raise UsageError(f"{self.folder}: claims.json cannot be read ({error})") from None
+        return [] if content is None else stored.verdicts(content)
 
     def figure(self) -> Figure:
         """Draw the run's figure from its tables.
@@ -169,10 +156,7 @@ class Run(Record):
         path = self.folder / name
         if not path.exists():
             return None
-        try:
-            return json.loads(regular(path).read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
-            raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
+        return json.loads(path.read_text(encoding="utf-8"))
 
     def __str__(self) -> str:
         changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, self.verdicts))

@@ -47,11 +47,9 @@ ENDED = "ended"
 """The entry that says when the last of its trials was done, in the same form."""
 COMMAND = "command"
 """The entry with the command line or the call by which it was begun, or last gone on with: see `store.commands`."""
-COPIES = "copies"
-"""The entry that says where the folder has copies of the user's own files: see `store.copies`."""
 KIND = "kind"
 """The entry that says what kind of run it is: see `experiments.bench.store.kinds`."""
-NOTED = (KIND, BEGUN, ENDED, COMMAND, COPIES, RESUMED, RENDERERS, PIXELS)
+NOTED = (KIND, BEGUN, ENDED, COMMAND, RESUMED, RENDERERS, PIXELS)
 """Entries that a run adds to its parameters and to what computes it. They are compared with nothing."""
 LONGEST = 300
 """Characters of a parameter's value in a comparison."""
@@ -211,8 +209,6 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
             noted(there, entry)
     except ValueError as error:
         raise UsageError(f"{folder}: {NAME} cannot be read ({error})") from None
-    if KIND in here:
-        there.setdefault(KIND, here[KIND])  # of a folder of an older version
     if "source" not in here:
         return there
     others = there.setdefault(RESUMED, []) if RESUMED in there else []

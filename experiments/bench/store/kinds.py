@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store import provenance
 from experiments.bench.store.description import KIND
-
-TRAINED = "learning.csv"
-"""What a training leaves in its folder, and one at several seeds in the folder of each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,48 +63,27 @@ KINDS: Mapping[str, Kind] = {
         WHOLE, FOOTAGE,
     )
 }  # fmt: skip
-MARKS = {
-    "sweep.csv": SWEEP, "leaderboard.csv": LEADERBOARD, "looming.csv": LEADERBOARD, "atlas.html": LEADERBOARD,
-    "design.json": REPRODUCTION, "report.html": REPRODUCTION,
-}  # fmt: skip
-"""Of a whole whose parts are runs, and which says nothing of itself: what tells its kind by being there."""
-NAMED = {"tuning": TUNING, "behave": EPISODES, "map": MAP}
-"""The kinds of runs of no declared experiment, by what their ``experiment`` is called."""
 
 
 def kind_of(folder: Path, description: Mapping[str, Any]) -> Kind:
-    """Return the kind of a run: as its description says, or of a folder of an older version as the rest tells.
+    """Return the kind of a run, as its description says.
 
     Parameters
     ----------
     folder
         The run's folder.
     description
-        Its ``experiment.json``; empty where it has none.
+        Its ``experiment.json``; empty of a folder that only holds runs.
 
     Raises
     ------
     UsageError
-        A version of another day wrote it: the kind is not known here.
+        Another version made the run; the line says which version reads it.
     """
-    written = description.get(KIND)
-    if written is None:
-        return _inferred(folder, description)
-    if not isinstance(written, str) or written not in KINDS:
-        known = ", ".join(KINDS)
-        raise UsageError(f"{folder}: experiment.json: {KIND} {short(written)} is not known here; known are {known}")
-    return KINDS[written]
-
-
-def _inferred(folder: Path, description: Mapping[str, Any]) -> Kind:
-    """Return the kind of a run whose description has no `KIND`: it is of a version before 0.3, or a whole of parts."""
     if not description:
-        return next((kind for name, kind in MARKS.items() if (folder / name).exists()), WHOLE)
-    if "measured" in description:
-        return MEASURED
-    experiment = description.get("experiment")
-    if isinstance(experiment, Mapping):
-        return CLIPS if "clips" in experiment else TRIALS
-    if experiment == "behave" and any(path.is_file() for path in (folder / TRAINED, folder / "training.json")):
-        return TRAINING
-    return NAMED.get(str(experiment), STUDY)
+        return WHOLE
+    made_by = provenance.made_by(description)
+    here = provenance.versions()["colias-sim"]
+    if KIND not in description or made_by.split(".")[:2] != here.split(".")[:2]:
+        raise UsageError(f"{folder}: colias-sim {made_by} made this run and reads it; this is colias-sim {here}")
+    return KINDS[description[KIND]]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import datetime
-import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +15,8 @@ import pyarrow as pa
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store import parameters, provenance, tables
 from experiments.bench.store.convert import read_file
-from experiments.bench.store.description import BEGUN, KIND, begun, holds_results, read_description, short, write_new
-from experiments.bench.store.files import hash_of
-from experiments.bench.store.kinds import FOOTAGE, MEASURED, WHOLE, Kind, kind_of
+from experiments.bench.store.description import BEGUN, KIND, begun, read_description, write_new
+from experiments.bench.store.kinds import FOOTAGE, MEASURED, Kind, kind_of
 
 DEEPEST = 3
 """Levels of folders that are looked through for runs: a sweep's parts are one down."""
@@ -34,8 +31,8 @@ class Record:
     folder
         Where its files are; of footage the table or the recording itself, or a folder of recordings.
     description
-        ``experiment.json``: every parameter, the seed, and what computed it. Empty of a whole that says nothing of
-        itself, such as the leaderboard of an older version, and of footage.
+        ``experiment.json``: every parameter, the seed, and what computed it. Empty of footage, and of a folder that
+        only holds runs.
     kind
         What kind of run it is. What makes no sense of a kind raises `UsageError` in one line.
     """
@@ -70,14 +67,7 @@ class Record:
         parts = next(part_folders(path), None) is not None
         there = {} if parts and not begun(path) else read_description(path)
         kind = kind_of(path, there)
-        needed = () if kind.parts else (("experiment", str | dict), ("seed", int), ("trials", int))
-        for name, type_ in needed:
-            if not isinstance(there.get(name), type_):
-                raise UsageError(f"{path}: experiment.json cannot be read (it has no {name} of a run)")
         return cls(path, there, kind)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return dict(self.__dict__)  # a table that another thread reads meanwhile would stop a copy
 
     @cached_property
     def trials(self) -> pa.Table:
@@ -165,38 +155,10 @@ class Record:
             return sum(part.done for part in self.parts)
         return len(self._table("trials", ["trial"])["trial"].unique()) if tables.present(self.folder) else 0
 
-    def digest(self) -> str:
-        """Return one SHA-256 over the whole record.
-
-        It is over ``experiment.json`` with its notes, so over the digests of the user's own files too, and over the
-        rows of its tables, those of its parts included; columns that no two runs have alike are left out. Figures,
-        recordings and what is summed up from the tables are not in it.
-
-        Returns
-        -------
-        str
-            64 hexadecimal digits.
-
-        Raises
-        ------
-        UsageError
-            No trial is finished, or a table cannot be read.
-        """
-        record = {
-            "experiment.json": self.description,
-            "parts": {part.folder.relative_to(self.folder).as_posix(): part.description for part in self.parts},
-            "rows": {name: hash_of(table) for name, table in self.tables().items()},
-        }
-        return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
-
     @property
     def begun(self) -> datetime.datetime | None:
-        """The time at which it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
-        try:
-            begun = datetime.datetime.fromisoformat(self.description[BEGUN])
-        except (KeyError, TypeError, ValueError):
-            return None
-        return begun.astimezone(datetime.UTC) if begun.tzinfo else None
+        """The time at which it was begun, UTC; ``None`` where nothing says it, as of footage."""
+        return datetime.datetime.fromisoformat(self.description[BEGUN]) if BEGUN in self.description else None
 
     @property
     def commit(self) -> str | None:
@@ -230,10 +192,7 @@ class Record:
             return self._footage(name)
         if not tables.present(self.folder):
             raise UsageError(f"{self.folder}: no {name}.parquet there: no trial of it is finished")
-        try:
-            return tables.read(self.folder, name, columns)
-        except Exception as error:  # bytes that are no table can make the library raise anything
-            raise UsageError(f"{self.folder}: {name}.parquet cannot be read ({short(error)})") from None
+        return tables.read(self.folder, name, columns)
 
     def _footage(self, name: str) -> pa.Table:
         if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":
@@ -254,11 +213,11 @@ def begin_whole(folder: Path, kind: Kind) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     if begun(folder) or next(part_folders(folder), None) is not None:
         there = Record.read(folder).kind
-        if there not in (kind, WHOLE):  # an older version's may say nothing of itself before it has come to its table
+        if there is not kind:
             raise UsageError(f"{folder}: holds {there.what}, not {kind.what}; choose another --out")
     if not begun(folder):
         with contextlib.suppress(FileExistsError):  # another process has just begun there: its parts are locked
-            write_new(folder, {KIND: kind.name, "experiment": kind.name})
+            write_new(folder, {KIND: kind.name, "experiment": kind.name, "versions": provenance.versions()})
 
 
 def recordings_in(folder: Path) -> list[Path]:
@@ -277,7 +236,7 @@ def _runs_below(folder: Path, deep: int) -> Iterator[Path]:
     except OSError:
         return
     for path in inside if deep else ():
-        if begun(path) or holds_results(path):
+        if begun(path):
             yield path
         else:
             yield from _runs_below(path, deep - 1)

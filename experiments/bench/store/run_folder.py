@@ -17,7 +17,7 @@ import pyarrow.csv
 from filelock import FileLock, Timeout
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.store import copies, provenance
+from experiments.bench.store import provenance
 from experiments.bench.store.contents import (
     SPIKES,
     Contents,
@@ -33,7 +33,6 @@ from experiments.bench.store.contents import (
     same_rows,
 )
 from experiments.bench.store.description import (
-    COPIES,
     ENDED,
     PIXELS,
     RENDERERS,
@@ -109,7 +108,6 @@ class RunFolder(Files):
         self._changed: list[int] = []
         self._code = ""
         self._noted: dict[str, list[str]] = {RENDERERS: [], PIXELS: []}
-        self._uncopied: list[str] = []
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
@@ -143,10 +141,7 @@ class RunFolder(Files):
         try:
             if holds_results(self.folder):
                 raise FileExistsError
-            files = description.get("files")
-            note = {COPIES: copies.plan(files)} if files else {}
-            write_new(self.folder, {**description, **note})
-            self._copy({**description, **note})
+            write_new(self.folder, description)
         except FileExistsError:
             self.close()
             raise FileExistsError(
@@ -179,15 +174,8 @@ class RunFolder(Files):
             raise
         self._made_by(description)
         self._noted = {entry: noted(there, entry) for entry in self._noted}
-        self._copy(there)
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
-
-    def _copy(self, description: Mapping[str, Any]) -> None:
-        """Write the copies of the user's own files that the folder lacks; a folder of an older version gets none."""
-        if COPIES in description:
-            copies.write(self.folder, copies.digests(self.folder, description.get("files")), description[COPIES])
-            self._uncopied = copies.left_out_notes(description[COPIES])
 
     def _made_by(self, description: Mapping[str, Any]) -> None:
         self.provenance = {key: description[key] for key in (*provenance.KEYS, "form") if key in description}
@@ -391,7 +379,7 @@ class RunFolder(Files):
 
     def notes(self) -> list[str]:
         """Return what is to be known of the tables beside their numbers, a line each."""
-        notes = [f"{self.folder}: {note}" for note in self._uncopied]
+        notes = []
         if self._before:
             lost = "a part of what they left was gone"
             notes.append(f"{self.folder}: done again, since {lost}: {listed_trials(self._before)}")

@@ -1,4 +1,4 @@
-"""Verdicts in files: what is written is read back, and files of the version before are read with today's words."""
+"""Verdicts in files: what is written is read back."""
 
 import json
 import math

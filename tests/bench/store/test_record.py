@@ -1,4 +1,4 @@
-"""The one reader of runs: of every kind what it says of itself, and of folders that say nothing what they hold."""
+"""The one reader of runs: of every kind what it says of itself."""
 
 import json
 
@@ -6,28 +6,18 @@ import pyarrow as pa
 import pyarrow.csv
 import pytest
 
+import colias_sim
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store.kinds import KINDS
 from experiments.bench.video.source import recording
 
-OLDER = {
-    "trials": {"experiment": {"name": "speed", "design": {}}},
-    "measured": {"experiment": {"name": "speed"}, "measured": {"provenance": "measured"}},
-    "clips": {"experiment": {"name": "clean", "clips": []}},
-    "tuning": {"experiment": "tuning"},
-    "episodes": {"experiment": "behave"},
-    "map": {"experiment": "map"},
-    "study": {"experiment": "sensitivity"},
-}
-"""Kind -> what an older version's description of such a run has, by which it is known."""
-WHOLES = {"sweep.csv": "sweep", "leaderboard.csv": "leaderboard", "design.json": "reproduction", "notes.txt": "whole"}
-
 
 def describe(folder, description):
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "experiment.json").write_text(json.dumps({"seed": 0, "trials": 2, **description}))
+    made_by = {"versions": {"colias-sim": colias_sim.__version__}} if "kind" in description else {}
+    (folder / "experiment.json").write_text(json.dumps({"seed": 0, "trials": 2, **made_by, **description}))
     return folder
 
 
@@ -37,40 +27,20 @@ def test_a_run_is_of_the_kind_that_it_says(kind, tmp_path):
     assert experiments.load(described).kind is KINDS[kind]
 
 
-@pytest.mark.parametrize("kind", OLDER)
-def test_the_kind_of_an_older_folder_is_inferred(kind, tmp_path):
-    run = experiments.load(describe(tmp_path / "out", OLDER[kind]))
-    assert run.kind is KINDS[kind]
-    (row,) = experiments.runs(tmp_path).to_pylist()
-    assert row["trouble"] is None and (row["done"], row["planned"]) == (0, 2)
-
-
-def test_the_episodes_of_a_training_are_told_from_others(tmp_path):
-    folder = describe(tmp_path / "out", OLDER["episodes"])
-    (folder / "learning.csv").write_text("steps,episodes,return\n")
-    assert experiments.load(folder).kind is KINDS["training"]
-
-
-@pytest.mark.parametrize("mark", WHOLES)
-def test_a_whole_of_parts_that_says_nothing_of_itself(mark, tmp_path):
-    for name in ("one", "two"):
-        describe(tmp_path / "out" / name, OLDER["trials"])
-    (tmp_path / "out" / mark).write_text("a,b\n1,2\n")
-    run = experiments.load(tmp_path / "out")
-    assert run.kind is KINDS[WHOLES[mark]]
-    assert [part.folder.name for part in run.parts] == ["one", "two"] and (run.done, run.planned) == (0, 4)
-    with pytest.raises(UsageError, match=r"^[^\n]*has no table of trials itself; its parts are: one, two$"):
-        _ = run.trials
-
-
-@pytest.mark.parametrize("kind", [3, "x", None, ["trials"]])
-def test_a_kind_that_is_not_known_is_one_line(kind, tmp_path):
-    folder = describe(tmp_path / "out", {**OLDER["trials"], "kind": kind})
-    if kind is None:
-        assert experiments.load(folder).kind is KINDS["trials"]
-        return
-    with pytest.raises(UsageError, match=r"^[^\n]*experiment\.json: kind .* is not known here; known are trials,"):
+@pytest.mark.parametrize("versions", [{}, {"versions": {"colias-sim": "0.1.0"}, "kind": "trials"}])
+def test_a_run_of_another_version_is_one_line_that_names_the_version(versions, tmp_path):
+    folder = describe(tmp_path / "out", {"experiment": {"name": "speed", "design": {}}, **versions})
+    with pytest.raises(UsageError, match=r"^[^\n]*colias-sim 0\.1[^\n]*$"):
         experiments.load(folder)
+    (row,) = experiments.runs(tmp_path).to_pylist()
+    assert "0.1" in row["trouble"]
+
+
+def test_a_folder_of_runs_is_a_whole_of_parts(tmp_path):
+    for name in ("one", "two"):
+        describe(tmp_path / name, {"kind": "trials", "experiment": "x"})
+    run = experiments.load(tmp_path)
+    assert [part.folder.name for part in run.parts] == ["one", "two"] and (run.done, run.planned) == (0, 4)
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS.keys() - {"trials", "measured", "clips"}))

@@ -1,9 +1,8 @@
-"""Going on with a folder in which something was changed: refused in one line, or mended, never two runs in a table."""
+"""Going on with a folder: refused in one line where settings, code or versions are others than the run's."""
 
 import json
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,7 +11,8 @@ import pytest
 
 from experiments.bench.cli import entry
 from tests.conftest import Colias
-from tests.helpers.damages import DAMAGES, FRAMES, RECORDINGS, TABLES, TRIALS, Damage
+
+TRIALS, FRAMES = "trials.parquet", "frames.parquet"
 
 EXPERIMENT = """
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
@@ -65,12 +65,6 @@ def at_two_seeds(folder: Path, arguments: tuple[str, ...], kind: str) -> Path:
     return folder
 
 
-def tables(folder: Path):
-    """What a run comes to, times aside."""
-    trials = pq.read_table(folder / TRIALS).drop_columns(["wall_s"])
-    return trials, pq.read_table(folder / FRAMES), (folder / "claims.json").read_text()
-
-
 @pytest.fixture(scope="module")
 def base(tmp_path_factory):
     """Runs of one's own off-line experiment and model at two seeds."""
@@ -92,79 +86,11 @@ def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, st
     return ended.value.code or 0, capsys.readouterr().err
 
 
-def check_end(damage: Damage, base: Path, kind: str, folder: Path, code: int, message: str) -> None:
-    assert "Traceback" not in message and damage.is_told(message), message
-    if damage.ends == "refused":
-        assert (code, message.count("\n")) == (2, 1), message
-        assert message.startswith("colias: ")
-        return
-    assert code == 0, message
-    for mine, whole in zip(tables(folder), tables(base / f"{kind}-whole"), strict=True):
-        assert mine == whole
-    recordings = [sorted(path.name for path in (run_folder / "recordings").glob("*.rrd")) for run_folder in
-                  (folder, base / f"{kind}-whole")]  # fmt: skip
-    assert recordings[0] == recordings[1]
-    assert all(path.stat().st_size > 1000 for path in (folder / "recordings").glob("*.rrd"))
-
-
-def damaged(damage: Damage, base: Path, kind: str, folder: Path) -> None:
-    shutil.copytree(base / f"{kind}-whole", folder)
-    damage.do(folder, base / f"{kind}-other")
-
-
-@pytest.mark.parametrize("damage", DAMAGES, ids=str)
-def test_a_damaged_folder_is_refused_or_mended(damage, base, monkeypatch, capsys):
-    folder = base / f"clips-{DAMAGES.index(damage)}"
-    damaged(damage, base, "clips", folder)
-    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", folder.name, "-q")
-    check_end(damage, base, "clips", folder, code, message)
-
-
-CHOSEN = ("a row of another seed added", "trial null", "a trial's frames of another seed", "a recording deleted")
-
-
-@pytest.mark.parametrize("damage", [d for d in (*TABLES, *RECORDINGS) if d.name in CHOSEN], ids=str)
-def test_a_damaged_folder_of_the_robot_s_trials(damage, robot):
-    """In a process of its own, as a user does."""
-    folder = robot / f"robot-{DAMAGES.index(damage)}"
-    damaged(damage, robot, "robot", folder)
-    done = Colias(robot)(*ROBOT, "--out", folder.name, "-q")
-    check_end(damage, robot, "robot", folder, done.returncode, done.stderr)
-
-
-@pytest.mark.parametrize(("column", "value"), [("speed_cm_s", 6.0), ("angle_deg", 3.0), ("motion", "approach")])
-def test_a_condition_that_is_not_the_plan_s_is_refused(robot, column, value, monkeypatch, capsys, tmp_path):
-    shutil.copytree(robot / "robot-whole", tmp_path / "out")
-    rows = pq.read_table(tmp_path / "out" / TRIALS)
-    changed = [{**row, column: value} if row["trial"] == 1 else row for row in rows.to_pylist()]
-    pq.write_table(type(rows).from_pylist(changed, rows.schema), tmp_path / "out" / TRIALS)
-    code, message = goes_on(monkeypatch, capsys, tmp_path, *ROBOT, "--out", "out")
-    assert (code, message.count("\n")) == (2, 1)
-    assert f"out: trials.parquet: trial 1: {column} is {value!r}, the plan says" in message
-
-
 @pytest.mark.parametrize(("kind", "arguments"), [("clips", ARGUMENTS), ("robot", ROBOT)])
 def test_recordings_are_asked_for_once_and_for_all(base, robot, kind, arguments, monkeypatch, capsys):
     folder = robot if kind == "robot" else base
     code, message = goes_on(monkeypatch, capsys, folder, *arguments, "--out", f"{kind}-whole", "--no-recordings")
     assert (code, message) == (2, f"colias: {kind}-whole: --recordings is true there and false now: {ADVICE}\n")
-
-
-def test_a_row_made_again_with_other_numbers_is_told(base, monkeypatch, capsys, tmp_path):
-    """Its frames have to be other ones too, or they would be refused."""
-    shutil.copytree(base / "clips-whole", tmp_path / "out")
-    for name, column in ((TRIALS, "peak_hs"), (FRAMES, "hs")):
-        table = pq.read_table(tmp_path / "out" / name)
-        rows = table.to_pylist()
-        chosen = [row for row in rows if (row["trial"], row["model"]) == (0, "tiny")]
-        highest = max(chosen, key=lambda row: row[column])
-        highest[column] += 1.0
-        pq.write_table(type(table).from_pylist(rows, table.schema), tmp_path / "out" / name)
-    (tmp_path / "out" / "recordings" / "trial-0000.rrd").unlink()
-    monkeypatch.chdir(base)
-    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"), "-q")
-    assert code == 0 and "done again with other numbers than before: trials 0\n" in message
-    assert tables(tmp_path / "out")[0] == tables(base / "clips-whole")[0]
 
 
 # What computes: the user's files, the project's own.
@@ -320,64 +246,3 @@ def test_other_versions_are_refused_unless_asked_for(base, monkeypatch, capsys, 
     assert code == 2 and 'versions.numpy is "1.0" there' in message and "--other-code" in message
     code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out, "--other-code", "-q")
     assert code == 0, message
-
-
-# A folder that a run is begun in.
-
-KILLED = """
-import resource, signal, sys
-from experiments.bench.cli import entry
-from experiments.bench.robot import table as robot_table
-from experiments.bench.clips import figure as clips_figure
-from experiments.bench.clips import run as clips_run
-signal.signal(signal.SIGXFSZ, getattr(signal, sys.argv[1]))
-resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
-sys.argv[:2] = ["colias"]
-entry.run()
-"""
-
-
-@pytest.mark.parametrize("how", ["SIG_DFL", "SIG_IGN"])
-def test_a_kill_while_the_description_is_written_costs_nothing(colias, how):
-    """No file may grow past 500 bytes: the process is killed there, or the disk is full."""
-    write_files(colias.folder)
-    command = [sys.executable, "-c", KILLED, how, *ARGUMENTS, "--out", "out", "-q"]
-    done = subprocess.run(command, cwd=colias.folder, capture_output=True, text=True, timeout=200)
-    assert done.returncode == (-25 if how == "SIG_DFL" else 2), done.stderr
-    assert not (colias.folder / "out" / "experiment.json").exists()
-    again = colias(*ARGUMENTS, "--out", "out", "-q")
-    assert (again.returncode, again.stderr) == (0, "")
-    json.loads((colias.folder / "out" / "experiment.json").read_text())
-
-
-@pytest.mark.parametrize("name", [TRIALS, FRAMES, "failures.json", "recordings/trial-0000.rrd"])
-def test_what_a_run_left_without_its_description_is_not_taken_for_nothing(base, name, monkeypatch, capsys, tmp_path):
-    (tmp_path / "out" / "recordings").mkdir(parents=True)
-    (tmp_path / "out" / name).write_bytes(b"x")
-    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"))
-    assert (code, message.count("\n")) == (2, 1) and "already holds a run" in message
-    assert (tmp_path / "out" / name).read_bytes() == b"x"
-
-
-@pytest.mark.parametrize("text", [100_000 * "[", "[]", "null", '"x"', '{"experiment": "tuning", "seed": 0', ""])
-def test_every_command_reads_a_description_alike(base, text, monkeypatch, capsys, tmp_path):
-    (tmp_path / "experiment.json").write_text(text)
-    out = str(tmp_path)
-    for command in (
-        ("tune", "--model", "emd", "--curve", "contrast", "--out", out),
-        ("behave", "still", "--episodes", "1", "--no-baselines", "--out", out),
-        ("map", *ROBOT[1:], "--measure", "spikes", "--over", "dsnn.n_con=4,6", "--out", out),
-        ("study", "fidelity", "--out", out),
-        (*ARGUMENTS, "--out", out),
-    ):
-        code, message = goes_on(monkeypatch, capsys, base, *command)
-        assert code == 2, message
-        assert "experiment.json cannot be read" in message.splitlines()[-1]
-
-
-def test_a_folder_of_leftovers_is_tuned_into(base, monkeypatch, capsys, tmp_path):
-    (tmp_path / "recordings").mkdir()
-    for name in (".lock", "experiment.json.77.part"):
-        (tmp_path / name).touch()
-    arguments = ("tune", "--only", "--model", "emd", "--curve", "contrast", "--workers", "0", "-q")
-    assert goes_on(monkeypatch, capsys, base, *arguments, "--out", str(tmp_path)) == (0, "")

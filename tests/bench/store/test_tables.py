@@ -1,7 +1,6 @@
 """The parts of a run's tables: whatever a kill leaves is read, by the newest part of a trial, and joined in the end."""
 
 import itertools
-import json
 import shutil
 
 import pyarrow.parquet as pq
@@ -9,7 +8,6 @@ import pytest
 
 import experiments
 from experiments.bench.store import tables
-from experiments.bench.store.description import BEGUN, KIND
 
 CLIP = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 SMALL = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", CLIP),), ("dsnn",))
@@ -144,16 +142,3 @@ def test_a_damaged_part_is_named(folder, name):
     (folder / tables.file_name(name, 3)).write_bytes(b"PAR1")
     with pytest.raises(experiments.UsageError, match=rf"{name}-0003\.parquet cannot be read"):
         experiments.run(SMALL, out=folder, **QUICK)
-
-
-def test_a_folder_of_an_older_version_is_loaded_and_gone_on_with(whole, folder):
-    """It has whole tables alone, and says neither its kind nor when it was begun."""
-    file = folder / "experiment.json"
-    described = json.loads(file.read_text())
-    file.write_text(json.dumps({name: value for name, value in described.items() if name not in (KIND, BEGUN)}))
-    keep(folder, {0, 2})
-    run = experiments.load(folder)
-    assert (run.kind.name, run.done, run.planned) == ("clips", 2, 4)
-    assert experiments.run(SMALL, out=folder, **QUICK).done == 4
-    assert all(a.equals(b) for a, b in zip(numbers(folder), numbers(whole), strict=True))
-    assert json.loads(file.read_text())[KIND] == "clips"

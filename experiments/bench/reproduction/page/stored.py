@@ -1,13 +1,11 @@
 """Maps and models' claims that other commands left in a reproduction's folder, or in folders inside it.
 
-``colias study model-claims --out REPORT/NAME`` and ``colias map --out REPORT/NAME`` put them there. A file that cannot
-be read is left out.
+``colias study model-claims --out REPORT/NAME`` and ``colias map --out REPORT/NAME`` put them there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,7 +58,7 @@ def stored(folder: Path) -> Stored:
 def _model_verdicts(folder: Path) -> Iterator[Verdict]:
     """The verdicts of every ``model_claims.json``, in the folder itself and one level below."""
     for path in (folder / MODEL_CLAIMS, *sorted(folder.glob(f"*/{MODEL_CLAIMS}"))):
-        with suppress(ValueError):
+        if path.is_file():
             yield from verdicts(read(path.parent, path.stem))
 
 
