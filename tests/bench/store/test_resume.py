@@ -143,13 +143,6 @@ def test_resume_refuses_other_parameters_and_names_them(colias_here, small):
         assert done.stderr.startswith('colias: out: the experiment is "speed" there and '), done.stderr
 
 
-@pytest.mark.parametrize("command", [("run", "speed"), ("tune",), ("behave", "still"), ("map", "speed"), ("train",)])
-def test_the_word_of_an_older_version_names_todays(colias_here, command):
-    done = colias_here(*command, "--resume", "out")
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    assert "--resume: give --out FOLDER" in done.stderr and not list(colias_here.folder.iterdir())
-
-
 def test_a_finished_run_is_complete_and_not_redone(colias_here, small):
     shutil.copytree(small, colias_here.folder / "out")
     before = (colias_here.folder / "out" / "trials.parquet").read_bytes()
