@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
 from dsnn.frames import frozen
-from experiments.bench.engine.errors import UsageError, explained
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import load_model
-from experiments.bench.engine.user_code import apart, declared, is_file, place_of
+from experiments.bench.engine.user_code import apart, declared, is_file
 
 Result = TypeVar("Result")
 
@@ -93,14 +93,12 @@ def arena_text(path: Path) -> str:
     Raises
     ------
     ValueError
-        The file cannot be run, declares no ``ARENA``, or that is something else, or raises, or answers otherwise when
-        it is called again. In one line.
+        The file declares no ``ARENA``, or that is something else, or answers otherwise when it is called again.
+    Exception
+        Whatever the file raises.
     """
     arena = declared(path, "ARENA")
-    try:
-        text, again = (_called(arena), _called(arena)) if callable(arena) else (arena, arena)
-    except Exception as error:
-        raise UsageError(f"{path}: ARENA raises {place_of(error)}{explained(error)}") from None
+    text, again = (_called(arena), _called(arena)) if callable(arena) else (arena, arena)
     if not isinstance(text, str):
         what = "ARENA returns" if callable(arena) else "ARENA is"
         raise UsageError(f"{path}: {what} of the type {type(text).__name__}: expected MJCF, as a text")
@@ -114,7 +112,7 @@ def _called(call: Callable[[], Result]) -> Result:
     try:
         return apart(call)
     except SystemExit as error:
-        raise RuntimeError(f"{place_of(error)}{explained(error)}") from error
+        raise RuntimeError(f"SystemExit: {error}") from error
 
 
 def _entry(model: Any) -> ModelEntry | None:

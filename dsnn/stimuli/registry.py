@@ -88,7 +88,7 @@ class StimulusEntry:
             where = ".".join([self.name, *(str(part) for part in problem["loc"])])
             text = problem["msg"].removeprefix("Value error, ")
             reason = f"{text[0].lower()}{text[1:]}"
-            raise ValueError(f"{where}={problem['input']!r}: {reason}") from None
+            raise ValueError(f"{where}={problem['input']!r}: {reason}") from error
         if not isinstance(built, Stimulus):
             raise ValueError(f"{self.name}: build makes a {type(built).__name__}: legal is a dsnn.stimuli.Stimulus")
         return built

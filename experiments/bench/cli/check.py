@@ -69,7 +69,7 @@ def _check_arena(source: str) -> int:
     try:
         findings = arena_laws.check(known_arena(source))
     except ValueError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError(str(error)) from error
     if source.endswith(".py") and declares(Path(source), "EXPERIMENT") and not findings[-1].trouble:
         trouble = ""
         try:

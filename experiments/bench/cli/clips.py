@@ -170,7 +170,7 @@ def _clip(
         clip = apart(lambda: replace(entry, params=params).clip(seed))
         return Jittered(clip, jitter, seed) if jitter else clip
     except ValueError as error:
-        raise UsageError(f"{entry.name}: {error}") from None
+        raise UsageError(f"{entry.name}: {error}") from error
 
 
 @contextmanager

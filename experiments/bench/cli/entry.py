@@ -55,7 +55,7 @@ def run_file(path: str) -> NoReturn:
 
 
 def _outcome() -> tuple[int, str]:
-    """Do what the command line asks for: the exit status, and a last line for stderr. A defect keeps its traceback."""
+    """Do what the command line asks for: the exit status, and a last text for stderr. A defect shows its traceback."""
     status, message = 0, ""
     limit = memory.limit_mb()
     if limit is not None and limit < memory.LEAST_MB:
@@ -70,9 +70,13 @@ def _outcome() -> tuple[int, str]:
     except BrokenPipeError:
         status = 1
     except Exception as error:
-        if not _is_plain(error):
+        user_code = sys.modules.get("experiments.bench.engine.user_code")  # without it no user's file was run
+        if user_code and user_code.of_users(error):
+            status, message = EXIT_USAGE, user_code.traced(error)
+        elif _is_plain(error):
+            status, message = EXIT_USAGE, f"colias: {_words(error)}"
+        else:
             raise
-        status, message = EXIT_USAGE, f"colias: {_words(error)}"
     trouble = _flush()
     if trouble is None:
         return status, message
@@ -82,7 +86,7 @@ def _outcome() -> tuple[int, str]:
 
 
 def _is_plain(error: Exception) -> bool:
-    """Return whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
+    """Return whether the message alone tells a user what to do; anything else is a defect and shows its traceback."""
     if isinstance(error, OSError | ImportError | MemoryError):  # a missing OpenGL is the first
         return True
     if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
@@ -90,7 +94,7 @@ def _is_plain(error: Exception) -> bool:
     if isinstance(error, ValueError) and _in_printing(error):  # somebody's model has closed the stream
         return True
     # Looked up, not imported: their modules may be what could not be loaded.
-    known = (("experiments.bench.engine.errors", "UsageError"), ("experiments.bench.robot.trial", "TrialError"),
+    known = (("experiments.bench.engine.errors", "UsageError"), ("experiments.bench.engine.errors", "TrialError"),
              ("experiments.bench.firmware.emulator", "EmulatorError"))  # fmt: skip
     kinds = tuple(getattr(sys.modules[module], name) for module, name in known if module in sys.modules)
     return isinstance(error, kinds)
@@ -98,7 +102,7 @@ def _is_plain(error: Exception) -> bool:
 
 def _words(error: Exception) -> str:
     """Return an error in one line; of what limited memory may be the reason, the limit too."""
-    text = " ".join(str(error).split())
+    text = str(error)
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, OSError | ValueError) and _in_printing(error):

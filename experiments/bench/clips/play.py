@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dsnn import ResponseSeries
 from dsnn.frames import frozen
 from dsnn.stimuli import ClipParams, Stimulus, Truth
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.errors import TrialError
 from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import ConfiguredModel
 
@@ -54,7 +54,7 @@ def play(
 ) -> Played:
     """Show ``clip`` to every model, frame by frame; ``advance`` is called after each.
 
-    A model that goes wrong loses its own part; `UsageError` says why if all do.
+    A model that goes wrong loses its own part; `TrialError` says why if all do.
     """
     runners = [ModelRunner(model, clip.shape) for model in models]
     frames = np.empty((len(clip), *clip.shape), np.uint8)
@@ -69,7 +69,7 @@ def play(
     troubles = {runner.label: runner.trouble for runner in runners if runner.trouble}
     answers = tuple(ClipAnswer.of(r.chosen, series) for r in runners if (series := r.series()) is not None)
     if not answers:
-        raise UsageError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
+        raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     return Played(
         name,
         clip.params,

@@ -18,6 +18,7 @@ from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.play import ClipAnswer, Played
 from experiments.bench.clips.rows import SERIES_SCHEMA, _row, _series
+from experiments.bench.engine.errors import TrialError
 from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
@@ -29,7 +30,7 @@ JPEG_QUALITY = 85
 def show(showing: Showing, *, record: bool = False) -> TrialRecord:
     """Show one clip to every model, and ``record`` it.
 
-    A model that raises loses its own answer alone; if all do, ``RuntimeError`` says why.
+    A model that raises loses its own answer alone; if all do, `TrialError` says why.
     """
     cv2.setNumThreads(1)
     began = time.perf_counter()
@@ -48,7 +49,7 @@ def show(showing: Showing, *, record: bool = False) -> TrialRecord:
     answers = [(watcher.chosen, series) for watcher in watching if (series := watcher.series()) is not None]
     troubles = {watcher.label: watcher.trouble for watcher in watching if watcher.trouble}
     if not answers:
-        raise RuntimeError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
+        raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     wall_s = time.perf_counter() - began
     rows = tuple(_row(showing, clip, motions, model, series, wall_s) for model, series in answers)
     tables = pa.concat_tables([_series(showing.index, model.label, series) for model, series in answers])

@@ -25,12 +25,12 @@ from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_beh
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.errors import UsageError, explained, short
+from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import load_model
 from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.settings import check_counts
 from experiments.bench.engine.terminal import count, progress
-from experiments.bench.engine.user_code import is_file, is_own, place_of
+from experiments.bench.engine.user_code import is_file, is_own
 from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.store import provenance
 from experiments.bench.store.contents import Contents, Planned
@@ -189,7 +189,7 @@ def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
     try:
         load_env_creator(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
     except (ValueError, TypeError) as error:
-        raise UsageError(f"{origin}: {error}") from None
+        raise UsageError(f"{origin}: {error}") from error
 
 
 def _value(text: str) -> Any:
@@ -220,10 +220,7 @@ def score(
     rows: list[dict[str, Any]] = []
     with progress(behaviour.name, episodes, quiet, "episodes") as advance:
         for repeat in range(episodes):
-            try:
-                episode = play_entry(behaviour, where, options, seed + repeat)
-            except SystemExit as error:  # it would end the caller's program without a word
-                raise UsageError(f"score: {place_of(error)}{explained(error)}") from error
+            episode = play_entry(behaviour, where, options, seed + repeat)
             rows += finished(episode, repeat, repeat, None).rows
             advance()
     return scores(rows, where)

@@ -19,9 +19,8 @@ from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
 from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import explained
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.user_code import apart, place_of
+from experiments.bench.engine.user_code import apart, of_users, traced
 from experiments.bench.streams import stream
 
 T = TypeVar("T")
@@ -56,7 +55,7 @@ def tried(question: Callable[[T], str], chosen: T) -> str:
         return question(chosen)
     except BaseException as error:  # SystemExit too: sys.exit in a model ends the model
         interrupts.pass_on(error)
-        return f"{place_of(error)}{explained(error)}"
+        return str(error) if isinstance(error, AnswerError) and of_users(error) is None else traced(error)
 
 
 @cache

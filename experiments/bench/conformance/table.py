@@ -19,8 +19,11 @@ def show(label: str, findings: Sequence[Finding], us: float | None, notes: Seque
     Of several rounds ``us`` is that of the fastest: what else runs on the machine only adds.
     """
     for finding in findings:
-        line = f"broken: {finding.trouble}" if finding.trouble else f"kept: {finding.asks}"
+        *_, trouble = finding.trouble.split("\n")  # of a traceback what was raised
+        line = f"broken: {trouble}" if trouble else f"kept: {finding.asks}"
         show_line(f"{finding.law:<13}{line}", 13)
+    for traceback in dict.fromkeys(finding.trouble for finding in findings if "\n" in finding.trouble):
+        out_console.print(traceback, soft_wrap=True, markup=False, highlight=False)
     for note in notes:
         show_line(f"note: {note}", 4)
     if us is not None:

@@ -29,7 +29,7 @@ from experiments.bench.engine.pool import Pool, open_pool
 from experiments.bench.engine.terminal import count, error_console, progress
 from experiments.bench.store import provenance
 from experiments.bench.store.contents import Contents, Misfit
-from experiments.bench.store.rows import Failure, TrialRecord
+from experiments.bench.store.rows import Failure, TrialRecord, in_words
 from experiments.bench.store.run_folder import RunFolder
 
 SHOWN_FAILURES = 10
@@ -303,8 +303,8 @@ def tell(folder: RunFolder) -> None:
     """Print what is to be known of a run's tables, and what failed: the first few each."""
     for note in folder.notes():
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-    failures = folder.failures()
-    for failure in failures[:SHOWN_FAILURES]:
-        error_console.print(str(failure), soft_wrap=True, markup=False)
+    failures = in_words(folder.failures())
+    for text in failures[:SHOWN_FAILURES]:
+        error_console.print(text, soft_wrap=True, markup=False, highlight=False)
     if len(failures) > SHOWN_FAILURES:
         error_console.print(f"... {len(failures) - SHOWN_FAILURES} more: see failures.json")

@@ -27,6 +27,10 @@ class UsageError(ValueError):
         super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
 
 
+class TrialError(RuntimeError):
+    """A trial that could not be completed, and why."""
+
+
 POSIX = os.name == "posix"
 """Whether other programs can be handed pipes by number, which needs Linux, macOS or another POSIX system."""
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import message, printable
+from experiments.bench.engine.errors import TrialError, UsageError
 from experiments.bench.engine.pool import Pool
-from experiments.bench.engine.user_code import place_of
+from experiments.bench.engine.user_code import of_users, traced
 from experiments.bench.engine.workers.local import WorkerDied
 
 Job = TypeVar("Job")
@@ -25,23 +25,14 @@ QUEUED = 2
 LOOK_EVERY_S = 2.0
 """Seconds between looks whether the pool is still there while nothing comes back."""
 
-LONGEST_REASON = 20_000
-"""Characters of the reason of a job's failure, which may name many models."""
-
 DIED = "its worker process died each time"
 
 
 @dataclass(frozen=True, slots=True)
 class Raised:
-    """An error that a job raised, in words: not every exception survives the way back from a worker."""
+    """The traceback of what a job raised, or one line: not every exception survives the way back from a worker."""
 
-    kind: str
-    """Class of the exception, after the file and line of a user's own code; empty of the bench's own errors of a trial.
-    """
     text: str
-
-    def __str__(self) -> str:
-        return f"{self.kind}: {self.text}" if self.kind else self.text
 
 
 class Jobs(Generic[Job, Done]):
@@ -105,7 +96,7 @@ class Jobs(Generic[Job, Done]):
 
     def _settle(self, job: Job, deaths: int, result: Done | Raised) -> None:
         if isinstance(result, Raised):
-            self._fail(job, deaths + 1, str(result))
+            self._fail(job, deaths + 1, result.text)
         else:
             self._deliver(result)
 
@@ -117,7 +108,7 @@ class Jobs(Generic[Job, Done]):
 
 
 def _attempt(parcel: bytes) -> Any:
-    """Do the job in the worker, and put what it raises into words."""
+    """Do the job in the worker, and return what it raises as `Raised`."""
     process = os.getpid()
     fatal: tuple[type[Exception], ...] = ()
     try:
@@ -127,9 +118,8 @@ def _attempt(parcel: bytes) -> Any:
         raise
     except BaseException as error:
         interrupts.pass_on(error)
-        place = place_of(error)
-        kind = "" if isinstance(error, RuntimeError) and not place else type(error).__name__
-        return Raised(f"{place}{kind}", printable(message(error), LONGEST_REASON) or type(error).__name__)
+        checked = isinstance(error, TrialError | UsageError) and of_users(error) is None
+        return Raised(str(error) if checked else traced(error))
     finally:
         if (
             os.getpid() != process

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import Response, ResponseSeries, checked_answer
+from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import UsageError, explained, short
+from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import ConfiguredModel, family
 from experiments.bench.engine.settings import changed, collect
-from experiments.bench.engine.user_code import apart, place_of
+from experiments.bench.engine.user_code import apart, traced
 
 
 class ModelRunner:
@@ -44,7 +44,7 @@ class ModelRunner:
     seconds
         Time that the model has taken for its steps.
     trouble
-        What went wrong; empty while nothing has.
+        The traceback of what it raised, or why an answer is none; empty while nothing went wrong.
     """
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True) -> None:
@@ -100,8 +100,11 @@ class ModelRunner:
             return None
         try:
             response = checked_answer(answer, self._channels, self._shape if asked else None)
+        except AnswerError as error:
+            self.trouble = f"in frame {self._frames}, {error}"
+            return None
         except Exception as error:  # attributes of a user's own class may raise anything
-            self._broke(error, f"in frame {self._frames}, {error}")
+            self.trouble = traced(error)
             return None
         self._frames += 1
         if self._keep:
@@ -117,14 +120,11 @@ class ModelRunner:
             return apart(call)
         except BaseException as error:  # SystemExit too: sys.exit in a model ends the model
             interrupts.pass_on(error)
-            self._broke(error)
+            self.trouble = traced(error)
         finally:
             if os.getpid() != self._process:  # a copy that the model forked; nothing here is its business
                 os._exit(0)
         return None
-
-    def _broke(self, error: BaseException, message: str | None = None) -> None:
-        self.trouble = f"{place_of(error)}{explained(error, message)}"
 
 
 def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import jinja2
 
+from experiments.bench.store.rows import in_words
+
 
 def render(name: str, /, **values: Any) -> str:
     """Fill in a template; what it is filled with is escaped where it makes HTML.
@@ -33,7 +35,7 @@ def render(name: str, /, **values: Any) -> str:
 
 @functools.cache
 def _environment() -> jinja2.Environment:
-    return jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.ChoiceLoader(  # the report's templates name one another from its folder
             [jinja2.PackageLoader("experiments.bench", ""), jinja2.PackageLoader("experiments.bench.reproduction", "")]
         ),
@@ -42,3 +44,5 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.filters["in_words"] = in_words
+    return environment

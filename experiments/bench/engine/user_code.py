@@ -9,16 +9,13 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType, ModuleType, TracebackType
 from typing import TypeVar
 
-from pydantic import ValidationError
-
-from dsnn.hints import closest
-from experiments.bench.engine import interrupts, user_modules
-from experiments.bench.engine.errors import UsageError, explain, explained, printable
+from experiments.bench.engine import user_modules
+from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.engine.user_modules import is_users
 
 Result = TypeVar("Result")
@@ -60,8 +57,10 @@ def declared(path: Path, name: str) -> object:
     Raises
     ------
     UsageError
-        The file cannot be read, has an error, declares no such name, or imports a module of the user's own that is
-        not what its name stands for in this process.
+        The file cannot be read, declares no such name, or imports a module of the user's own that is not what its name
+        stands for in this process.
+    Exception
+        Whatever the file raises.
     """
     if not path.is_file():
         raise UsageError(f"{path}: no such file")
@@ -99,11 +98,7 @@ def _module(path: Path, path_shown: Path) -> ModuleType:
     name = user_modules.named(units)[path]
     others = frozenset(other for unit in units.values() for other in unit.elsewhere)
     first = name not in sys.modules
-    try:
-        module = apart(lambda: importlib.import_module(name))
-    except BaseException as error:  # SystemExit too: sys.exit in the file is no end of ours
-        interrupts.pass_on(error)
-        raise UsageError(f"{path_shown}{_where(error, path)}") from None
+    module = apart(lambda: importlib.import_module(name))
     try:
         if first:
             user_modules.check_elsewhere(others, path_shown)
@@ -116,18 +111,6 @@ def _module(path: Path, path_shown: Path) -> ModuleType:
         sys.modules.pop(name, None)  # it is executed again at the next request, and refused again
         raise error if isinstance(error, UsageError) else UsageError(f"{path_shown}: {explained(error)}") from None
     return module
-
-
-def _where(error: BaseException, path: Path) -> str:
-    """Return the line of the file at ``path`` where an exception came up while it was executed, and what it says."""
-    if isinstance(error, SyntaxError) and error.filename == str(path):
-        return f", line {error.lineno}: {error.msg}"
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-    where = f", line {lines[-1]}" if lines else ""
-    if isinstance(error, SyntaxError) and error.filename:
-        return f"{where}: {Path(error.filename).name}, line {error.lineno}: {error.msg}"
-    text = explain(error) if isinstance(error, ValidationError) else explained(error)
-    return f"{where}: {printable(user_modules.plain_names(text))}"
 
 
 def apart(call: Callable[[], Result]) -> Result:
@@ -174,17 +157,24 @@ def closure(path: Path) -> dict[str, str]:
     return dict(sorted({**user_modules.elsewhere(others), **near}.items()))
 
 
-def place_of(error: BaseException) -> str:
-    """Return the file and line of a user's own code where an exception was raised; empty where it was not in any."""
-    called = (frame for frame in traceback.extract_tb(error.__traceback__) if is_users(Path(frame.filename)))
-    last = next(iter(reversed(list(called))), None)
-    return f"{Path(last.filename).name}, line {last.lineno}: " if last else ""
+def of_users(error: BaseException) -> BaseException | None:
+    """Return what a user's own file raised, where that led to ``error``; ``None`` where no such file did."""
+    link: BaseException | None = error
+    while link is not None and not isinstance(link, SyntaxError) and _steps(link) is None:
+        link = link.__cause__ or link.__context__
+    return link
 
 
-def blamed(error: BaseException, rows: Sequence[Mapping[str, object]]) -> str:
-    """Return where a user's own judge raised an exception, and what; of a column that there is not, the nearest."""
-    message = f"{place_of(error)}{explained(error)}"
-    if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and rows:
-        near = closest(error.args[0], map(str, rows[0]))
-        message += f" (nearest column: {near})" if near else ""
-    return message
+def traced(error: BaseException) -> str:
+    """Return the traceback of an exception; of what a user's own file raised, from that file on."""
+    own = of_users(error)
+    shown, steps = (error, error.__traceback__) if own is None else (own, _steps(own))
+    return "".join(traceback.format_exception(type(shown), shown, steps)).rstrip()
+
+
+def _steps(error: BaseException) -> TracebackType | None:
+    """Return the part of a traceback that begins in a user's own file; ``None`` where it passes none."""
+    step = error.__traceback__
+    while step is not None and not is_users(Path(step.tb_frame.f_code.co_filename)):
+        step = step.tb_next
+    return step

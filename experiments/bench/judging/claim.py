@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from dsnn.hints import closest
 from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_name, short
-from experiments.bench.engine.user_code import apart, blamed
+from experiments.bench.engine.user_code import apart, traced
 from experiments.bench.judging.checks import weakest
 from experiments.bench.judging.claim_files import PACKAGE, claim_ids
 from experiments.bench.judging.verdict import Outcome, Verdict
@@ -175,7 +176,8 @@ class Claim:
         try:
             answer = apart(lambda: self.judge(copies, *more))
             if not isinstance(answer, Outcome):
-                return _broken(f"its judge answered {short(answer)}, expected an Outcome", len(rows))
+                trouble = f"its judge answered {short(answer)}, expected an Outcome"
+                return _broken(trouble, len(rows), trouble)
             if answer.checks:
                 weakest(answer.checks)  # nothing but checks is among them
             texts = str(answer.measured), str(answer.effect)
@@ -183,7 +185,9 @@ class Claim:
             return Outcome(answer.verdict, *texts, n, decided, fewest, answer.broken, checks=answer.checks)
         except BaseException as error:  # SystemExit too: sys.exit in a judge ends the judge
             interrupts.pass_on(error)
-            return _broken(f"its judge failed: {blamed(error, rows)}", len(rows))
+            if isinstance(error, KeyError) and (near := closest(str(error.args[0]), map(str, rows[0]))):
+                error.add_note(f"nearest column: {near}")
+            return _broken(f"its judge raised {type(error).__name__}", len(rows), traced(error))
 
     def verdict(self, *outcomes: Outcome, random: bool = True, model: str = "", experiment: str = "") -> Verdict:
         """Return the verdict of outcomes.
@@ -206,5 +210,5 @@ class Claim:
         return Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
 
 
-def _broken(trouble: str, rows: int) -> Outcome:
-    return replace(Outcome.unjudged(trouble, reason="judge failed", n=rows), trouble=trouble)
+def _broken(why: str, rows: int, trouble: str) -> Outcome:
+    return replace(Outcome.unjudged(why, reason="judge failed", n=rows), trouble=trouble)

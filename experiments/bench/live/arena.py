@@ -16,7 +16,7 @@ from experiments.bench.closed_loop.behaviour import Policy
 from experiments.bench.closed_loop.episode import wheels
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.seen import PartialResponse
-from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.errors import TrialError, UsageError, short
 from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import choose
 from experiments.bench.live.session import Session, View
@@ -25,7 +25,7 @@ from experiments.bench.public.run import run
 from experiments.bench.robot.experiment import Condition, Experiment
 from experiments.bench.robot.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
 from experiments.bench.robot.plan import plan
-from experiments.bench.robot.trial import RunningTrial, TrialError
+from experiments.bench.robot.trial import RunningTrial
 from experiments.bench.robot.visit import visit
 from experiments.bench.store.files import new_folder
 from experiments.bench.streams import stream
@@ -154,7 +154,7 @@ class ArenaSession(Session):
         try:
             trial = RunningTrial(spec, spec.settings.camera, spec.settings.models, keep=False)
         except ValueError as error:
-            raise UsageError(str(error)) from None
+            raise UsageError(str(error)) from error
         self.settings, self.looped, self.trial, self.spec, self._places = settings, looped, trial, spec, places
         self.interval_s = trial.sim.frame_interval
         self._changes: list[Change] = []
@@ -258,7 +258,7 @@ class ArenaSession(Session):
 
         Raises
         ------
-        UsageError
+        TrialError
             The trial of an experiment went wrong, or the behaviour.
         """
         if self.trial.drive.over:
@@ -267,10 +267,7 @@ class ArenaSession(Session):
         if isinstance(trial.drive, HandDrive):
             self._command(trial.drive)
         before = [runner.seconds for runner in self.watching]
-        try:
-            frame, answers = trial.step()
-        except TrialError as error:
-            raise UsageError(str(error)) from None
+        frame, answers = trial.step()
         if self._behaviour is not None:
             self._act(frame)
         poses = {name: robot.pose for name, robot in trial.sim.robots.items()}
@@ -283,7 +280,7 @@ class ArenaSession(Session):
         answer = runner.see(frame.luma)
         if answer is None:
             self.behave("")
-            raise UsageError(f"the behaviour {name} broke: {runner.trouble}")
+            raise TrialError(f"the behaviour {name} broke: {runner.trouble}")
         shares = wheels(policy, PartialResponse(answer, runner.chosen.channels, runner.label)).tolist()
         robot = self.trial.sim.robots["observer"]
         speed, turn = robot.motion_of(WheelSpeeds(*(share * robot.config.max_speed_cm_s / 100 for share in shares)))

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.errors import TrialError, UsageError
 from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.settings import watchers
 from experiments.bench.footage.video import Footage, Picture, ahead, usual_size
@@ -90,15 +90,15 @@ class FootageSession(Session):
 
         Raises
         ------
-        UsageError
+        TrialError
             The footage ended early, or all models have broken.
         """
         before = [runner.seconds for runner in self.watching]
         going = next(self._answered, None)
         if going is None:
             troubles = [f"{runner.label} broke: {runner.trouble}" for runner in self.watching if runner.trouble]
-            if trouble := "; ".join(troubles) or self.film.ended_early():
-                raise UsageError(trouble)
+            if trouble := "\n".join(troubles) or self.film.ended_early():
+                raise TrialError(trouble)
             self.begin()
             return self.step()
         picture, answers = going

@@ -92,8 +92,8 @@ class Page:
             self.server.stop()
 
     def tell(self, text: str) -> None:
-        """Show a line to everybody who looks at the page."""
-        self._note.content = text.replace("<", "&lt;")
+        """Show a text to everybody who looks at the page."""
+        self._note.content = text.replace("<", "&lt;").replace("\n", "  \n")
         for client in self.server.get_clients().values():
             client.add_notification("colias live", text, auto_close_seconds=6.0)
 
@@ -305,7 +305,7 @@ class Page:
         for runner in self.session.watching:
             answer, channel, label = view.answers[runner.label], runner.chosen.counted, runner.label
             if runner.trouble:
-                lines.append(f"**{label} broke: {runner.trouble}**")
+                lines.append(f"**{label} broke**\n```\n{runner.trouble}\n```")
                 continue
             value = f"{channel.upper()} {getattr(answer, channel):+.3f}, " if answer is not None and channel else ""
             lines.append(f"{label}: {value}{1000 * view.seconds[label]:.2f} ms a frame")

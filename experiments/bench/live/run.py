@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.errors import TrialError, UsageError
 
 if TYPE_CHECKING:
     from experiments.bench.live.page import Page
@@ -101,7 +101,7 @@ def serve(page: Page) -> None:
             continue
         try:
             view = session.step()
-        except UsageError as error:
+        except (TrialError, UsageError) as error:
             page.tell(str(error))
             if not page.paused:
                 page.time("pause")

@@ -16,7 +16,7 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.engine.batch import tell
-from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.errors import TrialError, UsageError, short
 from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.engine.terminal import error_console, progress
@@ -276,7 +276,7 @@ def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
         else:
             failures.append(Failure(trial.index, model.label, trial.condition.label(), trial.seed or 0, 1, answer))
     if not answers:
-        raise UsageError(f"trial {trial.index}: {failures[0].reason}")
+        raise TrialError(f"trial {trial.index}: {failures[0].reason}")
     recorded = None
     if recordings:
         from experiments.bench.measured.recording import record  # not before: Rerun takes its time to load

@@ -14,10 +14,8 @@ import numpy as np
 
 from colias_sim import Schedule
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_declared, plain, short
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.user_code import place_of
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
 from experiments.bench.robot.hand import Hand
@@ -311,22 +309,12 @@ class Design(Protocol):
 
 
 def conditions_of(design: Design) -> tuple[Condition, ...]:
-    """The conditions of a design. Raises ``ValueError``, in one line, where it answers with anything else."""
+    """The conditions of a design. Raises ``ValueError`` where it answers with anything else."""
     expected = f"expected experiments.Condition({', '.join(CONDITION_COLUMNS)})"
-    try:
-        answered = design.conditions()
-        if not isinstance(answered, Iterable):
-            raise ValueError(f"its conditions() answers {short(answered)}: {expected}, any number of them")
-        conditions = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
-    except ValueError as error:
-        raise ValueError(" ".join(str(error).split())) from None
-    except BaseException as error:  # SystemExit too
-        interrupts.pass_on(error)
-        message = " ".join(str(error).split())
-        place = f" ({raised.removesuffix(': ')})" if (raised := place_of(error)) else ""
-        raise ValueError(
-            f"its conditions() raises {type(error).__name__}{': ' if message else ''}{message}{place}"
-        ) from None
+    answered = design.conditions()
+    if not isinstance(answered, Iterable):
+        raise ValueError(f"its conditions() answers {short(answered)}: {expected}, any number of them")
+    conditions = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
     for index, condition in enumerate(conditions):
         if not isinstance(condition, Condition):
             raise ValueError(f"its conditions()[{index}] is {short(condition)}: {expected}")
@@ -407,7 +395,7 @@ class Experiment:
         try:
             conditions, again = conditions_of(self.design), conditions_of(self.design)
         except ValueError as error:
-            raise ValueError(f"experiment {self.name}: {error}") from None
+            raise ValueError(f"experiment {self.name}: {error}") from error
         if conditions != again:
             raise ValueError(f"experiment {self.name}: its conditions() answers otherwise when it is asked again")
         self._check_conditions(conditions)

@@ -9,9 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from colias_sim import PathFollower, Pose, Route, Stretch
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import short
-from experiments.bench.engine.user_code import place_of
 
 SAMPLES_PER_S = 100
 """Rate at which a function of time is read."""
@@ -315,15 +313,7 @@ class Path:
 
 
 def _asked(place: Callable[[float], tuple[float, float]], called: str, time: float) -> tuple[float, float]:
-    try:
-        x, y = (float(value) for value in place(time))
-    except BaseException as error:  # SystemExit too
-        interrupts.pass_on(error)
-        at = f" ({raised.removesuffix(': ')})" if (raised := place_of(error)) else ""
-        raise ValueError(
-            f"path {called}: at {time:g} s it raises {type(error).__name__}: {' '.join(str(error).split())}{at}; "
-            "expected a function of the time in s that returns (x, y) in cm"
-        ) from None
+    x, y = (float(value) for value in place(time))
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f"path {called}: at {time:g} s it is at ({x:g}, {y:g}): legal are finite numbers of cm")
     return x, y

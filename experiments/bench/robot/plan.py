@@ -231,7 +231,7 @@ def usual_scene(experiment: Experiment | None) -> SceneConfig:
     try:
         return SceneConfig(arena=known_arena(experiment.arena))
     except ValueError as error:
-        raise UsageError(f"experiment {experiment.name}: {error}") from None
+        raise UsageError(f"experiment {experiment.name}: {error}") from error
 
 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
@@ -253,7 +253,7 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
     try:
         return dataclasses.replace(experiment, design=design), settings
     except ValueError as error:
-        raise UsageError(f"--set: {error}") from None
+        raise UsageError(f"--set: {error}") from error
 
 
 def plan(

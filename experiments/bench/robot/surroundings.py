@@ -92,7 +92,7 @@ def read(source: str) -> Arena:
     try:
         return Arena.read(source)
     except ValueError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError(str(error)) from error
 
 
 def surroundings(source: str) -> Surroundings:
@@ -116,7 +116,7 @@ def _surroundings(source: str, _digests: tuple[object, ...]) -> Surroundings:
     try:
         model = compile_arena(source)
     except ValueError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError(str(error)) from error
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return Surroundings(source, model, data, standing(model))

@@ -17,6 +17,7 @@ from colias_sim import Frame, Pose, Route, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import Response, ResponseSeries
+from experiments.bench.engine.errors import TrialError
 from experiments.bench.engine.model_runner import ModelRunner, change, spike_counts
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.user_code import sha256
@@ -31,10 +32,6 @@ from experiments.bench.robot.trajectory import Course, course
 from experiments.bench.streams import stream
 
 KEPT_SCENES = 6
-
-
-class TrialError(RuntimeError):
-    """A trial that could not be completed: what went wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +159,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False, watch: Watch | None 
     answers = tuple(answer(chosen, given, parts, settings.camera.fps) for chosen, given in series)
     broken = {runner.label: runner.trouble for runner in watching if runner.trouble}
     if not answers:
-        raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
+        raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in broken.items()))
     media = None
     if keep_media:
         pictures = {eye: runner.frames for eye, runner in seen.items()}

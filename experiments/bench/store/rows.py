@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
 
-from experiments.bench.store.places import told
+from experiments.bench.engine.user_code import traced
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -119,6 +119,7 @@ class Failure:
     seed: int
     attempts: int
     reason: str
+    """The traceback of what was raised, or one line where an input was refused."""
 
     def __str__(self) -> str:
         what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
@@ -128,12 +129,24 @@ class Failure:
         return f"{what}{times} ({self.condition}): {self.reason}"
 
 
+def in_words(failures: Iterable[Failure]) -> list[str]:
+    """Return failures in words, those of one reason together."""
+    alike: dict[tuple[str, str], list[Failure]] = {}
+    for failure in failures:
+        alike.setdefault((failure.model, failure.reason), []).append(failure)
+    return [
+        f"{first}\nThe same in {len(others)} more: {listed_trials(failure.trial for failure in others)}" if others
+        else str(first)
+        for first, *others in alike.values()
+    ]  # fmt: skip
+
+
 def recording_of(make: Callable[[], bytes]) -> bytes | str:
     """Make the recording of a trial, or say why there is none: the trial's rows do not go with it."""
     try:
         return make()
     except Exception as error:  # Rerun's, or too little memory
-        return told(error)
+        return traced(error)
 
 
 def recording_name(index: int) -> str:

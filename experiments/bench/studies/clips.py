@@ -229,7 +229,7 @@ def _changed(clip: Clip, texts: Texts, option: str) -> Clip:
         return dataclasses.replace(clip, changes=tuple(values.items()))
     except ValueError as error:
         assignments = ", ".join(typed(*item) for item in stimulus_texts.items())
-        raise UsageError(f"{assignments}: {' '.join(str(error).split())}") from None
+        raise UsageError(f"{assignments}: {' '.join(str(error).split())}") from error
 
 
 def _renderings(part: Offline, axes: Sequence[Axis], points: Sequence[Point]) -> list[Rendering]:

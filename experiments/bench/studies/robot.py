@@ -245,7 +245,7 @@ def _planned(
         message = str(error)
         if any(message.startswith(f"--set {text}:") for text in over):
             message = message.replace("--set", "--over", 1)
-        raise UsageError(message) from None
+        raise UsageError(message) from error
 
 
 def _motions(claims: Claims, measures: Measures) -> Mapping[str, set[str]]:

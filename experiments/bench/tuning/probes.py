@@ -247,7 +247,7 @@ def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, se
             clip = apart(partial(Clip, f"{name} {changes[name]:g}", entry, tuple(changes.items())))
             direction = apart(partial(direction_deg, clip, seed))
         except ValueError as error:
-            raise UsageError(f"--over {over}: {error}") from None
+            raise UsageError(f"--over {over}: {error}") from error
         probes.append(Probe(clip, entry.name, float(changes[name]), direction_deg=direction))
     try:
         unit = settings.unit_of(entry.params, name)

@@ -1,28 +1,72 @@
 """Models, parameters and trials that break: what is lost is named, what is not goes on."""
 
 import json
-from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from experiments.bench.clips.experiment import Clip, Showing
+from experiments.bench.clips.show import show
+from experiments.bench.engine.models import choose
+from experiments.bench.engine.templates import render
+from experiments.bench.footage.video import Picture
+from experiments.bench.footage.watch import Seen, Watcher, watched
+from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
+from experiments.bench.robot.rows import finished
+from experiments.bench.robot.trial import run_trial
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
 
-BROKEN_MODELS = {
-    "MODEL = 3\n": "expected a dsnn.ModelEntry",
-    "x = 1\n": "declares no MODEL",
-    "import absent_module\n": "mine.py, line 1: ModuleNotFoundError",
-}
 
-
-@pytest.mark.parametrize("text", BROKEN_MODELS)
-def test_a_broken_model_file_is_one_line(colias_here, text):
-    (colias_here.folder / "mine.py").write_text(text)
+def test_a_file_without_a_model_is_one_line(colias_here):
+    (colias_here.folder / "mine.py").write_text("MODEL = 3\n")
     done = colias_here("run", "speed", "--model", "mine.py")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert BROKEN_MODELS[text] in done.stderr
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "mine.py" in done.stderr, done.stderr
+
+
+SEEN = ("--no-view", "--record", "seen.rrd")
+USERS_FILES = {
+    "model": ("model", "import absent_module", ("run", "speed", "--model", "mine.py")),
+    "model without a file": ("model", "open('absent.txt')", ("run", "speed", "--model", "mine.py")),
+    "model with half a line": ("model", "x = (", ("run", "speed", "--model", "mine.py")),
+    "model at work": ("model", "        down, right", ("run", "speed", *QUICK, "--only", "--model", "mine.py")),
+    "model of clips": ("model", "        down, right", ("play", "plain", *SEEN, "--model", "mine.py")),
+    "model on trial": ("model", "        down, right", ("check", "mine.py")),
+    "experiment": ("experiment", "EXPERIMENT =", ("run", "mine.py")),
+    "conditions": ("experiment", "        for name, (first", ("run", "mine.py")),
+    "claim": ("experiment", "    peaks =", ("run", "mine.py", "--repeats", "1", "--no-recordings")),
+    "stimulus": ("stimulus", "        rows, columns", ("play", "mine.py", *SEEN)),
+    "clip": ("stimulus", "        rows, columns", ("run", "mine.py")),
+    "claim about clips": ("stimulus", "    right, left =", ("run", "mine.py")),
+    "behaviour": ("behaviour", "        self.mean +=", ("behave", "mine.py", "--episodes", "1")),
+    "arena": ("arena", "    pillars =", ("run", "speed", "--set", "scene.arena=mine.py")),
+    "arena of episodes": ("arena", "    pillars =", ("behave", "hybrid", "--episodes", "1", "--set", "arena=mine.py")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", USERS_FILES)
+def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias_here):
+    template, at, command = USERS_FILES[kind]
+    text = render(f"new/{template}.py.j2", name="odd", stem="mine")
+    if at in text:
+        inserted = f"{' ' * (len(at) - len(at.lstrip()))}raise ValueError('odd')"
+        text, raised = text.replace(at, f"{inserted}\n{at}", 1), "ValueError: odd"
+    else:
+        inserted, raised = at, "Error: "
+        text = f"{at}\n{text}"
+    (colias_here.folder / "mine.py").write_text(text)
+    workers = ("--workers", "0") if command[0] in ("run", "behave") else ()
+    done = colias_here(*command, *workers)
+    told = done.stdout + done.stderr
+    line = text.splitlines().index(inserted) + 1
+    assert done.returncode in (1, 2) and told.count(f'mine.py", line {line}') == 1 and raised in told, told
+    failures = colias_here.folder / "runs"
+    for path in failures.rglob("failures.json"):
+        assert all(f'mine.py", line {line}' in failure["reason"] for failure in json.loads(path.read_text()))
 
 
 def write_model(colias, instead: str, name: str = "my_model.py") -> None:
@@ -31,62 +75,70 @@ def write_model(colias, instead: str, name: str = "my_model.py") -> None:
     (colias.folder / name).write_text(text)
 
 
+def trial_of(models):
+    condition = Condition("translation", "rightward", 35.0, 8.0)
+    settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    return finished(run_trial(TrialSpec("test", 0, 0, 7, condition, settings)), None)
+
+
+def clip_of(models):
+    return show(Showing("test", 0, 0, 7, Clip("small", "plain", (("rows", 24), ("columns", 32))), models))
+
+
+RUNS = {"trial": trial_of, "clip": clip_of}
+
+
+def rows_of(record, model):
+    """Rows of one model in both tables, without wall times."""
+    rows = [{**row, "wall_s": 0.0} for row in record.rows if row["model"] == model]
+    return rows, [row for row in record.frames.to_pylist() if row["model"] == model]
+
+
+RAISES = "self.seen = getattr(self, 'seen', -1) + 1\n        if self.seen == 5: {}"
 BREAKS = {
-    "if now.mean() > 0: raise ValueError('odd')": "ValueError: odd",
-    "class Two(Exception):\n            def __init__(self, a, b): super().__init__(a)\n"
-    "        raise Two('needs', 'both')": "Two: needs",
-    "raise SystemExit(3)": "SystemExit: 3",
-    "raise RuntimeError": "RuntimeError",
-    "raise ValueError('a :-1: b [b]c[/b]')": "ValueError: a :-1: b [b]c[/b]",
-    "return None": "AnswerError: in frame 0, the answer is a NoneType without hs: expected a dsnn.Response",
-    "return Response(float('nan'), 0.0, 0, 0)": "AnswerError: in frame 0, hs is nan: expected a finite number up to"
-    " 1e+09 in size",
+    "raises": "raise ValueError('odd')",
+    "leaves": "raise SystemExit(3)",
+    "returns nothing": "return None",
+    "returns no number": "return Response(float('nan'), 0.0, 0, 0)",
 }
 
 
-def reason_of(place: int, path: Path) -> str:
-    """Why the model in ``path`` breaks: what it raises itself with the file and the line."""
-    instead, reason = list(BREAKS.items())[place]
-    if not any(word in instead for word in ("raise ", "raise(")):
-        return reason
-    lines = path.read_text().splitlines()
-    raised = next(number for number, line in enumerate(lines, 1) if "raise " in line and line.strip() in instead)
-    return f"{path.name}, line {raised}: {reason}"
+@pytest.mark.parametrize("run", RUNS)
+@pytest.mark.parametrize("kind", BREAKS)
+def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_path):
+    write_model(SimpleNamespace(folder=tmp_path), RAISES.format(BREAKS[kind]))
+    path = tmp_path / "my_model.py"
+    record = RUNS[run]((choose(str(path)), choose("dsnn")))
+    assert rows_of(record, "dsnn") == rows_of(RUNS[run]((choose("dsnn"),)), "dsnn")
+    assert {row["model"] for row in record.rows} == {"dsnn"}
+    (failure,) = record.failures
+    assert failure.model == "gradient"
+    line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if BREAKS[kind] in text)
+    where = f'File "{path}", line {line}, in step' if BREAKS[kind].startswith("raise") else "in frame 5, "
+    assert where in failure.reason
 
 
-def test_models_that_break_cost_the_others_nothing(colias):
-    """Whatever they raise or answer, even what cannot travel between processes; the last that is shown is whole."""
-    flags = ["--model", "dsnn"]
-    for place, instead in enumerate(BREAKS):
-        write_model(colias, instead, f"broken{place}.py")
-        path = colias.folder / f"broken{place}.py"
-        path.write_text(path.read_text().replace('"gradient"', f'"gradient{place}"'))
-        flags += ["--model", path.name]
-    done = colias(
-        "run", "speed", *QUICK[:2], "--repeats", "1", "--no-recordings", *flags, "--model", "emd", "--out", "out"
-    )
-    assert done.returncode == 1, done.stderr
-    reasons = [reason_of(place, colias.folder / f"broken{place}.py") for place in range(len(BREAKS))]
-    for place, reason in enumerate(reasons):
-        assert f"gradient{place} failed in trial 0 (translation rightward, 20 cm/s at 8 cm): {reason}" in done.stderr
-    assert "Traceback" not in done.stderr
-    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
-    assert [(row["trial"], row["model"]) for row in rows] == [(0, "dsnn"), (0, "emd"), (1, "dsnn"), (1, "emd")]
-    failures = json.loads((colias.folder / "out" / "failures.json").read_text())
-    assert [(f["trial"], f["model"], f["reason"]) for f in failures] == [
-        (trial, f"gradient{place}", reason) for trial in range(2) for place, reason in enumerate(reasons)
-    ]
+def test_footage_goes_on_without_a_model_that_raises(tmp_path):
+    write_model(SimpleNamespace(folder=tmp_path), RAISES.format(BREAKS["raises"]))
+    pictures = [Picture(i, i / 30, np.full((24, 32), 9 * i, np.uint8), 0.0, 0.0) for i in range(10)]
+
+    def answers(*models):
+        return [answers[-1] for _, answers in watched(pictures, [Watcher(m, (24, 32)) for m in models], Seen())]
+
+    dsnn, broken = choose("dsnn"), choose(str(tmp_path / "my_model.py"))
+    assert answers(broken, dsnn) == answers(dsnn) and len(answers(dsnn)) == 10
 
 
 def test_trials_without_a_working_model_fail_and_resume(colias):
     write_model(colias, "if frame[0, 0] >= 0: raise ValueError('odd')")
     arguments = ("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0")
     done = colias(*arguments, "--out", "out")
-    assert done.returncode == 1 and "trial 3 failed (translation rightward, 30 cm/s at 8 cm)" in done.stderr
+    assert done.returncode == 1 and "trials 1, 2, 3" in done.stderr
     assert "figure.png" not in done.stdout, "there is none to name"
     assert pq.read_table(colias.folder / "out" / "trials.parquet").num_rows == 0
     again = colias(*arguments, "--out", "out")
-    assert again.returncode == 1 and again.stderr.count(": ValueError: odd") == 4
+    assert again.returncode == 1 and again.stderr.count("ValueError: odd") == 1, "once for all four"
+    assert len(json.loads((colias.folder / "out" / "failures.json").read_text())) == 4
 
 
 def test_a_claim_says_how_many_trials_it_lost(colias):

@@ -109,7 +109,7 @@ def _middle(fit: Fit, box: Box, seed: int) -> StudyPlan:
     except UsageError as error:
         raise UsageError(
             str(error).replace("--measure ", "--minimise " if fit.minimise else "--maximise ", 1)
-        ) from None
+        ) from error
 
 
 def require_optuna() -> None:
