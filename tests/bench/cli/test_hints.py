@@ -1,7 +1,5 @@
 """Messages that lead on: the known name that a mistyped one was meant for, and where in a user's file it went wrong."""
 
-import json
-
 import gymnasium as gym
 import pytest
 
@@ -10,7 +8,6 @@ import scenes
 from colias_sim import SceneConfig
 from dsnn import model_entry
 from dsnn.stimuli import stimulus
-from experiments import Translation
 from experiments.bench.cli import main
 
 FAR = "zqzqzqzq"
@@ -81,91 +78,3 @@ def test_a_key_is_taken_for_one_of_like_name_not_of_like_section(typed, meant):
     assert known != ("sections here are dsnn, robot, camera, scene, experiment" in message) and "all: " in message, (
         message
     )
-
-
-MODEL = """
-from dataclasses import dataclass
-
-from dsnn import ModelEntry
-
-
-@dataclass(frozen=True)
-class Params:
-    t_sp: float = 0.2
-
-
-class Failing:
-    def __init__(self, shape, parameters):
-        pass
-
-    def reset(self):
-        pass
-
-    def step(self, frame, **of):
-        return {}["gone"]
-
-
-MODEL = ModelEntry("failing", "fails at its first frame", Failing, Params())
-"""
-BEHAVIOUR = """
-from experiments import Behaviour
-
-
-def policy(seen):
-    raise RuntimeError("lost")
-
-
-BEHAVIOUR = Behaviour("lost", "fails", "Optomotor", lambda rng: policy, senses="state")
-"""
-DESIGN = """
-from dataclasses import dataclass
-
-from experiments import Condition, Experiment
-
-
-@dataclass(frozen=True)
-class Mine:
-    speed: float = 6.0
-    pose_sd_mm: float = 0.0
-    heading_sd_deg: float = 0.0
-
-    def conditions(self):
-        return [Condition("translation", "rightward", 60.0 / (self.speed - 5.0), 8.0)]
-
-
-EXPERIMENT = Experiment("mine", "one crossing", Mine(), "speed_cm_s")
-"""
-
-
-def line_of(text: str, part: str) -> int:
-    return next(number for number, line in enumerate(text.splitlines(), 1) if part in line)
-
-
-def test_failures_of_a_run_name_the_users_file_and_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    for name, text in (("failing", MODEL), ("lost", BEHAVIOUR), ("design", DESIGN)):
-        (tmp_path / f"{name}.py").write_text(text)
-    quick = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0")
-    assert main.command(["run", "speed", *quick, "--model", "failing.py", "--no-recordings", "--out", "run"]) == 1
-    reason = f"failing.py, line {line_of(MODEL, 'gone')}: KeyError: 'gone'"
-    (failure,) = json.loads((tmp_path / "run" / "failures.json").read_text())
-    assert (failure["model"], failure["reason"]) == ("failing", reason)
-    assert reason in capsys.readouterr().err
-    assert main.command(["behave", "lost.py", "--episodes", "1", "--no-baselines", "--workers", "0", "--out", "b"]) == 1
-    assert f"lost.py, line {line_of(BEHAVIOUR, 'lost')}: RuntimeError: lost" in capsys.readouterr().err
-    with pytest.raises(ValueError, match="conditions") as caught:
-        main.command(["run", "design.py", "--set", "experiment.speed=5", "--out", "d"])
-    assert f"ZeroDivisionError: float division by zero (design.py, line {line_of(DESIGN, '60.0 /')})" in str(
-        caught.value
-    )
-
-
-def test_a_number_in_the_place_of_a_list_is_told_what_a_list_looks_like(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "one.py").write_text(
-        "from experiments import Experiment, Translation\n\n"
-        'EXPERIMENT = Experiment("one", "one speed", Translation(speeds_cm_s=10), "speed_cm_s")\n'
-    )
-    with pytest.raises(ValueError, match=r"one.py, line 3: .*speeds_cm_s=10: expected a list such as \(2, 4\)$"):
-        main.command(["run", "one.py"])
-    assert Translation((2, 4), (6,)).speeds_cm_s == (2.0, 4.0)

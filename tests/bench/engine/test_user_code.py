@@ -17,7 +17,6 @@ import pytest
 import colias_sim  # noqa: F401 - registers the envs
 from dsnn.frames import frozen
 from experiments.bench.cli import main as cli
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import choose, load_model
 from experiments.bench.engine.user_code import apart
@@ -109,24 +108,6 @@ def test_a_frame_has_a_shape_and_type_of_its_own_for_each():
     second.shape = (-1,)
     second.dtype = np.int8
     assert (first.shape, first.dtype) == ((2, 3), np.uint8) and not second.flags.writeable
-
-
-RAISED = {
-    "raise BaseException('bones')": "BaseException: bones",
-    "raise KeyboardInterrupt": "KeyboardInterrupt",
-    "raise GeneratorExit": "GeneratorExit",
-    "raise ValueError('two\\nlines \\x1b[31m')": r"ValueError: two lines \x1b[31m",
-    "class Dumb(Exception):\n    def __str__(self):\n        raise ValueError\nraise Dumb": "Dumb",
-}
-
-
-@pytest.mark.parametrize("text", RAISED)
-def test_whatever_a_file_raises_is_one_line(text, deaf, tmp_path):
-    path = tmp_path / "mine.py"
-    path.write_text(text)
-    with pytest.raises(UsageError) as caught:
-        load_model(str(path))
-    assert str(caught.value) == f"{path}, line {len(text.splitlines())}: {RAISED[text]}"
 
 
 def test_ctrl_c_while_a_file_is_imported_is_the_person_s(hearing, tmp_path):

@@ -1,7 +1,5 @@
 """Claims of a person's own: judged as they say, refused in one line, and never the end of a run."""
 
-import re
-
 import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
@@ -92,11 +90,11 @@ def broken(claim_rows, threshold):
 
 
 ANSWERS = {
-    "an exception": (broken, r"its judge failed: .*line \d+: KeyError"),
-    "a text": (lambda claim_rows, threshold: "holds", r"its judge answered 'holds', expected an Outcome"),
+    "an exception": (broken, "KeyError: 'no such column'"),
+    "a text": (lambda claim_rows, threshold: "holds", "answered 'holds'"),
     "another verdict": (
         lambda claim_rows, threshold: Outcome("perhaps", ""),
-        r"its judge failed: .*line \d+: ValueError: outcome: verdict",
+        "ValueError: outcome: verdict",
     ),
 }
 
@@ -106,10 +104,10 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     failing_judge, message = ANSWERS[what]
     trials = rows({6: [9] * 5}, "speed_cm_s")
     verdict = judge(claim(judge=failing_judge), trials, 0.2)
-    assert verdict.outcome.verdict == "judge failed" and re.match(message, verdict.outcome.measured)
+    assert verdict.outcome.verdict == "judge failed" and message in verdict.outcome.trouble
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
-    assert re.match(message, clips_claims.judge(clip_claim(judge=failing_judge), clip_rows, {"dsnn": 0.1}).measured)
+    assert message in clips_claims.judge(clip_claim(judge=failing_judge), clip_rows, {"dsnn": 0.1}).trouble
 
 
 def test_a_judge_is_not_asked_about_nothing():

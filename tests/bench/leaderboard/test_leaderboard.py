@@ -297,7 +297,4 @@ def test_an_answer_that_is_no_number_fails_by_name(tmp_path):
     (experiment, _) = clip_experiments(["emd", str(tmp_path / "none.py")])
     done = show(plan(experiment, (), (), 1, 0).showings[0])
     assert [row["model"] for row in done.rows] == ["emd"]
-    assert [str(failure) for failure in done.failures] == [
-        "gradient failed in trial 0 (dark rightward 120 px/s): "
-        "AnswerError: in frame 0, hs is nan: expected a finite number up to 1e+09 in size"
-    ]
+    assert [failure.model for failure in done.failures] == ["gradient"]
