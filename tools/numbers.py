@@ -16,56 +16,51 @@ import json
 import math
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from experiments.bench import registry
 from experiments.bench.judging import stored
-from experiments.bench.judging.claim_files import BEHAVIOURS, claim_ids
 from experiments.bench.judging.claims import used_to_choose, words
-from experiments.bench.judging.count import SIGNS, Count, Kind, totals
+from experiments.bench.judging.count import SIGNS, Count, totals
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.store.files import rows_hash
-from tools import claim_sheet
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
-SHEET = ROOT / "docs" / "claims.svg"
-"""All claims as one picture, where the results have the readings that decided them."""
 PAGES: Mapping[str, tuple[str, ...]] = {
-    "README.md": ("groups",),
-    "docs/index.md": ("home",),
-    "docs/what-the-numbers-mean.md": ("onboard", "verdicts", "claims"),
+    "README.md": ("summary",),
+    "docs/index.md": ("summary",),
+    "docs/results.md": ("claims", "cameras"),
+    "docs/what-the-numbers-mean.md": ("readings", "onboard"),
     "docs/behaviours-and-training.md": ("behaviours",),
 }
 """Page -> its measured parts, by the names in their markers."""
-GROUPS: Mapping[str, tuple[str, ...]] = {
-    "Plain clips: direction, depth, the two pathways": ("C1", "C2", "C3", "C4"),
-    "Clips over a moving background": ("C5", "C6", "C7", "C8"),
-    "Clips of five greys: speed, contrast, slow objects": ("C9", "C10", "C11"),
-    "Streets, filmed and rendered": ("C12", "C28"),
-    "Robot: crossings tell the direction, straight motion in depth is silent": ("C13", "C14"),
-    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30", "C31"),
-    "Robot: angular approach and recession": ("C17", "C18", "C19", "C20"),
-    "Robot: looming detectors on the same approaches": ("C21",),
-    "What the mechanisms do": ("C22", "C23", "C24", "C25", "C26", "C27"),
-    "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
+SUMMARY: Mapping[str, str] = {
+    "C14": "The sign of HS tells the direction of a crossing",
+    "C15": "Spikes peak near 6 cm/s",
+    "C29": "They peak there in one time window for all speeds, too",
+    "C16": "Spikes fall with distance",
+    "C13": "Straight approach and recession are silent",
+    "C17": "Approach: fewest spikes straight ahead",
+    "C19": "Recession: fewest spikes straight ahead",
+    "C21": "Two looming detectors: most spikes straight ahead",
 }
-"""What claims are about -> their ids: the rows of the README's table."""
-NOT_RUN, NEITHER = "not run", "n/a"
-"""Words of a cell of the README's table for claims that were not run under its eye and drive, and that have neither."""
-TABLE_KEY = (
-    "*Hold*, *sometimes* and *fail* are the word over all replicates, and *k of n* is said where they are too few for a"
-    " word. *Not judged*: there is no word, for the reason beside it. *Unknown constants*: the claim compares the DSNN"
-    " with a model whose constants the paper does not give. *Silent model*: the model stays silent, as the claim asks,"
-    " but does not answer the paper's own crossings either. *Not shown*: what the claim needs was missing. *Not run*:"
-    " its trials were not run under that eye and drive. *n/a*: clips have neither eye nor drive."
-)
-"""What the words in the README's table mean, in Markdown."""
+"""Claim -> its words in the summary, which counts the others."""
+IDEAL, ROBOTS = eyes.FIRST, ("ov7670", eyes.FIRST[1])
+"""The summary's columns: they differ by the camera alone."""
+REASON: Mapping[str, str] = {
+    "judge failed": "its judge failed",
+    "not shown": "what it needs was not shown",
+    "silent model": "the network is silent",
+    "unknown constants": "a rival's constants are unknown",
+}
+"""Why a claim was not judged, in a few words."""
 STALE = "The design has changed since: `make numbers` measures anew."
 LOST_AND_GAINED, DISTANCE = (
     "Claims lost and gained against the float network", "Distance from the float network, frame by frame",
@@ -125,8 +120,7 @@ def kept(verdict: Verdict) -> dict[str, Any]:
     equal = entry["outcome"]["equal"]
     beside = {name: equal[name] for name in OUTCOME_FIELDS} if equal else None
     return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome,
-            "equal_terms": entry["equal_terms"], "equal_outcome": beside,
-            "decisions": [claim_sheet.kept(decision) for decision in verdict.decisions]}  # fmt: skip
+            "equal_terms": entry["equal_terms"], "equal_outcome": beside}  # fmt: skip
 
 
 def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
@@ -206,100 +200,82 @@ def unfit(results: Mapping[str, Any]) -> str:
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
     """Return the measured parts of the pages by name, as Markdown."""
     return {
-        "groups": _groups(results),
-        "home": _home(results),
-        "verdicts": _verdicts(results),
+        "summary": _summary(results),
         "claims": _claims(results),
+        "cameras": _cameras(results),
+        "readings": _readings(results),
         "onboard": _onboard(results.get("onboard", {})),
         "behaviours": _behaviours(results),
     }
 
 
-def _verdicts(results: Mapping[str, Any]) -> str:
-    """Tell what claims came to, with a row a claim: its words, its word, and in how many replicates it held."""
-    columns = "| claim | the paper says | word | in all replicates |"
-    lines = [_totals(results), "", columns, "|---|---|---|---|"]
-    for claim in results["claims"]:
-        asked, count = words(claim["id"]), Count(**claim["count"])
-        says = f"{asked.says} (the equations imply it: {asked.implied})" if asked.implied else asked.says
-        held = "; ".join(filter(None, (count.sentence(), _on_equal_terms(claim))))
-        lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(held)} |")
-    return "\n".join(lines) + "\n"
-
-
-def _on_equal_terms(claim: Mapping[str, Any]) -> str:
-    """Return what a claim came to with its rivals on equal terms; empty of a claim without."""
-    equal = claim.get("equal_terms")
-    return f"on equal terms {Count(**equal).sentence()}" if equal else ""
-
-
-def _groups(results: Mapping[str, Any]) -> str:
-    """Tell what claims came to by `GROUPS`, under each eye and drive: which hold, hold sometimes, fail."""
-    counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
+def _counts(results: Mapping[str, Any]) -> dict[str, tuple[Count | None, ...]]:
+    """Return claim -> its count under each camera and drive of `eyes.CELLS`; ``None`` where it was not run there."""
     under: dict[str, dict[eyes.Apparatus, Count]] = {}
     for row in results.get("eyes", ()):
         under.setdefault(row["claim"], {})[row["eye"], row["drive"]] = Count(**row["count"])
-    first, *others = eyes.CELLS.values()
-    columns = f"| about | clips, or {first} | {' | '.join(others)} |"
-    lines = [_totals(results), "", *_sheet(results), columns, "|---" * (len(eyes.CELLS) + 1) + "|"]
-    for about, claims in GROUPS.items():
-        ids = [claim for claim in claims if claim in counts]
-        sides = [eyes.side_by_side(claim, counts[claim], under) for claim in ids]
-        cells = [_kinds(ids, column) for column in zip(*sides, strict=True)] if ids else [NEITHER] * len(eyes.CELLS)
-        lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells))} |")
-    return "\n".join([*lines, "", TABLE_KEY]) + "\n"
+    counts = {claim["id"]: Count(**claim["count"]) for claim in results["claims"]}
+    return {claim: eyes.side_by_side(claim, count, under) for claim, count in counts.items()}
 
 
-def _home(results: Mapping[str, Any]) -> str:
-    """Tell what claims came to in short, by `GROUPS`, with their picture."""
-    counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
-    phrases = totals([(claim["id"], Count(**claim["count"])) for claim in results["claims"]])
+def _verdict(count: Count | None) -> str:
+    """Say a claim's verdict with its sign, and in how many replicates it held."""
+    if count is None:
+        return "not run"
+    of = count.half or count
+    held = f"{of.holds} of {of.judged}" if count.random else "the same at any seed"
+    if count.kind == "counted":
+        return f"{SIGNS[count.kind]} held in {held}"
+    if count.half:
+        held = f"{REASON['unknown constants']}; the DSNN's half {held}"
+    elif not count.judged:
+        held = ", ".join(REASON[reason] for reason in count.unjudged)
+    return f"{SIGNS[count.kind]} {count.label} ({held})"
+
+
+def _tally(counts: Iterable[Count | None]) -> str:
+    """Say how many claims have each verdict."""
+    kinds = Counter(count and count.kind for count in counts)
+    names = {"holds": "hold" + "s" * (kinds["holds"] == 1), "sometimes": "sometimes",
+             "fails": "fail" + "s" * (kinds["fails"] == 1), "counted": "with too few replicates",
+             "unjudged": "not judged"}  # fmt: skip
+    parts = [f"{SIGNS[kind]} {kinds[kind]} {name}" for kind, name in names.items() if kinds[kind]]
+    return ", ".join([*parts, *([f"{kinds[None]} not run"] if kinds[None] else [])])
+
+
+def _summary(results: Mapping[str, Any]) -> str:
+    """Tell in ten rows what claims came to, with an ideal camera and with a model of the robot's."""
+    counts = _counts(results)
+    columns = [list(eyes.CELLS).index(camera) for camera in (IDEAL, ROBOTS)]
+    others = [claim for claim in counts if claim not in SUMMARY]
+    clips = [claim for claim in others if claim not in registry.answering()]
+    robot = [claim for claim in others if claim not in clips]
+    of_clips, of_robot = (_tally(counts[claim][columns[0]] for claim in claims) for claims in (clips, robot))
     lines = [
-        f"**{phrases[0]}** in the last whole reproduction.",
+        f"The paper's {len(counts)} claims with an ideal camera: {_tally(count[0] for count in counts.values())}."
+        f"{f' {STALE}' if stale(results) else ''}",
         "",
-        "| about | what became of the claims |",
-        "|---|---|",
+        "| claim | ideal camera | model of the robot's camera |",
+        "|---|---|---|",
+        *(
+            f"| {says} ({claim}) | {' | '.join(_verdict(counts[claim][column]) for column in columns)} |"
+            for claim, says in SUMMARY.items()
+            if claim in counts
+        ),
+        f"| The {len(robot)} other claims about the robot | {of_robot} "
+        f"| {_tally(counts[claim][columns[1]] for claim in robot)} |",
+        f"| The {len(clips)} claims about synthetic clips and footage | {of_clips} | clips have no camera |",
     ]
-    for about, claims in GROUPS.items():
-        ids = [claim for claim in claims if claim in counts]
-        lines.append(f"| {about} | {_cell('; '.join(_short_words(ids, counts)))} |")
-    picture = _sheet(results, "claims.svg")[:1]
-    return "\n".join([*lines, *([""] if picture else []), *picture]) + "\n"
+    return "\n".join(lines) + "\n"
 
 
-def _short_words(claims: Sequence[str], counts: Mapping[str, Count]) -> list[str]:
-    """Say which claims have which word; of those with too few replicates for one, in how many they held."""
-    by_kind: dict[Kind, list[str]] = {kind: [] for kind in SIGNS}
-    for claim in claims:
-        by_kind[counts[claim].kind].append(claim)
-    counted = by_kind.pop("counted")
-    named = [
-        f"{SIGNS[kind]} {'not judged' if kind == 'unjudged' else kind}: {', '.join(ids)}"
-        for kind, ids in by_kind.items()
-        if ids
-    ]
-    return [*named, *(f"{claim} held in {counts[claim]}" for claim in counted)]
-
-
-def _sheet(results: Mapping[str, Any], path: str = SHEET.relative_to(ROOT).as_posix()) -> list[str]:
-    """Show the picture of all claims, at ``path`` from the page; nothing where the results have no readings."""
-    if not claim_sheet.has_readings(results):
-        return []
-    claims = [*results["claims"], *results["behaviours"]]
-    return [f"![{claim_sheet.described(claims)}]({path})", "", claim_sheet.KEY, ""]
-
-
-def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:
-    """Say which claims hold, hold sometimes, fail, were not run, and of those without a word their counts."""
-    pairs = [(claim, count) for claim, count in zip(claims, counts, strict=True) if count is not None]
-    parts = []
-    for word, heading in (("holds", "hold"), ("sometimes", "sometimes"), ("fails", "fail")):
-        ids = [claim for claim, count in pairs if count.word == word]
-        parts += [f"{heading}: {', '.join(ids)}"] if ids else []
-    parts += [f"{claim}: {count}" for claim, count in pairs if not count.word]
-    without = [claim for claim, count in zip(claims, counts, strict=True) if count is None]
-    missing = [claim for claim in without if claim in (*registry.answering(), *claim_ids(BEHAVIOURS))]
-    return "; ".join([*parts, *([f"{NOT_RUN}: {', '.join(missing)}"] if missing else [])]) or NEITHER
+def _cameras(results: Mapping[str, Any]) -> str:
+    """Tell what each claim about the robot came to under each camera and drive."""
+    lines = [f"| claim | {' | '.join(eyes.CELLS.values())} |", "|---" * (len(eyes.CELLS) + 1) + "|"]
+    for claim, counts in _counts(results).items():
+        if claim in registry.answering():
+            lines.append(f"| {words(claim).title} ({claim}) | {' | '.join(map(_verdict, counts))} |")
+    return "\n".join(lines) + "\n"
 
 
 def _totals(results: Mapping[str, Any]) -> str:
@@ -313,21 +289,31 @@ def _totals(results: Mapping[str, Any]) -> str:
 
 
 def _claims(results: Mapping[str, Any]) -> str:
-    lines = ["| claim | in all replicates | replicate 0 | decided there by |", "|---|---|---|---|"]
-    for claim in results["claims"]:
-        outcome, count = Outcome(**claim["outcome"]), Count(**claim["count"])
-        broken = f"; all replicates: {claim['rate']}" if claim["rate"] else ""
-        held, equal = _cell(count.sentence()), claim.get("equal_outcome")
-        beside = f"; on equal terms {equal['verdict']}: {Outcome(**equal).deciding}" if equal else ""
-        lines.append(f"| {claim['id']} | {held} | {outcome.verdict} | {_cell(outcome.deciding + broken + beside)} |")
-    lines += ["", "Used to choose a reading of the paper:", ""]
+    """Tell of each claim its words, its verdict, and the number that decided in replicate 0, with its bound."""
+    lines = [_totals(results), "", "| claim | verdict | what decided in replicate 0, and its bound |", "|---|---|---|"]
+    for claim in (*results["claims"], *results["behaviours"]):
+        asked, outcome = words(claim["id"]), Outcome(**claim["outcome"])
+        implied = " The equations imply it." if asked.implied else ""
+        says = f"**{asked.title}** ({claim['id']}): {asked.says}.{implied}"
+        decided = outcome.deciding + (f"; all replicates: {claim['rate']}" if claim.get("rate") else "")
+        count, equal = Count(**claim["count"]), claim.get("equal_outcome")
+        verdict = _verdict(count)
+        if equal:
+            verdict += f"; on equal terms {_verdict(Count(**claim['equal_terms']))}"
+            decided += f"; on equal terms {equal['verdict']}: {Outcome(**equal).deciding}"
+        decided += f". *Why:* {asked.cause}" if asked.cause and count.word != "holds" else ""
+        lines.append(f"| {' | '.join(map(_cell, (says, verdict, decided)))} |")
+    return "\n".join(lines) + "\n"
+
+
+def _readings(results: Mapping[str, Any]) -> str:
+    """Tell which claims were used to choose each reading of the paper."""
     readings: dict[str, list[str]] = {}
     for claim in results["claims"]:
         for reading in used_to_choose(claim["id"]):
             readings.setdefault(reading.name, []).append(claim["id"])
     every = len(results["claims"])
-    for reading, ids in readings.items():
-        lines.append(f"- {reading}: {'all claims' if len(ids) == every else ', '.join(ids)}")
+    lines = [f"- {name}: {'all claims' if len(ids) == every else ', '.join(ids)}" for name, ids in readings.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -408,18 +394,17 @@ def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
 def main() -> None:
     """Take over the figures of the folder on the command line."""
     parser = argparse.ArgumentParser(prog="python -m tools.numbers", description="Renew the measured figures of docs.")
-    parser.add_argument("run", type=Path, nargs="?", help="folder of a finished colias reproduce")
-    parser.add_argument("--check", action="store_true", help="take nothing over: refuse figures that are stale")
+    parser.add_argument("run", type=Path, nargs="?", help="folder of a finished colias reproduce; else the pages alone")
+    parser.add_argument("--check", action="store_true", help="write nothing: refuse figures that are stale")
     parser.add_argument("--root", type=Path, default=ROOT, help="folder of the pages, and of docs/results.json")
     given = parser.parse_args()
     root: Path = given.root
-    if given.check == (given.run is not None):
-        parser.error("give the folder of a run, or --check")
+    kept_file = root / RESULTS.relative_to(ROOT)
     if given.check:
-        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")))
+        why = unfit(_json(kept_file))
         sys.exit(_refuse(why) if why else 0)
     try:
-        results = taken(given.run)
+        results = taken(given.run) if given.run else _json(kept_file)
         parts = blocks(results)
         pages = {
             root / page: renewed(page, (root / page).read_text(encoding="utf-8"), {name: parts[name] for name in names})
@@ -427,10 +412,7 @@ def main() -> None:
         }
     except NotFinished as error:
         sys.exit(_refuse(str(error)))
-    files = {root / RESULTS.relative_to(ROOT): _as_json(results), **pages}
-    if claim_sheet.has_readings(results):
-        files[root / SHEET.relative_to(ROOT)] = claim_sheet.sheet(results)
-    for path, text in files.items():
+    for path, text in {kept_file: _as_json(results), **pages}.items():
         path.write_text(text, encoding="utf-8")
 
 

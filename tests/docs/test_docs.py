@@ -30,7 +30,7 @@ JOURNEYS = {
     "afternoon.md", "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "fitting.md",
     "footage.md", "live.md",
     "from-bench-to-robot.md", "guides.md", "index.md", "install.md", "limits.md", "looming.md", "maps.md",
-    "playground.md", "reinforcement-learning.md", "robot-trials.md", "versions.md", "video.md",
+    "playground.md", "reinforcement-learning.md", "results.md", "robot-trials.md", "versions.md", "video.md",
     "what-the-numbers-mean.md", "your-own-arena.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 LISTS = {"guides.md", "index.md"}
@@ -47,7 +47,7 @@ OWN_TESTS = {
     "video.md",
     "from-bench-to-robot.md",
 }
-LONGEST_README = 120
+LONGEST_README = 100
 
 
 @pytest.mark.parametrize("name", sorted({called(page) for page in PAGES if page not in QUESTIONS} - OWN_TESTS))
@@ -55,10 +55,9 @@ def test_a_page_runs_as_pasted(name, chapter):
     chapter(name)
 
 
-def test_every_journey_has_a_chapter_that_the_readme_names():
+def test_every_journey_has_a_chapter_that_the_lists_name():
     assert {page.name for page in CHAPTERS} == JOURNEYS
-    text = README.read_text()
-    assert all(f"(docs/{name})" in text for name in JOURNEYS - LISTS)
+    assert "(docs/guides.md)" in README.read_text()
     lists = "".join((ROOT / "docs" / name).read_text() for name in sorted(LISTS))
     assert all(f"({name})" in lists for name in JOURNEYS - LISTS)
 
@@ -73,7 +72,7 @@ def test_every_command_is_shown():
 def test_the_readme_is_short():
     text = README.read_text()
     assert len(text.splitlines()) <= LONGEST_README
-    assert re.findall(r"!\[[^]]*\]\((.*?)\)", text) == ["docs/hero.webp", "docs/claims.svg"]
+    assert re.findall(r"!\[[^]]*\]\((.*?)\)", text) == ["docs/hero.webp"]
     assert "make run" in text and "make test" in text
 
 

@@ -97,6 +97,7 @@ SKIPPED = {
     "questions/many-cameras.md": ("needs a Dask scheduler: tests/bench/engine/test_pool.py",),
     "questions/ppo.md": ("needs PyTorch and minutes: tests/bench/training/test_train.py",),
     "questions/tables.md": ("needs polars and duckdb, which no extra installs",),
+    "results.md": ("takes minutes: tests/bench/report/test_reproduce.py",),
     "robot-trials.md": (
         "needs a screen",
         "needs a screen: tests/bench/robot/test_live.py",

@@ -8,8 +8,6 @@ import math
 import re
 import subprocess
 import sys
-import textwrap
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pyarrow as pa
@@ -21,7 +19,7 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import words
-from experiments.bench.judging.miniature import LETTER, WIDTH, axis
+from experiments.bench.judging.count import SIGNS, Count
 from experiments.bench.judging.stored import document, outcome_entry
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
@@ -34,8 +32,7 @@ from experiments.bench.studies.counts import FORM
 from experiments.bench.tuning.probes import families
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.claim_sheet import LETTERS, QUANTITIES, decisions_of, has_readings, sheet
-from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, STALE, blocks, renewed, stale, unfit
+from tools.numbers import PAGES, RESULTS, ROOT, STALE, SUMMARY, blocks, renewed, stale, unfit
 
 CLAIMS = paper_claims()
 
@@ -59,7 +56,7 @@ def test_a_page_says_what_was_measured(page):
 
 
 def test_every_measured_part_has_a_page():
-    assert sorted(name for names in PAGES.values() for name in names) == sorted(blocks(results()))
+    assert {name for names in PAGES.values() for name in names} == set(blocks(results()))
     marked = {str(page.relative_to(ROOT)) for page in EVERY_PAGE if MARKED.search(page.read_text())}
     assert marked == set(PAGES)
 
@@ -67,12 +64,12 @@ def test_every_measured_part_has_a_page():
 def test_figures_of_another_design_say_so_and_are_no_release():
     """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
     measured = results()
-    marked = [STALE in blocks(measured)[name] for name in ("groups", "verdicts")]
+    marked = [STALE in blocks(measured)[name] for name in ("summary", "claims")]
     assert marked == [stale(measured)] * 2
     fresh = copy.deepcopy(measured)
     fresh["design"] = {name: described(USUAL)[name] for name in ("seed", "scale", "digest")}
     fresh |= {"rows": {"speed": "hash"}, "measured_with": {**measured["measured_with"], "commit": "abc"}}
-    assert not stale(fresh) and not unfit(fresh) and STALE not in blocks(fresh)["groups"]
+    assert not stale(fresh) and not unfit(fresh) and STALE not in blocks(fresh)["summary"]
     changed = copy.deepcopy(fresh)
     changed["design"]["scale"]["repeats"] -= 1
     assert stale(changed) and "of another design" in unfit(changed)
@@ -96,9 +93,39 @@ def test_a_release_is_refused_while_figures_are_stale():
     assert (done.returncode, done.stderr) == ((2, f"numbers: {why}\n") if why else (0, ""))
 
 
-def test_every_claim_is_in_one_group_of_the_readme():
-    assert sorted(claim for ids in GROUPS.values() for claim in ids) == sorted(claim_ids())
-    assert len(GROUPS) <= 10, "README and home have ten rows"
+def rows_of(table):
+    return [row for row in table.splitlines() if row.startswith("| ")][1:]
+
+
+def test_the_summary_counts_every_claim_and_has_ten_rows():
+    """A claim that fails or was not judged has a row of its own, or is counted in one."""
+    rows = rows_of(blocks(results())["summary"])
+    assert len(rows) == len(SUMMARY) + 2 == 10
+    ideal = [row.split(" | ")[1] for row in rows]
+    for sign, kind in SIGNS.items():
+        counted = sum(int(number) for cell in ideal[len(SUMMARY) :] for number in re.findall(rf"{kind} (\d+)", cell))
+        alone = sum(cell.startswith(kind) for cell in ideal[: len(SUMMARY)])
+        assert counted + alone == sum(Count(**claim["count"]).kind == sign for claim in results()["claims"])
+
+
+def test_the_results_page_has_every_claim_with_its_verdict_count_and_bound():
+    measured = results()
+    claims = [*measured["claims"], *measured["behaviours"]]
+    rows = rows_of(blocks(measured)["claims"])
+    assert len(rows) == len(claims) == len(claim_ids())
+    for row, claim in zip(rows, claims, strict=True):
+        count, (_, verdict, decided) = Count(**claim["count"]), row.strip("| ").split(" | ")
+        assert f"({claim['id']})" in row and verdict.startswith(SIGNS[count.kind])
+        if count.random and count.judged and not count.half:
+            assert f"{count.holds} of {count.judged}" in verdict
+        assert claim["outcome"]["decided"].replace("|", r"\|") in decided
+
+
+def test_the_first_experiments_numbers_are_those_of_the_claim():
+    (claim,) = [claim for claim in results()["claims"] if claim["id"] == "C15"]
+    means = dict(re.findall(r"(\d+) cm/s: ([\d.]+)", claim["outcome"]["measured"]))
+    shown = re.findall(r"([\d.]+)(?: spikes)? at (\d+) cm/s", (ROOT / "README.md").read_text())
+    assert {speed: float(number) for number, speed in shown} == {speed: float(mean) for speed, mean in means.items()}
 
 
 def test_every_claim_has_a_figure_and_every_scale_a_design():
@@ -161,18 +188,15 @@ def test_the_command_takes_figures_over(run):
     texts = pages(run)
     for text in texts.values():
         assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
-    readme, home, claims, behaviours = texts.values()
-    assert "**0 of 2 claims hold** in" in home and "not judged: C2; C1 held in 2 of 3 (not shown in 1) |" in home
-    assert "](claims.svg)" in home
+    readme, home, claims, means, behaviours = texts.values()
+    summary = f"2 claims with an ideal camera: {SIGNS['counted']} 1 with too few replicates, {SIGNS['unjudged']} 1 not"
+    assert summary in readme and summary in home
     counted = "0 of 2 claims hold; 1 has too few replicates for a word: 1 held in some (C1); 1 was not judged: C2"
-    assert f"{counted}. A replicate has 7" in readme
-    held = "held in 2 of 3 replicates; not judged in 1: what it needs was not shown"
-    group = next(about for about, claims in GROUPS.items() if "C1" in claims)
-    assert f"| {group} | C1: 2 of 3 (not shown in 1); C2: not judged: not shown in 1 | n/a | n/a | n/a |" in readme
-    assert f"| C1 | {words('C1').says} | - | {held} |" in claims
-    assert rf"| C1 | {held} | holds | \|VS\| 0.1 (needs below 0.2) |" in claims
-    assert "| C2 | not judged; what it needs was not shown | not shown | needs more |" in claims
-    assert "- half wave rectified F: all claims" in claims
+    assert f"{counted}. A replicate has 7" in claims
+    c1 = rf"({words('C1').id}): {words('C1').says}. | # held in 2 of 3 | \|VS\| 0.1 (needs below 0.2) |"
+    assert c1 in claims
+    assert f"{SIGNS['unjudged']} not judged (what it needs was not shown) | needs more |" in claims
+    assert "- half wave rectified F: all claims" in means
     assert "Over 2 episodes of at most 3 s each, at seeds 3 to 4" in behaviours
     assert (
         "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf); return 9 (8 .. 10) |"
@@ -185,32 +209,6 @@ def test_the_command_takes_figures_over(run):
     kept = json.loads((run.parent / "docs" / "results.json").read_text())
     assert kept["design"]["digest"] == "d" and {"commit", "numpy"} <= set(kept["measured_with"])
     assert take(run).returncode == 0 and pages(run) == texts, "again changes nothing"
-    assert "](docs/claims.svg)" in readme
-    svg = ElementTree.parse(run.parent / "docs" / "claims.svg").getroot()
-    (picture,) = [part for part in svg if part.get("class") == "mini"]
-    marks = [part.get("class") for part in picture if part.get("class") in ("held", "failed", "left")]
-    assert sorted(marks) == ["failed", "held"], "of C1: the third has no number, the fourth was not judged"
-    assert "holds in 2, fails in 1, not judged in 1" in picture.get("aria-label")
-    assert (run.parent / "docs" / "claims.svg").read_text() == sheet(kept)
-
-
-def test_the_picture_of_all_claims_is_drawn_from_the_results():
-    """Nothing draws it where the results are from before readings were kept."""
-    path = ROOT / "docs" / "claims.svg"
-    assert path.exists() == has_readings(results()) == ("claims.svg" in blocks(results())["groups"])
-    assert not path.exists() or path.read_text() == sheet(results())
-
-
-@pytest.mark.parametrize("claim", claim_ids())
-def test_the_picture_says_what_each_claim_reads(claim):
-    """One quantity, short enough for its place; the claims whose replicates have several bounds have a slack."""
-    (quantity,) = [name for name, ids in QUANTITIES.items() if claim in ids]
-    assert len(textwrap.wrap(words(claim).title, LETTERS)) <= 2
-    shown = {entry["id"]: decisions_of(entry) for entry in (*results()["claims"], *results()["behaviours"])}
-    checks = [decision.check for decision in shown[claim] if decision.check]
-    if checks:
-        says = axis(checks, quantity).says
-        assert len(says) * LETTER <= WIDTH and says.startswith("slack") == (claim in ("C11", "C30"))
 
 
 @pytest.mark.parametrize(
@@ -305,7 +303,7 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         assert phrase in text, phrase
 
 
-def test_the_readme_has_claims_about_the_robot_under_each_eye_and_drive(run):
+def test_claims_about_the_robot_are_shown_under_each_camera_and_drive(run):
     """The study of eyes inside the folder gives the columns; all counts of a claim are then its own."""
     (run / "fidelity").mkdir()
     counts = [
@@ -318,5 +316,16 @@ def test_the_readme_has_claims_about_the_robot_under_each_eye_and_drive(run):
     stored["claims"] += document([verdict_of("C14", *[Outcome("holds", "m")] * 40)])["claims"]
     (run / "claims.json").write_text(json.dumps(stored))
     assert take(run).returncode == 0
-    group = next(about for about, claims in GROUPS.items() if "C14" in claims)
-    assert f"| {group} | hold: C14 | hold: C14 | fail: C14 | fail: C14 |" in pages(run)["README.md"]
+    texts, sign = pages(run), SIGNS["fails"]
+    held, failed = f"{SIGNS['holds']} holds (40 of 40)", f"{sign} fails (0 of 20)"
+    assert f"(C14) | {held} | {held.replace('40', '20')} | {failed} | {failed} |" in texts["docs/results.md"]
+    assert f"| {SUMMARY['C14']} (C14) | {held} | {failed} |" in texts["README.md"]
+
+
+def test_without_a_run_the_pages_alone_are_renewed(run):
+    assert take(run).returncode == 0
+    texts = pages(run)
+    (run.parent / "README.md").write_text("<!-- measured: summary -->\nold\n<!-- end of measured -->\n")
+    command = [sys.executable, "-m", "tools.numbers", "--root", str(run.parent)]
+    assert subprocess.run(command, cwd=ROOT, timeout=60, check=False).returncode == 0
+    assert "\nold\n" not in pages(run)["README.md"] and pages(run)["docs/results.md"] == texts["docs/results.md"]

@@ -12,7 +12,7 @@ from experiments.bench.cli.options import EXIT_FAILED
 if TYPE_CHECKING:
     from experiments.bench.doctor.finding import Finding
 
-COLOURS = {"ok": "green", "notice": "yellow", "fails": "red"}
+COLOURS = {"ok": "green", "optional": "dim", "notice": "yellow", "fails": "red"}
 
 
 def register(app: typer.Typer) -> None:
@@ -40,8 +40,9 @@ def doctor(
     failed = sum(finding.status == "fails" for finding in findings)
     if as_json:
         import json
+        from dataclasses import asdict
 
-        typer.echo(json.dumps({"ok": not failed, "findings": [finding.row() for finding in findings]}, indent=2))
+        typer.echo(json.dumps({"ok": not failed, "findings": list(map(asdict, findings))}, indent=2))
     elif failed:
         typer.echo(f"\n{failed} of {len(findings)} fail")
     return EXIT_FAILED if failed else 0
@@ -52,7 +53,7 @@ def _show(finding: Finding) -> None:
 
     from experiments.bench.engine.terminal import show_line
 
-    sign = Text(f"{finding.status:<6}", COLOURS[finding.status])
-    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.message}"), 32)
+    sign = Text(f"{finding.status:<8}", COLOURS[finding.status])
+    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.message}"), 34)
     if finding.remedy:
-        show_line(f"{'':<32}-> {finding.remedy}", 35)
+        show_line(f"{'':<34}-> {finding.remedy}", 37)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-Status = Literal["ok", "notice", "fails"]
+Status = Literal["ok", "optional", "notice", "fails"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +17,8 @@ class Finding:
     name
         What was looked at.
     status
-        ``ok``; ``notice`` for what a person should know but everything runs with; ``fails`` for what some command needs
-        and does not have.
+        ``ok``; ``optional`` for what is not installed and only some commands need; ``notice`` for what a person should
+        know but everything runs with; ``fails`` for what is needed and missing.
     message
         What was found.
     remedy
@@ -33,7 +33,3 @@ class Finding:
     def __post_init__(self) -> None:
         if self.status == "fails" and not self.remedy:
             raise ValueError(f"Finding {self.name}: one that fails needs a remedy")
-
-    def row(self) -> dict[str, Any]:
-        """Return the finding for JSON."""
-        return {"name": self.name, "status": self.status, "message": self.message, "remedy": self.remedy}

@@ -183,10 +183,10 @@ def extras() -> list[Finding]:
     for extra in names:
         lacking = [problem for text in declared if (problem := _unmet(text, extra))]
         message = f"not installed: {_some(lacking)}" if lacking else "installed"
-        remedy = f"only if you need it: {_install(extra)}" if lacking else ""
-        findings.append(Finding(f"extra [{extra}]", "ok", message, remedy))
+        remedy = _install(extra) if lacking else ""
+        findings.append(Finding(f"extra [{extra}]", "optional" if lacking else "ok", message, remedy))
     for program, (package, needing) in TOOLS.items():
         place = shutil.which(program)
         remedy = "" if place else f"only for {needing}: apt-get install {package}"
-        findings.append(Finding(program, "ok", place or "not installed", remedy))
+        findings.append(Finding(program, "ok" if place else "optional", place or "not installed", remedy))
     return findings

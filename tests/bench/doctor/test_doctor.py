@@ -120,8 +120,14 @@ def test_each_extra_is_told_with_what_it_lacks(monkeypatch):
     requires = [f"numpy<1; extra == '{name}'" for name in declared] + ["nosuch"]
     monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: requires)
     for finding in installed.extras()[: len(declared)]:
-        assert finding.status == "ok", "nothing but a few commands needs an extra"
+        assert finding.status == "optional", "nothing but a few commands needs an extra"
         assert f"numpy is {np.__version__}" in finding.message and "nosuch" not in finding.message
+
+
+def test_a_tool_that_is_not_installed_is_optional_and_not_ok(monkeypatch):
+    monkeypatch.setattr(installed.shutil, "which", lambda program: "/bin/qemu" if "qemu" in program else None)
+    found = {finding.name: finding.status for finding in installed.extras() if finding.name in installed.TOOLS}
+    assert found == {program: "ok" if "qemu" in program else "optional" for program in installed.TOOLS}
 
 
 @pytest.mark.parametrize("is_checkout", [True, False], ids=["checkout", "wheel"])
