@@ -50,8 +50,7 @@ def bearing(observer: Pose, target: Pose, forward: float) -> float:
     Returns
     -------
     float
-        Angle in radians, left positive.
+        Angle in radians, right positive as in the image.
     """
     x, y = observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading)
-    angle = math.atan2(target.y - y, target.x - x) - observer.heading
-    return math.remainder(angle, 2 * math.pi)
+    return math.remainder(observer.heading - math.atan2(target.y - y, target.x - x), 2 * math.pi)

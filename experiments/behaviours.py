@@ -243,7 +243,7 @@ def oracle_target(rng: np.random.Generator) -> Oracle:
     """Make one that turns to the target's true bearing."""
 
     def off(state: State) -> float:
-        return -state.others[0].bearing
+        return state.others[0].bearing
 
     return Oracle(off, off, integral=1.5)
 
@@ -251,7 +251,7 @@ def oracle_target(rng: np.random.Generator) -> Oracle:
 def oracle_distance(state: State) -> Wheels:
     """Privileged: turns to the target's true bearing and keeps 10 cm."""
     target = state.others[0]
-    return turn(-0.3 * target.bearing, ahead=min(max(4.0 * (target.distance - 0.10) + 0.15, -0.3), 0.6))
+    return turn(0.3 * target.bearing, ahead=min(max(4.0 * (target.distance - 0.10) + 0.15, -0.3), 0.6))
 
 
 def oracle_ways(state: State) -> Wheels:
@@ -260,7 +260,7 @@ def oracle_ways(state: State) -> Wheels:
     near = [(gap, bearing) for gap, bearing in things if gap < 0.05 and abs(bearing) < math.radians(120 - 1100 * gap)]
     if not near:
         return turn(0.0, AHEAD)
-    return turn(0.2 if min(near)[1] > 0 else -0.2)
+    return turn(0.2 if min(near)[1] < 0 else -0.2)
 
 
 AVOIDANCE, FIXATION = "colias_sim/Avoidance-v0", "colias_sim/Fixation-v0"

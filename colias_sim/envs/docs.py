@@ -52,7 +52,8 @@ OBSERVATIONS = """By the argument `observation`:
 
 - `"both"`: a `Dict` of `pixels` and `neural`.
 - `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, the state of the world, which a real robot cannot
-  know, for privileged baselines. Nothing is rendered. `colias_sim.envs.State.read` decodes it into SI units:
+  know, for privileged baselines. Nothing is rendered. `colias_sim.envs.State.read` decodes it into SI units, and
+  the directions into bearings, right positive:
 
 | Num | Observation | Scale |
 |---|---|---|
@@ -61,7 +62,7 @@ OBSERVATIONS = """By the argument `observation`:
 | 4 | distance from the hull to the nearest wall | 0.9 m |
 | 5, 6 | its direction: sine, cosine, left positive | |
 | 7 + 5 i | distance between hulls of the other robot i: the target first, then by distance | 0.9 m |
-| 8, 9 + 5 i | its direction: sine, cosine | |
+| 8, 9 + 5 i | its direction: sine, cosine, left positive | |
 | 10, 11 + 5 i | its velocity relative to the observer's: ahead, to the left | 0.35 m/s |
 
 The observation of a reset is of one frame, in which the robot stands."""

@@ -91,7 +91,7 @@ class Fixation(TargetEnv[FixationOptions]):
 
     <INFO>
 
-    This env adds `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+    This env adds `bearing_deg` (right positive) and `in_view` (whether that is within 35 degrees).
 
     ## Starting State
 

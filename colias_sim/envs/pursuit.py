@@ -84,7 +84,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     <INFO>
 
-    This env adds `gap_cm`, `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+    This env adds `gap_cm`, `bearing_deg` (right positive) and `in_view` (whether that is within 35 degrees).
 
     ## Starting State
 

@@ -27,7 +27,7 @@ class Other:
     distance
         Gap between the two hulls, in metres.
     bearing
-        Direction of the other robot off the observer's heading, in radians, left positive.
+        Direction of the other robot off the observer's heading, in radians, right positive.
     ahead, left
         Velocity of the other robot relative to the observer's, along the observer's heading and to its left, in m/s.
     """
@@ -55,7 +55,7 @@ class State:
     wall_distance
         Distance from the observer's hull to the nearest point of the wall or of an obstacle, in metres.
     wall_bearing
-        Direction of that point off the heading, in radians, left positive.
+        Direction of that point off the heading, in radians, right positive.
     others
         The other robots: the target first, then the rest by distance.
     """
@@ -75,14 +75,15 @@ class State:
         -------
         ndarray
             (7 + 5 N,) float32 for N other robots. Each quantity is divided by its scale and clipped to [-1, 1];
-            angles are encoded as sine and cosine.
+            directions are encoded as sine and cosine, left positive as the turn rates are: a bearing's sine has the
+            other sign.
         """
         observer = (
             self.speed / SPEED, self.turn_rate / TURN, self.slip / TURN, self.drift / TURN,
-            self.wall_distance / LENGTH, np.sin(self.wall_bearing), np.cos(self.wall_bearing),
+            self.wall_distance / LENGTH, -np.sin(self.wall_bearing), np.cos(self.wall_bearing),
         )  # fmt: skip
         others = (
-            (o.distance / LENGTH, np.sin(o.bearing), np.cos(o.bearing), o.ahead / SPEED, o.left / SPEED)
+            (o.distance / LENGTH, -np.sin(o.bearing), np.cos(o.bearing), o.ahead / SPEED, o.left / SPEED)
             for o in self.others
         )
         values = [*observer, *(value for other in others for value in other)]
@@ -109,7 +110,7 @@ class State:
         """
         speed, turn, slip, drift, wall, sine, cosine, *rest = (float(value) for value in vector)
         others = tuple(
-            Other(d * LENGTH, float(np.arctan2(s, c)), ahead * SPEED, left * SPEED)
+            Other(d * LENGTH, -float(np.arctan2(s, c)), ahead * SPEED, left * SPEED)
             for d, s, c, ahead, left in zip(*(rest[i::OTHER_ENTRIES] for i in range(OTHER_ENTRIES)), strict=True)
         )
         return cls(
@@ -118,6 +119,6 @@ class State:
             slip * TURN,
             drift * TURN,
             wall * LENGTH,
-            float(np.arctan2(sine, cosine)),
+            -float(np.arctan2(sine, cosine)),
             others,
         )

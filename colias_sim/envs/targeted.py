@@ -31,6 +31,6 @@ class TargetEnv(ColiasEnv[Options]):
         return max(1.0 - abs(self._bearing()) / HALF_VIEW, -1.0)
 
     def _bearing(self) -> float:
-        """Return the target's angle off the optical axis in radians, left positive."""
+        """Return the target's angle off the optical axis in radians, right positive."""
         eye = self._sim.camera_config.forward_cm / 100
         return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)

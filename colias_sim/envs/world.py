@@ -63,11 +63,11 @@ class World:
             gap, direction = gap_to_robot(here, robot.pose)
             ux, uy = robot.velocity if isinstance(robot, Robot) else (0.0, 0.0)
             du, dv = ux - vx, uy - vy
-            seen.append((name != TARGET, Other(gap, direction, du * cos + dv * sin, dv * cos - du * sin)))
+            seen.append((name != TARGET, Other(gap, -direction, du * cos + dv * sin, dv * cos - du * sin)))
         seen.sort(key=lambda entry: (entry[0], entry[1].distance))
         gap, direction = gap_to_arena(here, self._sim.obstacles)
         return State(
-            self.speed, self.turn_rate, self.slip, self._drift, gap, direction,
+            self.speed, self.turn_rate, self.slip, self._drift, gap, -direction,
             tuple(other for _, other in seen),
         )  # fmt: skip
 

@@ -110,10 +110,10 @@ def test_the_motor_limit_holds_in_physics():
     assert robot.velocity[0] == pytest.approx(0.10, rel=0.03)
 
 
-def test_bearing_is_left_positive_from_the_lens():
+def test_bearing_is_right_positive_from_the_lens():
     here = Pose(0.0, 0.0, 0.0)
-    assert bearing(here, Pose(0.12, 0.1, 0.0), 0.02) == pytest.approx(math.pi / 4)
-    assert bearing(here, Pose(0.12, -0.1, 0.0), 0.02) == pytest.approx(-math.pi / 4)
+    assert bearing(here, Pose(0.12, 0.1, 0.0), 0.02) == pytest.approx(-math.pi / 4)
+    assert bearing(here, Pose(0.12, -0.1, 0.0), 0.02) == pytest.approx(math.pi / 4)
     assert bearing(Pose(0, 0, math.pi / 2), Pose(0.0, 0.1, 0.0), 0.02) == pytest.approx(0.0)
 
 

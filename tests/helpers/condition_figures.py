@@ -26,7 +26,7 @@ def drawn(
             "model": [row["model"] for row in rows for _ in range(4)],
             "hs": [3.0 if row["model"] in strong else 0.1 for row in rows for _ in range(4)],
             "looming": [0.6] * 4 * len(rows),
-            "stimulus_bearing_deg": [20.0, 5.0, -5.0, -20.0] * len(rows),
+            "stimulus_bearing_deg": [-20.0, -5.0, 5.0, 20.0] * len(rows),
         }
     )
     return figure(rows, frames, varies, "title", dict.fromkeys(models, 0.2) | thresholds)

@@ -69,7 +69,7 @@ def wave(model: str, trial: int = 0, phase: float = 0.0) -> np.ndarray:
 
 
 def robot_frames(rows: Sequence[Any]) -> pa.Table:
-    bearing, time_s = np.linspace(30.0, -30.0, FRAMES), np.arange(FRAMES) / 30.0
+    bearing, time_s = np.linspace(-30.0, 30.0, FRAMES), np.arange(FRAMES) / 30.0
     tables = []
     for row in rows:
         potential = wave(row["model"], row["trial"])

@@ -73,7 +73,7 @@ def _neurons(episode: Episode, series: ResponseSeries) -> _Neurons:
 def _write(episode: Episode, recording: rr.RecordingStream) -> None:
     outcome: dict[str, Any] = {
         "behaviour": episode.name, "env": episode.env,
-        "seed": "none" if episode.seed is None else str(episode.seed),  # which may be any whole number
+        "reset seed": "none" if episode.seed is None else str(episode.seed),  # which may be any whole number
         "ended by": {True: "touched something", False: "time", None: "left"}[episode.touched],
         "return": float(episode.rewards.sum()),
     }  # fmt: skip

@@ -6,6 +6,7 @@ Everything is checked before anything is written. Each refusal is one line with 
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,8 @@ SEPARATORS = {";": "';'", "\t": "a tab", "|": "'|'"}
 """Signs that other programs put between the columns of a table, in words."""
 SHARED = ("seed", "origin", *CONDITION_COLUMNS)
 """Columns that have one value in all rows of a trial."""
+CLEAR_CM = 1.0
+"""Distance off the observer's axis from which a tracker surely tells the side."""
 UNNAMED = ""
 """The model of a log without a column ``model``."""
 
@@ -204,6 +207,8 @@ def _check_row(reader: _Reader, cells: Cells, lines: Sequence[tuple[int, Cells]]
     for name in POSES:
         if name in cells:
             _given(reader, cells, name)
+    if POSES[0] in cells:
+        _check_bearing(reader, cells)
     for channel, spikes in CHANNELS.items():
         if spikes and channel in cells and (cells[channel] is None) != (cells[spikes] is None):
             reader.refuse(f"{channel if cells[channel] is None else spikes} is blank, but not its partner")
@@ -225,6 +230,16 @@ def _check_row(reader: _Reader, cells: Cells, lines: Sequence[tuple[int, Cells]]
     for name in CHANNELS:
         if name in cells and (cells[name] is None) != (first[name] is None):
             reader.refuse(f"{name} is blank in some frames of trial {cells['trial']}, and not in others")
+
+
+def _check_bearing(reader: _Reader, cells: Cells) -> None:
+    """Refuse a bearing of the other side than the poses say: in logs of versions up to 0.3 left was positive."""
+    bearing, (x, y) = cells[POSES[0]], (cells[f"stimulus_{axis}_cm"] - cells[f"observer_{axis}_cm"] for axis in "xy")
+    heading = math.radians(cells["observer_heading_deg"])
+    right_cm = x * math.sin(heading) - y * math.cos(heading)
+    if abs(right_cm) > CLEAR_CM and right_cm * math.sin(math.radians(bearing)) < 0.0:
+        side = "right" if right_cm > 0.0 else "left"
+        reader.refuse(f"{POSES[0]} is {bearing:g}, but its poses have the stimulus on the {side}; right is positive")
 
 
 def _trial(reader: _Reader, index: int, blocks: Mapping[str, Sequence[tuple[int, Cells]]]) -> LoggedTrial:

@@ -134,9 +134,6 @@ def title(
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
     """Draw the counts of every trial, and the potential over each, a panel for each model.
 
-    A bearing is right positive here, as HS and the image's x axis are: rightward motion goes to the right. The column
-    of the tables is left positive.
-
     Parameters
     ----------
     rows
@@ -513,7 +510,7 @@ def _level(
 def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str], axis: str) -> None:
     """The potential of one model over each of its trials."""
     model_frames = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
-    looming, sign = bool(looming_alone(rows)), -1.0 if axis == "stimulus_bearing_deg" else 1.0
+    looming = bool(looming_alone(rows))
     names, styles = _conditions(rows, varies), _others(rows, varies, [rows[0]["model"]])
     trial, potential, place = (
         model_frames[name].to_numpy() for name in ("trial", "looming" if looming else "hs", axis)
@@ -521,9 +518,7 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
     for row in rows:
         chosen = trial == row["trial"]
         style = styles.get(_condition(row, names), "-")
-        axes.plot(
-            sign * place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.7, alpha=TRACE_ALPHA
-        )
+        axes.plot(place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.7, alpha=TRACE_ALPHA)
 
 
 def _name(axes: Axes, name: str, mark: Mark) -> None:

@@ -97,7 +97,7 @@ class PoseRow(TypedDict):
     """Poses of both robots at the end of a frame's exposure."""
 
     stimulus_bearing_deg: float
-    """Bearing from the observer's optical axis, left positive."""
+    """Bearing from the observer's optical axis, right positive."""
     stimulus_x_cm: float
     stimulus_y_cm: float
     stimulus_heading_deg: float

@@ -40,7 +40,7 @@ class FrameColumns:
 
     sim_time_s: npt.NDArray[np.float64]
     stimulus_bearing_deg: npt.NDArray[np.float64]
-    """Bearing from the observer's optical axis, left positive, as in the tables; figures have right positive."""
+    """Bearing from the observer's optical axis, right positive."""
     stimulus_x_cm: npt.NDArray[np.float64]
     stimulus_y_cm: npt.NDArray[np.float64]
     stimulus_heading_deg: npt.NDArray[np.float64]

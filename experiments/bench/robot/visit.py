@@ -58,7 +58,7 @@ class ByHand:
         straight = abs(swept) < math.radians(0.1)
         return (
             Condition(
-                BY_HAND, "straight" if straight else "leftward" if swept > 0 else "rightward",
+                BY_HAND, "straight" if straight else "rightward" if swept > 0 else "leftward",
                 _within("speed_cm_s", speed), _within("distance_cm", away), hand=hand,
             ),
         )  # fmt: skip

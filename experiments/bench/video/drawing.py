@@ -202,8 +202,8 @@ def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: fl
     x, y, heading = track.pose_at(time_s)
     if not np.isfinite(heading):
         return
-    bearings = heading + np.radians(np.linspace(-view_deg / 2, view_deg / 2, 33))
-    rays = np.column_stack([np.cos(bearings), np.sin(bearings)])
+    directions = heading + np.radians(np.linspace(-view_deg / 2, view_deg / 2, 33))
+    rays = np.column_stack([np.cos(directions), np.sin(directions)])
     lens = np.array([np.cos(heading), np.sin(heading)]) * CameraConfig().forward_cm + (x, y)
     along = rays @ lens
     lengths = np.sqrt(np.maximum(along**2 + SIGHT_CM**2 - lens @ lens, 0.0)) - along

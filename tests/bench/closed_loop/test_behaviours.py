@@ -174,7 +174,7 @@ def test_a_held_side_stays_while_looming_goes_on(hold):
 
 
 def test_privileged_ones_use_what_they_are_told():
-    state = State(0.0, 0.0, 0.0, 1.0, 0.5, 0.0, (Other(0.1, 0.3, 0.0, 0.0),))
+    state = State(0.0, 0.0, 0.0, 1.0, 0.5, 0.0, (Other(0.1, -0.3, 0.0, 0.0),))
     left, right = BEHAVIOURS["oracle-heading"].make(np.random.default_rng())(state)
     assert left - right == pytest.approx(1.0 * 0.032 / 0.35)  # undoes 1 rad/s to the left
     assert BEHAVIOURS["oracle-target"].make(np.random.default_rng())(state)[0] < 0  # to the left

@@ -100,7 +100,7 @@ def test_an_episode_has_the_seed_that_it_was_given(given, recorded, tmp_path):
         wrapped.reset(seed=seed)
         wrapped.step(np.zeros(2, np.float32))
     wrapped.close()
-    assert [outcome(path)["seed"] for path in wrapped.recorded] == [[seed] for seed in recorded]
+    assert [outcome(path)["reset seed"] for path in wrapped.recorded] == [[seed] for seed in recorded]
 
 
 def test_a_recording_says_how_its_episode_ended(tmp_path):

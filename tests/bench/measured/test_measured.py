@@ -222,6 +222,20 @@ def test_a_pose_beyond_any_arena_is_a_damaged_line(tmp_path):
         taken(log, tmp_path / "run")
 
 
+def test_a_bearing_is_right_positive_as_its_poses_say(tmp_path):
+    """A log of version 0.3, in which left was positive, is not taken for its mirror image."""
+    columns = [*HEAD, *POSES]
+    for sign in (-1, 1):
+        left = [sign * 45.0, 8.0, 8.0, 0.0, 0.0, 0.0, 0.0]
+        lines = [[0, 20, (i + 1) / 30, 0.1, 0, *left] for i in range(FRAMES)]
+        log = written(tmp_path, (20,), 1, lines={1: columns, **{i: line for i, line in enumerate(lines, 2)}})
+        if sign < 0:
+            assert set(taken(log, tmp_path / "run").frames[POSES[0]].to_pylist()) == {-45.0}
+        else:
+            with pytest.raises(UsageError, match=r"line 2: stimulus_bearing_deg is 45"):
+                taken(log, tmp_path / "other")
+
+
 def test_a_looming_detector_s_spikes_are_none_below_0(tmp_path):
     head = [*HEAD[:3], "looming", "looming_spikes", "model"]
     log = written(tmp_path, lines={1: head, 2: [0, 20, 1 / 30, 0.5, -1, "lgmd1"]})

@@ -32,7 +32,7 @@ def crossing(speed, distance=8.0, reach_cm=14.0):
     """A stimulus on its line, from ``reach_cm`` on the left to as far on the right: condition, time, bearing, range."""
     condition = Condition("translation", "rightward", speed, distance)
     time_s = np.arange(1, 2 * reach_cm / speed * CAMERA.fps) / CAMERA.fps
-    aside = reach_cm - speed * time_s
+    aside = speed * time_s - reach_cm
     return condition, time_s, np.degrees(np.arctan2(aside, distance)), np.hypot(aside, distance)
 
 

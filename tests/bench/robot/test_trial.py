@@ -61,7 +61,7 @@ def test_a_crossing_starts_and_ends_outside_the_view():
     frames = result.media.pictures[""].astype(int)
     assert np.abs(frames[0] - frames[-1]).max() <= 2
     assert np.abs(frames[0] - frames[len(frames) // 2]).max() > 150
-    assert result.columns.stimulus_bearing_deg[0] > 35 > -35 > result.columns.stimulus_bearing_deg[-1]
+    assert result.columns.stimulus_bearing_deg[0] < -35 < 35 < result.columns.stimulus_bearing_deg[-1]
 
 
 def test_direction_decides_the_sign():
@@ -220,7 +220,7 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
     distance = np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y)
     beyond = np.abs(columns.stimulus_bearing_deg) - np.degrees(np.arcsin(2.0 / distance)) - 35.0
     assert beyond[0] > 0 and beyond[-1] > 0 and beyond[len(beyond) // 2] < 0
-    assert sign * columns.stimulus_bearing_deg[0] > 0 > sign * columns.stimulus_bearing_deg[-1]
+    assert sign * columns.stimulus_bearing_deg[0] < 0 < sign * columns.stimulus_bearing_deg[-1]
     assert result.closest_cm == pytest.approx(distance.min(), abs=1e-9)
 
 

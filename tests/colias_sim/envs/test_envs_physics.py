@@ -283,7 +283,7 @@ def test_the_target_stands_in_the_picture_where_its_bearing_says(name):
         x, y = eye.x + lens * math.cos(eye.heading), eye.y + lens * math.sin(eye.heading)
         half = math.asin(HULL / 100 / math.hypot(target.x - x, target.y - y))
         bearing = math.radians(info["bearing_deg"])
-        edges = [49.5 - FOCAL * math.tan(bearing + side * half) for side in (1, -1)]
+        edges = [49.5 + FOCAL * math.tan(bearing + side * half) for side in (-1, 1)]
         dark = np.flatnonzero(env.luma[36] < 100)
         assert [dark[0], dark[-1] + 1] == pytest.approx(edges, abs=1.2)
         assert info["in_view"]
@@ -316,10 +316,10 @@ def test_the_state_tells_where_the_others_are():
     )  # fmt: skip
     state = env.state
     target, near, far = state.others
-    assert (target.distance, target.bearing) == pytest.approx((0.06, math.pi / 2), abs=1e-3)
+    assert (target.distance, target.bearing) == pytest.approx((0.06, -math.pi / 2), abs=1e-3)
     assert (near.distance, abs(near.bearing)) == pytest.approx((0.06, math.pi), abs=1e-3)
     assert (far.distance, far.bearing) == pytest.approx((0.16, 0.0), abs=1e-3)
-    assert (state.wall_distance, state.wall_bearing) == pytest.approx((0.13, -math.pi / 2), abs=1e-3)
+    assert (state.wall_distance, state.wall_bearing) == pytest.approx((0.13, math.pi / 2), abs=1e-3)
     for _ in range(8):
         env.step([0.1, 0.1])
     assert env.state.speed == pytest.approx(0.035, rel=0.03)
