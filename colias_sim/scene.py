@@ -14,6 +14,7 @@ import numpy.typing as npt
 from colias_sim.arena import Arena, one_line
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.obstacles import FENCE, check_room
+from dsnn.pictures import read_picture
 from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_HEIGHT_CM, WALL_PANELS
 
 DRAWN_GROUP, COLLISION_GROUP = 0, 3
@@ -202,7 +203,7 @@ def set_wall(spec: mujoco.MjSpec, path: str) -> None:
     ValueError
         It is no picture; one line that begins with the path.
     """
-    picture = _picture(path)
+    picture = read_picture(path)
     wide = WALL_HEIGHT_CM * picture.shape[1] / picture.shape[0]
     pairs = max(round(math.pi * ARENA_RADIUS_CM / wide), 1)
     columns = max(round(WALL_TEXELS[1] / (2 * pairs)), 1)
@@ -241,23 +242,11 @@ def set_shell(spec: mujoco.MjSpec, scene: SceneConfig) -> None:
     cover.quat = [math.cos(turn), 0.0, 0.0, math.sin(turn)]
     if scene.shell_picture:
         texture = spec.add_texture(name="shell", type=mujoco.mjtTexture.mjTEXTURE_CUBE)
-        face = _resized_picture(_picture(scene.shell_picture), SHELL_TEXELS, SHELL_TEXELS)
+        face = _resized_picture(read_picture(scene.shell_picture), SHELL_TEXELS, SHELL_TEXELS)
         ends = np.full((2 * SHELL_TEXELS, SHELL_TEXELS), round(face.mean()), np.uint8)  # above and below: its mean grey
         _fill(texture, np.concatenate([*(np.rot90(face, turns) for turns in UPRIGHT), ends]))
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "shell"
         material.rgba = [1.0] * 4
-
-
-def _picture(path: str) -> npt.NDArray[np.uint8]:
-    """Read a picture as grey levels, (H, W)."""
-    try:
-        data = np.fromfile(path, np.uint8)
-        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
-    except (OSError, cv2.error):
-        picture = None
-    if picture is None:
-        raise ValueError(f"{path}: no picture that can be read")
-    return np.asarray(picture, np.uint8)
 
 
 def _resized_picture(picture: npt.NDArray[np.uint8], columns: int, rows: int) -> npt.NDArray[np.uint8]:

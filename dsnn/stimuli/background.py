@@ -18,12 +18,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.pictures import read_picture
 from dsnn.stimuli.scenes import SCENES, scene
 from dsnn.stimuli.stimulus import Luma
 
 PHOTOGRAPH = "photograph"
-SMALLEST_PX = 16
-"""Least side of a user's own picture."""
 Floats = npt.NDArray[np.float32]
 
 PHASES = 8
@@ -101,39 +100,3 @@ def _beside_mirror(picture: Luma, rows: int) -> Floats:
     size = max(round(width * rows / height), 1), rows
     scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if rows < height else cv2.INTER_LINEAR)
     return np.pad(np.asarray(scaled, np.float32), ((0, 0), (0, size[0])), mode="symmetric")
-
-
-def read_picture(path: str | Path) -> Luma:
-    """Read a picture as grey levels, whatever its colours.
-
-    Parameters
-    ----------
-    path
-        A file that OpenCV decodes: PNG, JPEG, TIFF, BMP, ...
-
-    Returns
-    -------
-    numpy.ndarray
-        (R, C) uint8: the luma of Rec. 601 where it has colours.
-
-    Raises
-    ------
-    ValueError
-        It cannot be read, is no picture, or is smaller than 16 px along a side; one line that begins with the path.
-    """
-    try:
-        data = np.fromfile(path, np.uint8) if Path(path).is_file() else None
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
-    if data is None:
-        raise ValueError(f"{path}: there is no such file")
-    try:
-        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
-    except cv2.error:  # a header that tells of more pixels than OpenCV takes
-        picture = None
-    if picture is None:
-        raise ValueError(f"{path}: no picture that can be read")
-    if min(picture.shape) < SMALLEST_PX:
-        height, width = picture.shape
-        raise ValueError(f"{path}: {width}x{height} px; legal is {SMALLEST_PX} px or more along each side")
-    return np.asarray(picture, np.uint8)

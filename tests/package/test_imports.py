@@ -43,7 +43,7 @@ LEVELS: Mapping[str, int] = {
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "scenes": frozenset({"scenes"}),
-    "colias_sim": frozenset({"scenes", "colias_sim"}),
+    "colias_sim": frozenset({"scenes", "colias_sim", "dsnn"}),
     "dsnn": frozenset({"dsnn"}),
     "experiments": frozenset(PACKAGES),
 }

@@ -46,7 +46,7 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
 
     Raises `UsageError`, in one line, for no folder, an empty one, and a file that is no picture.
     """
-    from dsnn.stimuli.background import read_picture  # not before: OpenCV takes its time to load
+    from dsnn.pictures import read_picture  # not before: OpenCV takes its time to load
 
     place = Path(folder)
     option = f"--pictures {folder}"

@@ -23,7 +23,8 @@ from colias_sim.metrology import (
     unsteadiness,
 )
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.store.pictures import Images, read_picture
+from experiments.bench.measured.frames import read_frame
+from experiments.bench.store.pictures import Images
 
 ENDINGS = (".pgm", ".png")
 LONGEST = 255
@@ -130,7 +131,7 @@ def _stack(place: Path) -> Images:
         raise UsageError(f"{odd}: legal are pictures that keep every grey level: {', '.join(ENDINGS)}")
     if not files:
         raise UsageError(f"{place}: no pictures in it ({', '.join(ENDINGS)})")
-    frames = [read_picture(path) for path in files]
+    frames = [read_frame(path) for path in files]
     for path, frame in zip(files, frames, strict=True):
         if frame.shape != frames[0].shape:
             raise UsageError(f"{path}: {frame.shape[1]}x{frame.shape[0]} px, the first has another size")

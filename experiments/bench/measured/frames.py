@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from dsnn.pictures import read_picture
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.log import Log, LoggedTrial
-from experiments.bench.store.pictures import Images, read_picture
+from experiments.bench.store.pictures import Images
 
 PGM, RAW = ".pgm", ".raw"
 
@@ -74,7 +75,7 @@ class FrameFolder:
         return len(_numbered(folder)), folder
 
     def _picture(self, path: Path) -> Images:
-        picture = read_picture(path)
+        picture = read_frame(path)
         if picture.shape != self.shape:
             (rows, columns), (own_rows, own_columns) = self.shape, picture.shape
             problem = (
@@ -82,6 +83,14 @@ class FrameFolder:
             )
             raise UsageError(f"{path}: {problem}")
         return picture
+
+
+def read_frame(path: Path) -> Images:
+    """Read a picture as a camera measured it: 8-bit grey, (R, C); `UsageError` in one line for anything else."""
+    try:
+        return read_picture(path, raw=True)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
 
 
 def _numbered(folder: Path) -> Sequence[Path]:

@@ -83,20 +83,3 @@ def write_pictures(folder: Path, frames: Images, ending: str) -> None:
         done, encoded = cv2.imencode(ending, frame)
         assert done, f"OpenCV does not write {ending}"
         (folder / f"{index:06d}{ending}").write_bytes(encoded.tobytes())
-
-
-def read_picture(path: Path) -> Images:
-    """Read an 8-bit grey picture, (R, C); `UsageError` in one line for anything else."""
-    try:
-        data = np.frombuffer(regular(path).read_bytes(), np.uint8)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        picture = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    except cv2.error:  # a header that tells of more pixels than OpenCV takes
-        picture = None
-    if picture is None:
-        raise UsageError(f"{path}: no picture that can be read")
-    if picture.ndim != 2 or picture.dtype != np.uint8:
-        raise UsageError(f"{path}: expected 8-bit grey, found {picture.dtype} of shape {picture.shape}")
-    return np.asarray(picture, np.uint8)

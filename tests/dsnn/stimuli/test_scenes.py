@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dsnn.stimuli import SCENES, contrasts, scene, spectrum_slope, stimulus
-from dsnn.stimuli.background import panorama, read_picture
+from dsnn.stimuli.background import panorama
 from dsnn.stimuli.scenes import _power_law
 
 PUBLISHED = (-1.5, -0.8)
@@ -153,19 +153,3 @@ def test_a_picture_that_has_changed_is_read_anew(tmp_path):
         os.utime(path, ns=(number, number))
         seen.append(int(panorama(str(path), (32, 32), 0).view(0.0)[5, 5]))
     assert seen == [50, 200]
-
-
-@pytest.mark.parametrize(
-    "content, words",
-    [(b"", "no picture that can be read"), (b"import os", "no picture that can be read"), (None, "no such file"),
-     (np.zeros((15, 40), np.uint8), "40x15 px; legal is 16 px or more")],
-)  # fmt: skip
-def test_what_is_no_picture_is_named_in_a_line(content, words, tmp_path):
-    path = tmp_path / "own.png"
-    if isinstance(content, bytes):
-        path.write_bytes(content)
-    elif content is not None:
-        cv2.imwrite(str(path), content)
-    with pytest.raises(ValueError, match=words) as raised:
-        read_picture(path)
-    assert str(raised.value).startswith(str(path)) and "\n" not in str(raised.value)

@@ -1,0 +1,118 @@
+"""A picture file reads as its 8-bit form does, or is refused: whatever its depth, its colours and its turn."""
+
+import struct
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from dsnn.pictures import read_picture
+from dsnn.stimuli.background import panorama
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
+GREY = np.tile(np.linspace(0, 255, 64).round().astype(np.uint8), (48, 1))
+DEEP = GREY.astype(np.uint16) * 257
+COLOURS = np.dstack([GREY, GREY, GREY])
+
+
+def tiff(path: Path, bits: int, data: bytes, white: int = 1) -> None:
+    """A TIFF of one strip; ``white`` is 0 where 0 is white."""
+    tags = ((256, 64), (257, 48), (258, bits), (259, 1), (262, white), (273, 8), (277, 1), (278, 48), (279, len(data)))
+    directory = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags)
+    path.write_bytes(b"II*\0" + struct.pack("<I", 8 + len(data)) + data + struct.pack("<H", 9) + directory + bytes(4))
+
+
+def pnm(kind: bytes, white: int, levels: np.ndarray, path: Path) -> None:
+    kind_of_number = ">u2" if white > 255 else "u1"
+    path.write_bytes(b"%s\n# by hand\n64 48\n%d\n" % (kind, white) + levels.astype(kind_of_number).tobytes())
+
+
+def pillow(image: np.ndarray, path: Path, mode: str = "", **options) -> None:
+    made = Image.fromarray(image)
+    (made.convert(mode) if mode else made).save(path, **options)
+
+
+def turned(path: Path) -> None:
+    """A picture that is stored with its left side up, and says so."""
+    exif = Image.Exif()
+    exif[0x112] = 6
+    pillow(np.rot90(GREY), path, exif=exif)
+
+
+OPAQUE = np.dstack([COLOURS, np.full_like(GREY, 255)])
+READ = {
+    "8.png": lambda path: cv2.imwrite(str(path), GREY),
+    "8.jpg": lambda path: cv2.imwrite(str(path), GREY),
+    "16.png": lambda path: cv2.imwrite(str(path), DEEP),
+    "16-colours.png": lambda path: cv2.imwrite(str(path), COLOURS.astype(np.uint16) * 257),
+    "16.tif": lambda path: cv2.imwrite(str(path), DEEP),
+    "16-white-is-0.tif": lambda path: tiff(path, 16, (65535 - DEEP).tobytes(), white=0),
+    "10.avif": lambda path: cv2.imwrite(str(path), GREY.astype(np.uint16) * 4, [cv2.IMWRITE_AVIF_DEPTH, 10]),
+    "4.pgm": lambda path: pnm(b"P5", 15, GREY // 17, path),
+    "12.pgm": lambda path: pnm(b"P5", 4095, GREY.astype(int) * 4095 // 255, path),
+    "10.ppm": lambda path: pnm(b"P6", 1023, COLOURS.astype(int) * 1023 // 255, path),
+    "palette.png": lambda path: pillow(GREY, path, "P"),
+    "cmyk.jpg": lambda path: pillow(COLOURS, path, "CMYK", quality=95),
+    "cmyk.tif": lambda path: pillow(COLOURS, path, "CMYK"),
+    "exif.jpg": lambda path: turned(path),
+    "exif.png": lambda path: turned(path),
+    "opaque.png": lambda path: cv2.imwrite(str(path), OPAQUE),
+    "opaque.webp": lambda path: cv2.imwrite(str(path), OPAQUE, [cv2.IMWRITE_WEBP_QUALITY, 101]),
+    "black-16.png": lambda path: cv2.imwrite(str(path), np.zeros_like(DEEP)),
+}
+COARSE = {"4.pgm": 17, "exif.jpg": 4, "cmyk.jpg": 4, "8.jpg": 4, "10.avif": 4, "opaque.webp": 2}
+"""How many grey levels a file may be off: its own steps, or what its compression loses."""
+
+
+@pytest.mark.parametrize("name", READ)
+def test_a_picture_reads_as_its_form_of_8_bits(tmp_path, name):
+    READ[name](tmp_path / name)
+    expected = np.zeros_like(GREY) if name.startswith("black") else GREY
+    picture = read_picture(tmp_path / name)
+    assert picture.dtype == np.uint8 and picture.shape == expected.shape
+    assert np.abs(picture.astype(int) - expected).max() <= COARSE.get(name, 1)
+
+
+REFUSED = {
+    "12-in-16.png": lambda path: cv2.imwrite(str(path), GREY.astype(np.uint16) * 16),
+    "14-in-16.tif": lambda path: cv2.imwrite(str(path), GREY.astype(np.uint16) * 64),
+    "12-in-16-colours.png": lambda path: cv2.imwrite(str(path), COLOURS.astype(np.uint16) * 16),
+    "float.tif": lambda path: cv2.imwrite(str(path), (GREY / 255).astype(np.float32)),
+    "radiance.hdr": lambda path: cv2.imwrite(str(path), (COLOURS / 255).astype(np.float32)),
+    "32.tif": lambda path: pillow(GREY.astype(np.int32) * 257, path),
+    "alpha.png": lambda path: cv2.imwrite(str(path), np.dstack([COLOURS, GREY])),
+    "alpha-16.png": lambda path: cv2.imwrite(str(path), np.dstack([COLOURS, GREY]).astype(np.uint16) * 257),
+    "alpha.webp": lambda path: cv2.imwrite(str(path), np.dstack([COLOURS, GREY])),
+    "palette.png": lambda path: pillow(GREY, path, "P", transparency=0),
+    "palette.gif": lambda path: pillow(GREY, path, transparency=0),
+    "grey-and-key.png": lambda path: pillow(GREY, path, transparency=0),
+    "grey-and-alpha.png": lambda path: pillow(np.dstack([GREY, GREY]), path),
+    "empty.png": lambda path: path.write_bytes(b""),
+    "text.png": lambda path: path.write_text("import os"),
+    "absent.png": lambda path: None,
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_does_not_say_its_greys_is_refused_in_a_line(tmp_path, name):
+    REFUSED[name](tmp_path / name)
+    with pytest.raises(ValueError) as raised:
+        read_picture(tmp_path / name)
+    message = str(raised.value)
+    assert message.startswith(str(tmp_path / name)) and "\n" not in message
+
+
+def test_a_user_s_deep_picture_is_no_black_background():
+    with pytest.raises(ValueError, match="fewer bits"):
+        panorama(str(CASES / "twelve-bits.png"), (180, 320), 0)
+
+
+def test_a_camera_s_own_levels_are_8_bit_greys_and_no_others(tmp_path):
+    for name, image in (("grey", GREY), ("colours", COLOURS), ("deep", DEEP)):
+        cv2.imwrite(str(tmp_path / f"{name}.png"), image)
+    np.testing.assert_array_equal(read_picture(tmp_path / "grey.png", raw=True), GREY)
+    for name in ("colours", "deep"):
+        with pytest.raises(ValueError, match="8 bits"):
+            read_picture(tmp_path / f"{name}.png", raw=True)
