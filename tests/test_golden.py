@@ -1,0 +1,141 @@
+"""The contract: small runs of every kind give the rows that they gave in version 0.3.0 (tests/golden/tables)."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import warnings
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import colias_sim  # noqa: F401
+from tests.helpers.inside import inside
+
+TABLES = Path(__file__).parent / "golden" / "tables"
+ONE = ("--repeats", "1", "--no-recordings")
+FIRST_SPEED, FIRST_ANGLE = ("--set", "experiment.speeds_cm_s=2"), ("--set", "experiment.angles_deg=-30")
+
+
+def models(*names):
+    return tuple(part for name in names for part in ("--model", name))
+
+
+RUNS = {
+    "r-general": ("run", "general", "--seed", "3", *ONE),
+    "r-speed": ("run", "speed", "--seed", "3", *ONE),
+    "r-egomotion": ("run", "egomotion", "--seed", "3", *ONE),
+    "r-approach-mechanism": ("run", "approach-mechanism", "--seed", "3", *ONE),
+    "r-models": (
+        "run", "speed", "--seed", "5", *ONE, *FIRST_SPEED, "--eyes", "both",
+        *models("emd", "lgmd2", "lplc2", "flow", "dsnn-onboard"),
+    ),
+    "r-wheels": (
+        "run", "angular-approach", "--seed", "7", *ONE, *FIRST_ANGLE, "--set", "robot.preset=colias4", "--set",
+        "camera.preset=ov7670",
+    ),
+    "c-clean": ("run", "clean", "--seed", "3", *ONE),
+    "c-clutter-translation": ("run", "clutter-translation", "--seed", "3", *ONE),
+    "t": ("tune", "--only", *models("dsnn", "lgmd2"), "--curve", "speed", "--curve", "l-over-v"),
+    "b-optomotor": ("behave", "optomotor", "--episodes", "1", "--no-recordings"),
+    "b-fixation": ("behave", "fixation", "--episodes", "1", "--no-recordings"),
+    "b-escape": ("behave", "escape-lplc2", "--episodes", "2", "--no-baselines", "--no-recordings"),
+}  # fmt: skip
+"""Run -> its command: with the numbers and seeds of trials that the experiment as it is declared has."""
+KINDS = {
+    "r": ("robot", ("experiment", "trial", "model")),
+    "c": ("clips", ("experiment", "trial", "model")),
+    "t": ("tuning", ("clip", "repeat", "model")),
+    "b": ("episodes", ("model", "repeat")),
+}
+"""First letter of a run -> its table, and the columns that name a row. Fewer curves or episodes have other trials."""
+BY_CLOCK = ("wall_s", "us_", "seed", "code", "run", "trial")
+SECTIONS = ("dsnn", "robot", "camera", "scene", "emd", "dsn2017")
+"""Columns of single parameters begin with these and a point: how tables show settings is not a number."""
+
+
+def same(golden, today):
+    """Counts and texts are equal, other numbers to a millionth."""
+    if golden in (None, "") or today in (None, ""):
+        return golden in (None, "") and today in (None, "")
+    try:
+        a, b = float(golden), float(today)
+    except (TypeError, ValueError):
+        return golden == today
+    return a == b or (math.isnan(a) and math.isnan(b)) or abs(a - b) <= 1e-6 * max(1.0, abs(a))
+
+
+def differences(golden, today, key):
+    """Lines that say what differs between two lists of rows, which the columns ``key`` name."""
+    golden, today = ({tuple(str(row[name]) for name in key): row for row in rows} for rows in (golden, today))
+    found = [f"missing: {sorted(golden.keys() - today.keys())}"] if golden.keys() - today.keys() else []
+    found += [f"new: {sorted(today.keys() - golden.keys())}"] if today.keys() - golden.keys() else []
+    for name in next(iter(golden.values())):
+        values = {k: row[name] for k, row in golden.items() if k in today and name not in key}
+        if (
+            name.startswith(BY_CLOCK)
+            or "bearing" in name
+            or name.split(".")[0] in SECTIONS
+            or all(v in (None, "") for v in values.values())
+        ):
+            continue
+        bad = [(k, v, today[k].get(name, "gone")) for k, v in values.items() if not same(v, today[k].get(name, "gone"))]
+        found += [f"{name} differs in {len(bad)} of {len(values)} rows: {bad[0]}"] if bad else []
+    return found
+
+
+def run(folder, *command):
+    done = inside(folder, [*command, "--out", "out", "--workers", "0", "-q"], timeout_s=600)
+    assert done.returncode == 0, done.stderr
+    return folder / "out"
+
+
+def rows(path):
+    if path.suffix == ".csv":
+        with path.open() as file:
+            return list(csv.DictReader(file))
+    return pq.read_table(path).to_pylist()
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_run_gives_the_golden_rows(name, tmp_path):
+    folder = run(tmp_path, *RUNS[name])
+    table, key = KINDS[name[0]]
+    golden = [row for row in rows(TABLES / f"{table}.parquet") if row["run"] == name]
+    assert not differences(golden, rows(folder / "trials.parquet"), key)
+    frames = TABLES / f"frames-{name}.parquet"
+    if frames.exists():
+        golden, key = rows(frames), ("trial", "model", "frame")
+        named = {(row["trial"], row["model"], row["frame"]) for row in golden}
+        today = [row for row in rows(folder / "frames.parquet") if (row["trial"], row["model"], row["frame"]) in named]
+        assert not differences(golden, today, key)
+
+
+def test_the_leaderboard_gives_the_golden_scores(tmp_path):
+    folder = run(tmp_path, "leaderboard", "--only", *models("emd", "lgmd1"), "--repeats", "1")
+    for board in ("leaderboard.csv", "looming.csv"):
+        assert not differences(rows(TABLES / board), rows(folder / board), ("model",)), board
+
+
+@pytest.mark.parametrize("name", ["Optomotor", "Fixation", "Pursuit", "Avoidance"])
+@pytest.mark.parametrize("observation", ["pixels", "neural", "state"])
+def test_an_env_gives_the_golden_return_and_observations(name, observation):
+    golden = json.loads((TABLES / "envs.json").read_text())[f"{name}/{observation}"]
+    rng, total, means = np.random.default_rng(5), 0.0, []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        env = gym.make(f"colias_sim/{name}-v0", observation=observation)
+        env.reset(seed=11)
+        for _ in range(golden["steps"]):
+            action = rng.uniform(env.action_space.low, env.action_space.high).astype(np.float32)
+            seen, reward, ended, cut, _ = env.step(action)
+            total += float(reward)
+            means.append(float(np.mean(np.asarray(seen, float))))
+        env.close()
+    assert (ended or cut) == (golden["steps"] < 40)
+    assert total == pytest.approx(golden["return"], abs=2e-6)
+    np.testing.assert_allclose(means[::8], golden["mean_observation"], atol=2e-6)

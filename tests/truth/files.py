@@ -1,0 +1,115 @@
+"""Where the files of a run have what the tests of truth need: the one place to change with entities and columns."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import cv2
+import mujoco
+import numpy as np
+import pyarrow.parquet as pq
+from mujoco.rendering.classic import gl_context
+from rerun.chunk import RrdReader
+
+TIMELINE, MAPS = "sim_time", "/maps"
+BUFFER, BLOB = "Image:buffer", "EncodedImage:blob"
+IMAGES = {"trial": "/camera", "clip": "/clip"}
+OBSERVER, STIMULUS, EYE = "/scene/observer", "/scene/stimulus", "/scene/observer/eye"
+MARKS = "/raster/{model}/{channel}"
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording, read by Rerun's public reader."""
+
+    time_s: np.ndarray
+    images: np.ndarray
+    """(T, R, C), uint8."""
+    columns: dict[str, dict[str, Any]]
+    """Entity -> component -> its values, one for each row."""
+
+    def poses(self, entity: str) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (T, 3) in cm and headings (T,) in radians, counter-clockwise."""
+        columns = self.columns[entity]
+        x, y, z, w = np.array([row[0] for row in columns["Transform3D:quaternion"]]).T
+        assert np.allclose(x, 0, atol=1e-6) and np.allclose(y, 0, atol=1e-6), "a robot that stands upright"
+        return np.array([row[0] for row in columns["Transform3D:translation"]]), 2 * np.arctan2(z, w)
+
+    def pinhole(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The camera matrix (3, 3), and the eye's turn (3, 3) and place (3,) in the observer's frame."""
+        columns = self.columns[EYE]
+        lens, turn, place = (
+            np.array(columns[name][0][0])
+            for name in ("Pinhole:image_from_camera", "Transform3D:mat3x3", "Transform3D:translation")
+        )
+        return lens.reshape(3, 3).T, turn.reshape(3, 3).T, place  # Rerun's matrices are stored by column
+
+    def marks(self, model: str, channel: str) -> dict[int, int]:
+        """Frame -> the sign of the mark that is drawn for its spikes."""
+        columns = self.columns.get(MARKS.format(model=model, channel=channel), {})
+        heights = [row[0] for row in columns.get("Scalars:scalars", [])]
+        return {
+            int(frame): int(np.sign(height)) for frame, height in zip(columns.get("frame", []), heights, strict=True)
+        }
+
+
+def recorded(path: Path, kind: str) -> Recorded:
+    """Read a recording of a ``trial`` or a ``clip``, without layer maps."""
+    columns: dict[str, dict[str, Any]] = {}
+    for chunk in RrdReader(path).stream():
+        if chunk.entity_path.startswith(MAPS):
+            continue
+        batch = chunk.to_record_batch()
+        entity = columns.setdefault(chunk.entity_path, {})
+        for name, values in zip(batch.schema.names, batch.columns, strict=True):
+            if name == TIMELINE:
+                entity[name] = values.to_numpy(zero_copy_only=False) / np.timedelta64(1, "s")
+            elif name in (BUFFER, BLOB):
+                entity[name] = [row.values.flatten().to_numpy() for row in values]
+            else:
+                entity[name] = values.to_pylist()
+    pictures = columns[IMAGES[kind]]
+    if BLOB in pictures:
+        images = np.array([cv2.imdecode(blob, cv2.IMREAD_GRAYSCALE) for blob in pictures[BLOB]])
+    else:
+        size = pictures["Image:format"][0][0]
+        images = np.array(pictures[BUFFER]).reshape(-1, size["height"], size["width"])
+    return Recorded(pictures[TIMELINE], images, columns)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial of a run: its row, its rows of frames, and its recording."""
+
+    row: dict[str, Any]
+    frames: dict[str, np.ndarray]
+    recording: Recorded
+
+
+def trials(folder: Path, kind: str) -> list[Trial]:
+    """Read a run of one model whose trials are all recorded."""
+    frames = pq.read_table(folder / "frames.parquet")
+    names = ("frame", "sim_time_s", "hs", "vs", "hs_spikes", "vs_spikes", "stimulus_bearing_deg", "stimulus_x_cm",
+             "stimulus_y_cm")  # fmt: skip
+    found = []
+    for row in pq.read_table(folder / "trials.parquet").to_pylist():
+        own = frames.filter(np.asarray(frames["trial"]) == row["trial"])
+        path = folder / "recordings" / f"trial-{row['trial']:04d}.rrd"
+        series = {name: own[name].to_numpy() for name in names if name in own.column_names}
+        found.append(Trial(row, series, recorded(path, kind)))
+    return found
+
+
+def picture(env: Any) -> np.ndarray:
+    """Render what an env's eye sees at this moment by MuJoCo's own renderer: luma (R, C), uint8."""
+    scene = env.unwrapped._sim
+    # MuJoCo chooses its backend when it is imported, which here may be before colias_sim has named one.
+    backend = importlib.import_module(f"mujoco.{os.environ['MUJOCO_GL']}")
+    with patch.object(gl_context, "GLContext", backend.GLContext), mujoco.Renderer(scene.model, 72, 99) as renderer:
+        renderer.update_scene(scene.data, camera="observer/eye")
+        return cv2.cvtColor(renderer.render(), cv2.COLOR_RGB2GRAY)

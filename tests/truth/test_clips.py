@@ -1,0 +1,55 @@
+"""What a clip shows and tells, recomputed from its recording: motion, marks, sums, time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import experiments
+from tests.truth.files import trials
+from tests.truth.flow import moved
+
+AXES = {"rightward": (0, 1), "leftward": (0, -1), "downward": (1, 1), "upward": (1, -1)}
+"""Motion -> the axis of the flow, and its sign in the image: right and down are positive."""
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    place = tmp_path_factory.mktemp("truth") / "clean"
+    experiments.run("clean", repeats=1, seed=3, out=place, workers=0, quiet=True)
+    return trials(place, "clip")
+
+
+def test_the_images_flow_the_way_the_table_says(played):
+    seen = set()
+    for trial in played:
+        if trial.row["motion"] not in AXES:
+            continue
+        axis, sign = AXES[trial.row["motion"]]
+        flow = moved(trial.recording.images[::2])
+        assert np.sign(flow[axis]) == sign and abs(flow[axis]) > 3 * abs(flow[1 - axis]), trial.row["clip"]
+        potential = trial.frames[("hs", "vs")[axis]]
+        assert np.sign(potential[np.abs(potential).argmax()]) == sign, trial.row["clip"]
+        seen.add((trial.row["motion"], trial.row["clip"].split()[0]))
+    assert len(seen) == 2 * len(AXES), "dark and light, four ways"
+
+
+def test_counts_peaks_and_marks_are_those_of_the_frames(played):
+    for trial in played:
+        row, frames = trial.row, trial.frames
+        assert row["spikes"] == row["hs_spikes"] == np.abs(frames["hs_spikes"]).sum()
+        assert row["vs_spikes"] == np.abs(frames["vs_spikes"]).sum()
+        for channel in ("hs", "vs"):
+            assert row[f"peak_{channel}"] == pytest.approx(frames[channel].max(), abs=1e-6)
+            assert row[f"trough_{channel}"] == pytest.approx(frames[channel].min(), abs=1e-6)
+            spikes = frames[f"{channel}_spikes"]
+            expected = {int(frame): int(np.sign(spikes[frame])) for frame in np.flatnonzero(spikes)}
+            assert trial.recording.marks("dsnn", channel) == expected, row["clip"]
+    assert {-1, 1} == {int(np.sign(v)) for trial in played for v in trial.frames["vs_spikes"] if v}
+
+
+def test_time_is_frames_by_the_frame_rate(played):
+    for trial in played:
+        assert len(trial.recording.images) == len(trial.frames["frame"]) == trial.row["frames"]
+        expected = np.arange(trial.row["frames"]) / trial.row["fps"]
+        np.testing.assert_allclose(trial.recording.time_s, expected, atol=1e-6)

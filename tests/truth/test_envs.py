@@ -1,0 +1,105 @@
+"""What an env rewards and shows, recomputed from its infos by the formulas of its page, and from its picture."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import colias_sim  # noqa: F401
+from tests.truth.files import picture
+
+FOCAL_PX, FPS, TOP_CM_S, HALF_VIEW_DEG = 49.5 / math.tan(math.radians(35)), 30.0, 35.0, 35.0
+
+
+def effort(left, right):
+    return -0.05 * (left**2 + right**2) / 2
+
+
+def centre(info):
+    return max(1 - abs(info["bearing_deg"]) / HALF_VIEW_DEG, -1)
+
+
+TERMS = {
+    "Optomotor": lambda info, left, right: {
+        "hold": max(1 - abs(info["slip_deg_s"]) / 90, -1), "effort": effort(left, right)
+    },
+    "Fixation": lambda info, left, right: {
+        "centre": centre(info), "effort": effort((left - right) / 2, (right - left) / 2)
+    },
+    "Pursuit": lambda info, left, right: {
+        "distance": max(1 - abs(info["gap_cm"] - 10) / 10, -1), "centre": centre(info)
+    },
+    "Avoidance": lambda info, left, right: {"ahead": info["ahead_cm"] * FPS / TOP_CM_S},
+}  # fmt: skip
+"""Env -> the terms of its reward as its page has them, from an info, the way along the heading, and the action."""
+
+
+def episode(name, action_of, most, **arguments):
+    """Yield the action, the observation and the rest of each step, and the env, until the episode ends."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        env = gym.make(f"colias_sim/{name}-v0", **arguments)
+        try:
+            _, info = env.reset(seed=11)
+            for step in range(most):
+                action = np.asarray(action_of(step), np.float32)
+                before, (image, reward, ended, _, info) = info, env.step(action)
+                yield env, action, before, image, reward, ended, info
+                if ended:
+                    break
+        finally:
+            env.close()
+
+
+def ahead_cm(before, after):
+    """How far the robot went along its heading, by its poses."""
+    heading = math.radians(before["heading_deg"] + after["heading_deg"]) / 2
+    if abs(after["heading_deg"] - before["heading_deg"]) > 180:
+        heading += math.pi
+    dx, dy = after["x_cm"] - before["x_cm"], after["y_cm"] - before["y_cm"]
+    return dx * math.cos(heading) + dy * math.sin(heading)
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_the_reward_is_the_sum_of_its_pages_terms(name):
+    rng, steps = np.random.default_rng(5), []
+    for _, (left, right), before, _, reward, ended, info in episode(
+        name, lambda _: rng.uniform(-1, 1, 2), 60, observation="state"
+    ):
+        ahead = ahead_cm(before, info)
+        terms = TERMS[name](info | {"ahead_cm": ahead}, left, right) | {"touch": -10.0 * info["touched"]}
+        parts = {key.removeprefix("reward_"): value for key, value in info.items() if key.startswith("reward_")}
+        assert parts.keys() == terms.keys() and ended == info["touched"]
+        for term, value in terms.items():  # `ahead` is the speed at the frame's end, and wheels change theirs within it
+            assert parts[term] == pytest.approx(value, abs=0.2 if term == "ahead" else 1e-6), term
+        assert reward == pytest.approx(sum(parts.values()), abs=1e-9)
+        assert info["driven_cm"] == pytest.approx(abs(ahead), abs=0.05)
+        steps.append((parts.get("ahead", 0.0), ahead * FPS / TOP_CM_S))
+    if name == "Avoidance":
+        rewarded, driven = np.array(steps).T
+        assert np.corrcoef(rewarded, driven)[0, 1] > 0.9
+
+
+def test_driving_into_the_wall_costs_10_and_ends_the_episode():
+    steps = list(episode("Avoidance", lambda _: (1, 1), 200, observation="state", robots=1))
+    rewards = [info["reward_ahead"] for *_, info in steps]
+    driven = sum(ahead_cm(before, info) for _, _, before, *_, info in steps)
+    assert sum(rewards) / FPS * TOP_CM_S == pytest.approx(driven, rel=0.02)
+    *_, reward, ended, info = steps[-1]
+    assert ended and info["touched"] and info["reward_touch"] == -10.0 and reward < -9
+    assert math.hypot(info["x_cm"], info["y_cm"]) == pytest.approx(45 - 2, abs=0.5), "a hull of 2 cm at the wall"
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_the_observation_is_what_mujoco_renders_at_this_state(name):
+    shown = []
+    for env, *_, image, _, _, _ in episode(name, lambda _: (0.5, 0.2), 4, observation="pixels", camera="ideal"):
+        assert image.shape == (72, 99, 1) and image.dtype == np.uint8
+        error = np.abs(picture(env).astype(int) - image[..., 0])
+        assert np.median(error) == 0 and error.mean() < 5, "their sampling differs, at edges and in fine texture"
+        shown.append(image.astype(int))
+    assert np.abs(shown[-1] - shown[-2]).mean() > 8, "a frame that is late would be noticed"
