@@ -76,13 +76,11 @@ def differences(golden, today, key):
     found += [f"new: {sorted(today.keys() - golden.keys())}"] if today.keys() - golden.keys() else []
     for name in next(iter(golden.values())):
         values = {k: row[name] for k, row in golden.items() if k in today and name not in key}
-        if (
-            name.startswith(BY_CLOCK)
-            or "bearing" in name
-            or name.split(".")[0] in SECTIONS
-            or all(v in (None, "") for v in values.values())
-        ):
+        setting = name.split(".")[0] in SECTIONS
+        if setting or name.startswith(BY_CLOCK) or all(v in (None, "") for v in values.values()):
             continue
+        if "bearing" in name:  # left-positive then
+            values = {k: None if v is None else -v for k, v in values.items()}
         bad = [(k, v, today[k].get(name, "gone")) for k, v in values.items() if not same(v, today[k].get(name, "gone"))]
         found += [f"{name} differs in {len(bad)} of {len(values)} rows: {bad[0]}"] if bad else []
     return found

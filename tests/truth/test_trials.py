@@ -92,6 +92,18 @@ def test_the_hulls_projection_is_where_the_image_is_dark(first, condition):
     assert compared >= 15
 
 
+@pytest.mark.parametrize("direction", ["rightward", "leftward"])
+def test_the_bearing_is_that_of_the_dark_pixels(first, direction):
+    trial = first["translation", direction]
+    compared = 0
+    for bearing, image in zip(trial.frames["stimulus_bearing_deg"], trial.recording.images, strict=True):
+        if abs(bearing) < 18:
+            left, right = (math.degrees(math.atan((edge - 49.5) / FOCAL_PX)) for edge in dark_edges(image))
+            assert bearing == pytest.approx((left + right) / 2, abs=0.8), "right-positive, as the image is"
+            compared += 1
+    assert compared >= 10
+
+
 def test_the_arena_is_bright_and_the_hull_is_dark(played):
     floors = []
     for trial in played:
