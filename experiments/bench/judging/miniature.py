@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from experiments.bench.judging.checks import Check, Needs
+from experiments.bench.judging.checks import Check
 from experiments.bench.judging.verdict import Decision
 
 WIDTH, HEIGHT = 160.0, 60.0
@@ -23,8 +23,6 @@ INSET = 16.0
 RADIUS, PITCH = 2.6, 5.6
 LETTER = 7.2
 """Mean width of a letter of the labels, px."""
-SIGNS: Mapping[Needs, str] = {"above": "> ", "at least": "≥ ", "below": "< ", "at most": "≤ ", "within": ""}
-"""Kind of a bound -> the sign before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +38,7 @@ class Axis:
     kept
         The two values between which the bound is kept; infinite where nothing ends it.
     says
-        The quantity and its bound, in a few words.
+        The bound, in a few words. The tinted side tells where it is kept: a sign would read as the claim's own words.
     ends
         Labels of the least and the greatest value, with their unit where ``values`` are no readings.
     """
@@ -59,7 +57,7 @@ class Axis:
         return INSET + (value - low) / (high - low) * (WIDTH - 2 * INSET) if high > low else WIDTH / 2
 
 
-def axis(checks: Sequence[Check], quantity: str = "") -> Axis:
+def axis(checks: Sequence[Check]) -> Axis:
     """Return the axis of the readings, in their unit, where the checks have one bound.
 
     Where their bounds differ it is that of the slack: how far inside its bound each reading lies. Where their units
@@ -69,8 +67,6 @@ def axis(checks: Sequence[Check], quantity: str = "") -> Axis:
     ----------
     checks
         One or more, with finite readings and bounds.
-    quantity
-        What the readings are, in a few letters.
     """
     first = checks[0]
     if all((check.needs, check.bound, check.unit) == (first.needs, first.bound, first.unit) for check in checks):
@@ -79,26 +75,22 @@ def axis(checks: Sequence[Check], quantity: str = "") -> Axis:
         kept = (bounds[0], bounds[1]) if len(bounds) == 2 else (bounds[0], math.inf) if above else (-math.inf, *bounds)
         one = bounds == (1.0,) and first.unit in ("spikes", "trials")
         unit = first.unit.removesuffix("s") if one else first.unit
-        bound = f"{SIGNS[first.needs]}{' to '.join(map(_number, bounds))}"
         readings = tuple(check.reading for check in checks)
-        says = " ".join(filter(None, (quantity, bound, unit)))
+        says = " ".join(filter(None, ("bound", " to ".join(map(_number, bounds)), unit)))
         return Axis(readings, bounds, kept, says, (_number(min(readings)), _number(max(readings))))
     alike = all(check.unit == first.unit for check in checks)
     values = tuple(check.slack / (1.0 if alike else check.scale) for check in checks)
     least, most = (_slack(checks[values.index(end)]) for end in (min(values), max(values)))
-    says = f"slack{f' in {quantity}' if quantity else ''}, bound 0"
-    return Axis(values, (0.0,), (0.0, math.inf), says, (least, most))
+    return Axis(values, (0.0,), (0.0, math.inf), "slack, bound 0", (least, most))
 
 
-def miniature(decisions: Sequence[Decision], quantity: str = "") -> str:
+def miniature(decisions: Sequence[Decision]) -> str:
     """Return the picture of a claim, as an ``<svg>`` element that takes its colours from the page around it.
 
     Parameters
     ----------
     decisions
         What decided in each replicate. Those without a finite reading or bound are not drawn: the label counts them.
-    quantity
-        What the readings are, in a few letters: the bound's label and its unit stand beside it.
 
     Returns
     -------
@@ -108,7 +100,7 @@ def miniature(decisions: Sequence[Decision], quantity: str = "") -> str:
     drawn = [(decision.verdict, decision.check) for decision in decisions if decision.check and _finite(decision.check)]
     if not drawn:
         return ""
-    place = axis([check for _, check in drawn], quantity)
+    place = axis([check for _, check in drawn])
     begin, end = map(place.across, place.kept)
     depth = FLOOR - TOP
     lines = [place.across(bound) for bound in place.bounds]
@@ -121,10 +113,10 @@ def miniature(decisions: Sequence[Decision], quantity: str = "") -> str:
         *_ends(place),
     ]
     begin_tag = f'<svg class="mini" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
-    return f'{begin_tag} aria-label="{html.escape(described(decisions, quantity))}">{"".join(parts)}</svg>'
+    return f'{begin_tag} aria-label="{html.escape(described(decisions))}">{"".join(parts)}</svg>'
 
 
-def described(decisions: Sequence[Decision], quantity: str = "") -> str:
+def described(decisions: Sequence[Decision]) -> str:
     """Say what the picture draws: in how many replicates the claim holds and fails, the readings, and their bound."""
     held, failed = (sum(decision.verdict == word for decision in decisions) for word in ("holds", "fails"))
     numbers = {"holds": held, "fails": failed, "not judged": len(decisions) - held - failed}
@@ -132,11 +124,11 @@ def described(decisions: Sequence[Decision], quantity: str = "") -> str:
     checks = [decision.check for decision in decisions if decision.check and _finite(decision.check)]
     if not checks:
         return f"{counts}; no reading"
-    place = axis(checks, quantity)
+    place = axis(checks)
     ends = " to ".join(dict.fromkeys(place.ends))
     missing = len(decisions) - len(checks)
     lacking = f"; {missing} without a number" if missing else ""
-    return f"{counts}; deciding reading {ends}; asked: {place.says}{lacking}"
+    return f"{counts}; deciding reading {ends}; {place.says}{lacking}"
 
 
 def _finite(check: Check) -> bool:
