@@ -54,7 +54,7 @@ def read_picture(path: str | Path, *, raw: bool = False) -> npt.NDArray[np.uint8
     if key or (stored.ndim == 3 and stored.shape[2] == 4 and stored[:, :, 3].min() < white):
         raise ValueError(f"{path}: parts of it are transparent, and nothing says what is behind; save it without")
     if header := _NETPBM.match(data):
-        levels = _decoded(data, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH)
+        levels = cv2.cvtColor(stored, cv2.COLOR_BGR2GRAY) if stored.ndim == 3 else stored
         return np.rint(levels * (255 / int(header[3]))).astype(np.uint8)
     picture = _decoded(data, cv2.IMREAD_GRAYSCALE)
     if stored.dtype == np.uint16 and (picture is None or picture.max() < 64) and stored.any():
