@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from typing import Annotated, Any
 
 import numpy.typing as npt
@@ -12,9 +11,9 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.direction.network import DSNN
 from dsnn.field_docs import unit, with_field_docs
-from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.model import Model, Response
 from dsnn.params import DSNNParams, Milliseconds
 
 
@@ -39,7 +38,7 @@ class HybridParams(DSNNParams):
         return LGMD1Params(w_i=self.lgmd_w_i, t_g=self.lgmd_t_g, t_ffi=self.lgmd_t_ffi, t_sp=self.lgmd_t_sp)
 
 
-class Hybrid:
+class Hybrid(Model):
     """DSNN and LGMD1 see the same frames, and looming gates direction: the paper's proposal for further work.
 
     Assumed, as the paper only proposes it: how the two are joined.
@@ -81,6 +80,7 @@ class Hybrid:
         values = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
         self._dsnn = DSNN(self.shape, DSNNParams(**values), form=form)
         self._lgmd = LGMD1(self.shape, q.lgmd, form=form)
+        self._dsnn._scale_known = self._lgmd._scale_known = True  # this model looks at the frames itself
         self._frames_held = round(q.gate / q.dt)
         self.reset()
 
@@ -95,7 +95,7 @@ class Hybrid:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are the DSNN's.
         """
-        grey = luma(frame, self.shape, channels)
+        grey = self._luma(frame, channels)
         way, near = self._dsnn.step(grey, maps=maps), self._lgmd.step(grey)
         self._held = self._frames_held + 1 if near.looming_spikes else max(self._held - 1, 0)
         return dataclasses.replace(
@@ -106,10 +106,3 @@ class Hybrid:
             looming_spikes=near.looming_spikes,
             azimuth=self._dsnn.azimuth(),
         )
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.frames import Channels, FrameError
+from dsnn.frames import Channels, FrameError, luma
 
 FloatMap = npt.NDArray[np.floating]
 
@@ -181,6 +183,56 @@ class VisionModel(Protocol):
     def reset(self) -> None:
         """Return to the state before the first frame."""
         ...
+
+
+class Model(ABC):
+    """Base class of the models that ship: their `run`, and how they take frames."""
+
+    shape: tuple[int, int]
+    _scale_known = False
+
+    @abstractmethod
+    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
+        """Answer the next frame, as `dsnn.VisionModel.step`."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+
+    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
+        """Reset, then answer every frame of a clip.
+
+        Parameters
+        ----------
+        frames
+            (T, R, C), or any iterable of frames as `step` takes them.
+        channels
+            As of `step`.
+
+        Returns
+        -------
+        ResponseSeries
+            The responses as columns of length T.
+
+        Raises
+        ------
+        dsnn.FrameError
+            As of `step`.
+        """
+        return run_model(self, frames, channels=channels)
+
+    def _luma(self, frame: npt.NDArray[Any], channels: Channels) -> npt.NDArray[Any]:
+        """Return the grey levels of a frame, checked by `luma`; warn once where they go from 0 to 1, not to 255."""
+        grey = luma(frame, self.shape, channels)
+        if grey.dtype != np.uint8 and not self._scale_known:
+            highest = grey.max()
+            # Masks of two levels are left alone: 0 and 1 may be meant.
+            fractions = highest <= 1 and bool(((grey > grey.min()) & (grey < highest)).any())
+            self._scale_known = bool(highest > 1) or fractions
+            if fractions:
+                problem = "the grey levels of this frame go up to 1, which is all but black"
+                warnings.warn(f"{type(self).__name__}: {problem}; white is 255, so multiply them by 255", stacklevel=3)
+        return grey
 
 
 def run_model(

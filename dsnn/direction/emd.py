@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Annotated, Any
 
 import cv2
@@ -14,8 +13,8 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -49,7 +48,7 @@ class EMDParams:
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
-class EMD:
+class EMD(Model):
     """Array of full Hassenstein-Reichardt correlators along x and y, its opponent output averaged over the field.
 
     The arrangement is that of Iida and Lambrinos (a bee's odometer): one pathway for both polarities, each detector's
@@ -106,7 +105,7 @@ class EMD:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        luminance = luma(frame, self.shape, channels)
+        luminance = self._luma(frame, channels)
         signal = self._h[:, : self.shape[1]]
         if self.params.tau_hp > 0.0:
             signal += self._retina.step(luminance)
@@ -122,13 +121,6 @@ class EMD:
             flush(self._d)
         hs, vs = (self._potential(self._opponent(shift)) for shift in self._shifts)
         return Response(hs, vs)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)
 
     def _opponent(self, shift: int) -> float:
         """Mean over the field of both arms' difference, for cells ``shift`` apart in flat memory."""

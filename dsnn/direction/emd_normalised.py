@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Annotated, Any
 
 import cv2
@@ -13,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -36,7 +35,7 @@ class EMDNormalisedParams:
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
-class EMDNormalised:
+class EMDNormalised(Model):
     """Array of full Hassenstein-Reichardt correlators along x and y, their input divided by the contrast around it.
 
     With H the high-passed luminance, ``c = tanh(H / (kappa + sum w |H|))``, w uniform over a square of ``pool`` px and
@@ -92,7 +91,7 @@ class EMDNormalised:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        self._h += self._retina.step(luma(frame, self.shape, channels))
+        self._h += self._retina.step(self._luma(frame, channels))
         self._h *= np.float32(self._pass)
         c = self._normalised()
         cv2.accumulateWeighted(c, self._d, self._delay)
@@ -104,13 +103,6 @@ class EMDNormalised:
         hs = self._mean(d[:, :-1], c[:, 1:], c[:, :-1], d[:, 1:])
         vs = self._mean(d[:-1], c[1:], c[:-1], d[1:])
         return Response(hs, vs)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)
 
     def _normalised(self) -> Floats:
         side = self.params.pool | 1

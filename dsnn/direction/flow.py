@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, Literal
 
 import cv2
@@ -13,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, FrameError, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, FrameError, checked_params, checked_shape
+from dsnn.model import Model, Response
 
 PRESETS = {
     "ultrafast": cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST,
@@ -38,7 +37,7 @@ class FlowParams:
     )
 
 
-class Flow:
+class Flow(Model):
     """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
 
     In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over all
@@ -86,7 +85,7 @@ class Flow:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        luminance = luma(frame, self.shape, channels)
+        luminance = self._luma(frame, channels)
         self._before, self._now = self._now, self._before
         if luminance.dtype == np.uint8:
             np.copyto(self._now, luminance)
@@ -99,10 +98,3 @@ class Flow:
         flow = self._dis.calc(self._before, self._now, self._flow)
         hs, vs = (total(flow[..., axis]) / luminance.size for axis in (0, 1))
         return Response(hs, vs)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy.typing as npt
 
 from dsnn import forms
 from dsnn.direction.numpy_form import NumpyNetwork
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import Model, Response
 from dsnn.native import NativeNetwork
 from dsnn.params import DSNNParams
 
 
-class DSNN:
+class DSNN(Model):
     """The directionally selective neural network, fast enough to close the loop.
 
     Assumed where the paper leaves it open: LA is 0 where the two Gaussians differ in sign (``polarity``); F keeps no
@@ -76,7 +75,7 @@ class DSNN:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
         """
-        return self._layers.step(luma(frame, self.shape, channels), maps)
+        return self._layers.step(self._luma(frame, channels), maps)
 
     def azimuth(self) -> float:
         """Return where in the view the motion of the last frame was.
@@ -88,25 +87,3 @@ class DSNN:
             0 where nothing moved.
         """
         return self._layers.azimuth()
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters
-        ----------
-        frames
-            (T, R, C), or any iterable of frames as `step` takes them.
-        channels
-            As of `step`.
-
-        Returns
-        -------
-        ResponseSeries
-            The responses as columns of length T.
-
-        Raises
-        ------
-        dsnn.FrameError
-            As of `step`.
-        """
-        return run_model(self, frames, channels=channels)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,8 @@ import numpy.typing as npt
 
 from dsnn.direction import layers
 from dsnn.filters import gaussian_kernel
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import LayerMaps, Model, Response
 from dsnn.params import DSNNParams
 
 
@@ -42,7 +41,7 @@ class Pathway:
         self.lp_vs += gain * (layers.correlate(self.f, self._delays, p.d, p.w_i, axis=0) - self.lp_vs)
 
 
-class ReferenceDSNN:
+class ReferenceDSNN(Model):
     """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
 
     Assumed: what `dsnn.DSNN` assumes.
@@ -82,7 +81,7 @@ class ReferenceDSNN:
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
         """
         q = self.params
-        luminance = luma(frame, self.shape, channels).astype(np.float64)
+        luminance = self._luma(frame, channels).astype(np.float64)
         before = luminance if self._luminance is None else self._luminance
         self._luminance = luminance
         p = layers.retina(luminance, before, self._residues, q.u)
@@ -99,13 +98,6 @@ class ReferenceDSNN:
             layers.spikes(vs, q.k_sp, q.t_sp),
             LayerMaps(p.copy(), la.copy(), self._on.f.copy(), self._off.f.copy()) if maps else None,
         )
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)
 
     def _lobula_plate(self) -> tuple[float, float]:
         """HS and VS: each intact pathway's sigmoid potential, added."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy.typing as npt
@@ -13,8 +12,8 @@ from dsnn.direction.layers import sigmoid
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import Model, Response
 
 
 @with_field_docs
@@ -27,7 +26,7 @@ class T4T5Params(LocalMotionParams):
     )
 
 
-class T4T5:
+class T4T5(Model):
     """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
 
     These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two
@@ -76,14 +75,7 @@ class T4T5:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        motion = self._local.step(luma(frame, self.shape, channels))
+        motion = self._local.step(self._luma(frame, channels))
         right, left, down, up = (total(part) for part in motion)
         scale = self.params.k_sig * self.shape[0] * self.shape[1]
         return Response(sigmoid(right - left, scale), sigmoid(down - up, scale))
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 import cv2
@@ -13,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -39,7 +38,7 @@ class ThreeArmParams:
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
-class ThreeArm:
+class ThreeArm(Model):
     """T4 and T5 cells of three neighbours A, B, C: B times the delayed A, divided by the delayed C.
 
     H, the high-passed luminance of 0..1, is split into ``ON = max(H, 0)`` and ``OFF = max(-H, 0)``, each with its
@@ -95,7 +94,7 @@ class ThreeArm:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        self._h += self._retina.step(luma(frame, self.shape, channels))
+        self._h += self._retina.step(self._luma(frame, channels))
         self._h *= np.float32(self._pass)
         np.maximum(self._h, np.float32(0.0), out=self._x[0])
         np.maximum(-self._h, np.float32(0.0), out=self._x[1])
@@ -108,13 +107,6 @@ class ThreeArm:
             flush(self._delayed)
         hs, vs = self._opponent(axis=1), self._opponent(axis=0)
         return Response(hs, vs)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)
 
     def _opponent(self, axis: int) -> float:
         """Mean over the field of what cells that prefer either way along an axis answer, one less the other."""

@@ -4,17 +4,16 @@ collision.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from abc import abstractmethod
 from typing import Any
 
 import numpy.typing as npt
 
-from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_shape
+from dsnn.model import Model, Response
 
 
-class Detector(ABC):
+class Detector(Model):
     """A looming detector: its layers give potential and spikes of a frame, in `_answer`.
 
     Parameters
@@ -58,13 +57,6 @@ class Detector(ABC):
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        potential, spikes = self._answer(luma(frame, self.shape, channels))
+        potential, spikes = self._answer(self._luma(frame, channels))
         self._count = self._count + spikes if spikes else 0
         return Response(looming=potential, looming_spikes=spikes)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)

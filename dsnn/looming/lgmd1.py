@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 import cv2
@@ -14,9 +14,9 @@ from pydantic.dataclasses import dataclass
 from dsnn import forms
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.looming.grouping import Grouping, convolve, ring
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.model import Model, Response
 from dsnn.native import NativeLGMD1
 from dsnn.retina import Floats, Retina
 
@@ -67,7 +67,7 @@ class LGMD1Params:
         }
 
 
-class LGMD1:
+class LGMD1(Model):
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
     With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of a cell's eight neighbours.
@@ -130,16 +130,9 @@ class LGMD1:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
-        potential, spike = self._layers.step(luma(frame, self.shape, channels))
+        potential, spike = self._layers.step(self._luma(frame, channels))
         self._in_a_row = self._in_a_row + 1 if spike else 0
         return Response(looming=potential, looming_spikes=int(spike))
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)
 
 
 class _NumpyLayers:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 import cv2
@@ -15,9 +15,9 @@ from pydantic.dataclasses import dataclass
 from dsnn.exponential import exp
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
-from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.looming.grouping import REST, Grouping, convolve, ring
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -118,7 +118,7 @@ class Pathway:
         return np.maximum(self._s, self._zeros, out=self._s)
 
 
-class LGMD2:
+class LGMD2(Model):
     """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
 
     Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last signal) and loses ``w`` times
@@ -184,7 +184,7 @@ class LGMD2:
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
         q = self.params
-        p = self._retina.step(luma(frame, self.shape, channels))
+        p = self._retina.step(self._luma(frame, channels))
         rises = np.maximum(p, self._zeros, out=self._rises)
         falls = np.subtract(rises, p, out=self._falls)
         self._pm += self._follow * (total(np.abs(p)) / p.size - self._pm)
@@ -201,13 +201,6 @@ class LGMD2:
             self._on.flush()
             self._off.flush()
         return Response(looming=adapted, looming_spikes=spikes)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)
 
     def _adapt(self, k: float) -> float:
         """Spike-frequency adaptation: a potential that does not rise fades."""

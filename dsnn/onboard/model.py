@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dsnn import forms
-from dsnn.frames import Channels, checked_params, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.model import Model, Response
 from dsnn.native.onboard import NativeOnboard
 from dsnn.onboard.fixed import constants
 from dsnn.onboard.numpy_form import NumpyOnboard
 from dsnn.onboard.params import OnboardParams
 
 
-class OnboardDSNN:
+class OnboardDSNN(Model):
     """The directionally selective neural network in whole numbers of 8 and 16 bits.
 
     Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,
@@ -70,12 +69,5 @@ class OnboardDSNN:
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
         """
-        grey = luma(frame, self.shape, channels)
+        grey = self._luma(frame, channels)
         return self._stages.step(grey if grey.dtype == np.uint8 else np.rint(grey).astype(np.uint8), maps)
-
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
-
-        Parameters, returns and errors are those of `dsnn.DSNN.run`.
-        """
-        return run_model(self, frames, channels=channels)

@@ -1,6 +1,7 @@
 """Laws that every registered model keeps: one suite over the registry, so a new model is tested the day it is added."""
 
 import dataclasses
+import warnings
 
 import numpy as np
 import pytest
@@ -505,6 +506,26 @@ def test_colour_and_float_frames_mean_the_same_grey(entry, model):
             np.testing.assert_allclose(getattr(other, channel), getattr(series, channel), atol=1e-6)
     colour = np.repeat(grey[..., None], 3, axis=-1)
     assert_same(model.run(colour, channels="rgb"), series)
+
+
+def frames_seen(model, *shown) -> int:
+    """How many warnings a model gives that is shown these frames, twice over."""
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        for frames in (*shown, *shown):
+            model.run(frames)
+    return len(given)
+
+
+def test_frames_from_0_to_1_are_warned_of_once(entry):
+    clip = oblique()[:3]
+    masks = (clip > 128).astype(float)
+    for frames in (clip, clip.astype(float), masks, np.zeros(clip.shape)):
+        assert frames_seen(entry.build(SHAPE, entry.robot), frames) == 0
+    for shown in ([clip / 255], [clip, clip / 255], [masks, clip / 255]):
+        assert frames_seen(entry.build(SHAPE, entry.robot), *shown) == 1
+    dark = [clip.astype(float), clip / 255]  # levels above 1 came before, so these are of the same scale
+    assert frames_seen(entry.build(SHAPE, entry.robot), *dark) == 0
 
 
 def test_rgb_and_bgr_differ_by_their_order(entry, model):

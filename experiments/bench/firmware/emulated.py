@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import ModelEntry, Response
-from dsnn.frames import Channels, luma
+from dsnn.frames import Channels
+from dsnn.model import Model
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.firmware.build import build
 from experiments.bench.firmware.emulator import Q15, Emulator
@@ -27,7 +28,7 @@ ENOUGH = 2**22
 """Bytes of each RAM region: whether a network fits the chip is the budget's matter, not this model's."""
 
 
-class FirmwareDSNN:
+class FirmwareDSNN(Model):
     """The on-board network in the emulator.
 
     Parameters
@@ -55,7 +56,7 @@ class FirmwareDSNN:
 
     def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; `dsnn.frames.FrameError` for one that is none. There are no layer maps."""
-        pixels: Any = luma(frame, self.shape, channels)
+        pixels: Any = self._luma(frame, channels)
         answer = self._chip.step(np.clip(np.rint(pixels), 0, 255).astype(np.uint8))
         return Response(answer.hs / Q15, answer.vs / Q15, answer.hs_spikes, answer.vs_spikes)
 
