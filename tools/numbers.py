@@ -44,12 +44,12 @@ PAGES: Mapping[str, tuple[str, ...]] = {
 SUMMARY: Mapping[str, str] = {
     "C14": "The sign of HS tells the direction of a crossing",
     "C15": "Spikes peak near 6 cm/s",
-    "C29": "They peak there in one time window for all speeds, too",
+    "C29": "The peak stays when one time window counts the spikes of all speeds",
     "C16": "Spikes fall with distance",
-    "C13": "Straight approach and recession are silent",
-    "C17": "Approach: fewest spikes straight ahead",
-    "C19": "Recession: fewest spikes straight ahead",
-    "C21": "Two looming detectors: most spikes straight ahead",
+    "C13": "Straight approach and recession give no spikes",
+    "C17": "An approach straight ahead gives the fewest spikes",
+    "C19": "A recession straight ahead gives the fewest spikes",
+    "C21": "Two looming detectors spike most in a straight approach",
 }
 """Claim -> its words in the summary, which counts the others."""
 IDEAL, ROBOTS = eyes.FIRST, ("ov7670", eyes.FIRST[1])
