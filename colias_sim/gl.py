@@ -1,4 +1,4 @@
-"""Choose MuJoCo's OpenGL backend, which must happen before ``import mujoco``.
+"""Choose MuJoCo's OpenGL backend, which must happen before ``import mujoco``, and make contexts by it.
 
 MuJoCo reads the environment variable ``MUJOCO_GL`` once, when it is imported. Without a display and without that
 variable its renderer fails. So this package sets the variable before any of its modules imports mujoco.
@@ -8,79 +8,101 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import importlib
 import os
 import sys
-from collections.abc import Sequence
-from functools import cache
+import warnings
 from typing import Any
 
-PACKAGES = "libegl1 libgl1"  # Debian's names for what EGL rendering without a screen needs
-_ADVICE = f"on Debian or Ubuntu run 'apt-get install {PACKAGES}'"
-_OFF = ("off", "disable", "disabled", "false", "0")
-_GLFW = ("glfw", "glx", "wgl", "on", "enable", "enabled", "true", "1")  # MuJoCo's own names for a screen
-_LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
+LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
+"""Backends that need no screen -> their libraries. Their packages: `PACKAGES`."""
+PACKAGES = {"egl": "libegl1 libgl1", "osmesa": "libosmesa6"}
+OFF = ("off", "disable", "disabled", "false", "0")
+"""Values of ``MUJOCO_GL`` by which MuJoCo draws nothing."""
+FAMILIES = (
+    "MUJOCO_GL", "MUJOCO_EGL", "PYOPENGL_", "DISPLAY", "WAYLAND_DISPLAY", "MESA_", "LIBGL_", "GALLIUM_", "EGL_",
+    "__EGL_", "__GLX_", "CUDA_VISIBLE_DEVICES",
+)  # fmt: skip
+"""What the names of environment variables begin with that OpenGL, its drivers or MuJoCo's contexts go by."""
+_set = ", ".join(f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith(FAMILIES))
 
 
 class GLUnavailable(OSError):
-    """Error: nothing can render here. The message names the package to install."""
+    """Error: nothing can render here. The message names the package to install, or the variables to look at."""
 
 
-def choose_backend() -> str:
-    """Choose the OpenGL backend, and set ``MUJOCO_GL`` if the user has not.
+def unavailable(reason: Exception | str) -> GLUnavailable:
+    """Return an error that says in one sentence why nothing can be drawn, and what to look at."""
+    backend = os.environ.get("MUJOCO_GL", "").lower() or "egl"
+    missing = backend in LIBRARIES and not _loads(backend)
+    cause = f"no OpenGL library for {backend} loads" if missing else str(reason).partition(". ")[0].rstrip(".")
+    if _set and not missing:
+        return GLUnavailable(f"OpenGL cannot draw here: {cause}; the environment sets {_set}")
+    packages = PACKAGES.get(backend, PACKAGES["egl"])
+    return GLUnavailable(f"OpenGL cannot draw here: {cause}; on Debian or Ubuntu run 'apt-get install {packages}'")
 
-    Returns
-    -------
-    str
-        The user's choice. Otherwise on Linux ``egl`` if it loads, else ``osmesa``, else ``glfw`` if there is a
-        display, else ""; `require_backend` then raises once something is to be rendered.
+
+def choose_backend() -> None:
+    """Set ``MUJOCO_GL`` if the user has not, on Linux: to ``egl`` if its libraries load, else to ``osmesa``.
 
     Raises
     ------
     GLUnavailable
-        If the user's choice does not load. MuJoCo could not even be imported then.
+        The user's choice does not load. MuJoCo cannot even be imported then.
     """
     # llvmpipe splits so small a picture between threads at a loss: 50 us a frame at 99x72.
     os.environ.setdefault("LP_NUM_THREADS", "0")
     # Mesa prints a line for every driver that it fails to load. If all fail there is an exception, too.
     os.environ.setdefault("EGL_LOG_LEVEL", "fatal")
     chosen = os.environ.get("MUJOCO_GL", "").lower()
-    if chosen not in {"", "cgl", *_LIBRARIES, *_GLFW, *_OFF}:
-        raise GLUnavailable(f"MUJOCO_GL={chosen} is no backend: use egl, osmesa or glfw, or unset it")
-    if chosen in _LIBRARIES and not _loads(chosen):
-        raise GLUnavailable(f"MUJOCO_GL={chosen}, but its library does not load: {_ADVICE}")
-    if chosen or not sys.platform.startswith("linux"):
-        return chosen or ("cgl" if sys.platform == "darwin" else "glfw")
-    for backend in _LIBRARIES:
-        if _loads(backend):
-            os.environ["MUJOCO_GL"] = backend
-            return backend
-    return "glfw" if _has_display() else ""
+    if chosen and not (chosen in LIBRARIES and _loads(chosen)):
+        try:
+            import mujoco  # noqa: F401
+        except Exception as error:  # of what kind depends on the backend
+            raise unavailable(error) from None
+    elif not chosen and sys.platform.startswith("linux") and (backend := next(filter(_loads, LIBRARIES), "")):
+        os.environ["MUJOCO_GL"] = backend
 
 
-def require_backend() -> str:
-    """Choose the OpenGL backend for something that is to be rendered.
+def _loads(backend: str) -> bool:
+    with contextlib.suppress(OSError):
+        return all(ctypes.CDLL(name) for name in LIBRARIES[backend])
+    return False
 
-    Returns
-    -------
-    str
-        The backend's name among MuJoCo's modules: ``egl``, ``osmesa``, ``glfw`` or ``cgl``.
-
-    Raises
-    ------
-    GLUnavailable
-        If there is no backend.
-    """
-    chosen = choose_backend()
-    module = "glfw" if chosen in _GLFW else chosen
-    unseen = module == "glfw" and sys.platform.startswith("linux") and not _has_display()
-    if not chosen or chosen in _OFF or unseen:
-        raise GLUnavailable(f"no OpenGL library for rendering without a screen: {_ADVICE}")
-    return module
-
-
-_CLAMP_VERTEX_COLOR = 0x891A
 
 _described: list[str] = []
+
+
+def context(columns: int, rows: int) -> Any:
+    """Make an OpenGL context by the backend that was chosen; raise `GLUnavailable` where that fails."""
+    chosen = os.environ.get("MUJOCO_GL", "").lower()
+    if chosen in OFF:
+        raise unavailable("MuJoCo's rendering is switched off")
+    backend = chosen if chosen in LIBRARIES else "cgl" if sys.platform == "darwin" and chosen != "glfw" else "glfw"
+    try:
+        with warnings.catch_warnings(record=True) as said:  # GLFW only warns of a dead display
+            made = importlib.import_module(f"mujoco.{backend}").GLContext(columns, rows)
+        if not made._context:
+            raise unavailable(" ".join(str(warning.message) for warning in said[:1]))
+        with made.as_current():
+            if not _described:
+                _described.append(f"{_description()}, by {backend}")
+    except GLUnavailable:
+        raise
+    except Exception as error:  # of what kind depends on backend and driver
+        raise unavailable(error) from None
+    return made
+
+
+def _description() -> str:
+    # PyOpenGL is there as MuJoCo's own contexts come by it; its larger OpenGL.GL takes 0.3 s to import, this 0.2 ms.
+    from OpenGL.raw.GL.VERSION import GL_1_0 as opengl
+
+    name, version = (
+        ctypes.string_at(opengl.glGetString(which)).decode(errors="replace")
+        for which in (opengl.GL_RENDERER, opengl.GL_VERSION)
+    )
+    return f"{name}, OpenGL {version}"
 
 
 def renderer() -> str:
@@ -95,33 +117,9 @@ def renderer() -> str:
     return _described[0] if _described else ""
 
 
-SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe")
-"""Words in the names of renderers that draw on the processor."""
-
-
 def is_software(name: str) -> bool:
     """Return whether a renderer, as `renderer` names it, draws in software: without a graphics processor."""
-    return any(word in name.lower() for word in SOFTWARE)
-
-
-def describe_context() -> None:
-    """Ask the current OpenGL context for what `renderer` returns; once a process, as one backend is all it has."""
-    if not _described:
-        _described.append(_describe())
-
-
-def _describe() -> str:
-    # PyOpenGL is there as MuJoCo's own contexts come by it; its larger OpenGL.GL takes 0.3 s to import, this 0.2 ms.
-    from OpenGL.raw.GL.VERSION import GL_1_0 as opengl
-
-    try:
-        name, version = (
-            ctypes.string_at(opengl.glGetString(which)).decode(errors="replace")
-            for which in (opengl.GL_RENDERER, opengl.GL_VERSION)
-        )
-    except Exception:  # a note is not worth a run, and what a broken driver makes PyOpenGL raise is not documented
-        return f"unknown, by {require_backend()}"
-    return f"{name}, OpenGL {version}, by {require_backend()}"
+    return any(word in name.lower() for word in ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe"))
 
 
 def clip_light(clip: bool) -> None:
@@ -129,56 +127,13 @@ def clip_light(clip: bool) -> None:
 
     An OpenGL older than 3.0 cannot do otherwise; then this does nothing.
     """
-    with contextlib.suppress(_null_function()):
-        _clamp_color()(_CLAMP_VERTEX_COLOR, clip)
-
-
-@cache
-def _clamp_color() -> Any:
+    from OpenGL.error import NullFunctionError
     from OpenGL.raw.GL.VERSION import GL_3_0 as opengl
 
-    return opengl.glClampColor
-
-
-@cache
-def _null_function() -> type[Exception]:
-    from OpenGL.error import NullFunctionError
-
-    error: type[Exception] = NullFunctionError
-    return error
-
-
-def require_screen() -> None:
-    """Raise `GLUnavailable` where there is no screen to open a window on."""
-    if not has_screen():
-        raise GLUnavailable("no screen to open a window on (DISPLAY is not set): render_mode='rgb_array' needs none")
+    with contextlib.suppress(NullFunctionError):
+        opengl.glClampColor(0x891A, clip)  # GL_CLAMP_VERTEX_COLOR
 
 
 def has_screen() -> bool:
     """Tell whether there is a screen to open a window on."""
-    return not sys.platform.startswith("linux") or _has_display()
-
-
-def render_modes(every: Sequence[str]) -> list[str]:
-    """Return those of an env's render modes that this machine can show."""
-    return [mode for mode in every if mode != "human" or has_screen()]
-
-
-def _has_display() -> bool:
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
-def _loads(backend: str) -> bool:
-    try:
-        for name in _LIBRARIES[backend]:
-            ctypes.CDLL(name)
-    except OSError:
-        return False
-    return True
-
-
-if __name__ == "__main__":
-    try:
-        require_backend()
-    except GLUnavailable as problem:
-        sys.exit(str(problem))
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -6,10 +6,10 @@ package was imported. It also flips and copies each picture, which `Offscreen` d
 
 from __future__ import annotations
 
-import importlib
 import math
 import weakref
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 import mujoco
@@ -17,13 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim import gl
-from colias_sim.gl import GLUnavailable, require_backend
 
 MAX_GEOMS = 1000
 
 
 class Offscreen:
-    """A framebuffer and its OpenGL context, for one thread.
+    """A framebuffer and its OpenGL context, for any one thread at a time.
 
     Parameters
     ----------
@@ -45,6 +44,7 @@ class Offscreen:
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False) -> None:
         self._surface: _Surface | None = _Surface(model, rows * slots, columns)
+        self._use = ExitStack()
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
         self._model, self._bright = model, bright
@@ -105,7 +105,6 @@ class Offscreen:
         ndarray
             RGB, (len(rows), len(columns), 3) uint8, bottom row first. The next call overwrites this array.
         """
-        self._current()
         columns = columns or range(self._rect.width)
         shape = len(rows), len(columns), 3
         pixels = self._pixels.reshape(-1)[: math.prod(shape)].reshape(shape)
@@ -130,7 +129,6 @@ class Offscreen:
 
     def read_all(self) -> npt.NDArray[np.uint8]:
         """Read the whole picture, as `render` returns it."""
-        self._current()
         return self._read(self._pixels, self._rect)
 
     def _part(self, rows: range, slot: int, columns: range) -> mujoco.MjrRect:
@@ -141,7 +139,6 @@ class Offscreen:
         part: tuple[range, range] | None = None, dress: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> None:  # fmt: skip
         """Draw into a rectangle of the framebuffer: the whole view, or some rows and columns of it."""
-        surface = self._current()
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, data, option, None, camera, everything, self._scene)
         if part is not None:
@@ -155,22 +152,24 @@ class Offscreen:
                     eye.frustum_width = share * len(columns) / 2
         if dress is not None:
             dress(self._scene)
+        surface = self._current()
         if self._bright:
             gl.clip_light(False)
         mujoco.mjr_render(rect, self._scene, surface.mjr)
 
     def _read(self, pixels: npt.NDArray[np.uint8], rect: mujoco.MjrRect) -> npt.NDArray[np.uint8]:
-        assert self._surface is not None
-        mujoco.mjr_readPixels(pixels, None, rect, self._surface.mjr)
-        if self._bright:
-            gl.clip_light(True)
+        surface = self._current()
+        with self._use:
+            mujoco.mjr_readPixels(pixels, None, rect, surface.mjr)
+            if self._bright:
+                gl.clip_light(True)
         return pixels
 
     def _current(self) -> _Surface:
-        """Make the surface's context the current one."""
+        """Make the context this thread's current one, until ``_use`` is closed: no other thread can use it before."""
         if self._surface is None:
             raise RuntimeError("this camera is closed: make a new Simulation")
-        self._surface.context.make_current()
+        self._use.enter_context(self._surface.context.as_current())
         return self._surface
 
     def retexture(self, texture: int) -> None:
@@ -181,7 +180,9 @@ class Offscreen:
         texture
             Index of the texture.
         """
-        mujoco.mjr_uploadTexture(self._model, self._current().mjr, texture)
+        surface = self._current()
+        with self._use:
+            mujoco.mjr_uploadTexture(self._model, surface.mjr, texture)
 
     def close(self) -> None:
         """Free framebuffer and context."""
@@ -193,20 +194,18 @@ class _Surface:
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
         model.vis.global_.offwidth, model.vis.global_.offheight = columns, rows  # read by MjrContext alone
-        backend = importlib.import_module(f"mujoco.{require_backend()}")
-        try:
-            self.context = backend.GLContext(columns, rows)
-            self.context.make_current()
-            gl.describe_context()
-            self.mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
-        except mujoco.FatalError as error:
-            raise GLUnavailable(f"OpenGL cannot draw {columns}x{rows} pixels: {error}") from None
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self.mjr)
+        self.context = gl.context(columns, rows)
+        with self.context.as_current():
+            try:
+                self.mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+            except mujoco.FatalError as error:
+                raise gl.unavailable(f"{columns}x{rows} pixels: {error}") from None
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self.mjr)
         weakref.finalize(self, _free, self.context, self.mjr).atexit = False  # by then MuJoCo has closed the display
 
 
 def _free(context: Any, mjr: mujoco.MjrContext) -> None:
     """Free both with their own context current: in another context the same names may be another framebuffer's."""
-    context.make_current()
-    mjr.free()
+    with context.as_current():
+        mjr.free()
     context.free()

@@ -23,7 +23,7 @@ from colias_sim.envs.scripted import Driver
 from colias_sim.envs.task import TOUCH_COST, Task
 from colias_sim.envs.vision import Vision
 from colias_sim.envs.world import OBSERVER
-from colias_sim.gl import render_modes
+from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.streams import clearing, episode, film, world
 
@@ -66,7 +66,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self.options = options
         self.render_mode = options.render_mode
         # The class has every mode, as gym.make asks it; the checkers ask the env.
-        modes = render_modes(ColiasEnv.metadata["render_modes"])
+        modes = [mode for mode in ColiasEnv.metadata["render_modes"] if mode != "human" or has_screen()]
         self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frame_skip}
         plain = options.plain_settings()
         robot, camera = plain.robot, plain.camera

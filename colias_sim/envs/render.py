@@ -15,7 +15,7 @@ import numpy.typing as npt
 from colias_sim.envs.options import EnvOptions
 from colias_sim.envs.views import FRAME, LEAST_INSET_WIDTH, SCALE_M, View, dress, follow, framed, scale_of, views
 from colias_sim.envs.world import OBSERVER
-from colias_sim.gl import require_screen
+from colias_sim.gl import GLUnavailable, has_screen
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP
 from colias_sim.simulation import Simulation
@@ -49,7 +49,8 @@ class Renderer:
         self._shut: Any = None
         self._offscreen: Offscreen | None = None
         if self._mode == "human":
-            require_screen()
+            if not has_screen():
+                raise GLUnavailable("no screen to open a window on (DISPLAY is not set): use render_mode='rgb_array'")
             return
         self._views = views(sim.model, options.render_view, options.render_width, options.render_height)
         self._scale = scale_of(self._views[0]) if self._views[0].people else None

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import re
 import socket
 import subprocess
-import sys
 import time
 
+from colias_sim.gl import has_screen
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.terminal import program
 
@@ -22,11 +21,6 @@ GREETING = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 
 """What a client of gRPC sends first: HTTP/2's preface and empty settings."""
 SETTINGS = 4
 """The type of the frame that a server of HTTP/2 answers with."""
-
-
-def has_screen() -> bool:
-    """Tell whether there is a screen to open a window on."""
-    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def require_screen(what: str, instead: str) -> None:

@@ -64,6 +64,6 @@ def missing(name, *rest, **more):
     if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
         raise OSError(name)
     return real(name, *rest, **more)
-ctypes.CDLL = missing
+ctypes.CDLL = ctypes.cdll._dlltype = missing
 """
 """What makes a process find no OpenGL library."""

@@ -125,12 +125,8 @@ def check(
 
     wanted = settings.firmware(assignments or ())
     tools = _tools(which)
-    if trial:
-        from colias_sim.gl import require_backend
-
-        require_backend()
-        if not quiet:
-            error_console.print("rendering a trial of speed", markup=False)
+    if trial and not quiet:
+        error_console.print("rendering a trial of speed", markup=False)
     sequences = checking.sequences(wanted.shape, clips.of_trial(wanted.shape) if trial else None)
     with progress("check", len(sequences), quiet, "clips") as advance:
         result = checking.check(wanted, tools, sequences, advance)

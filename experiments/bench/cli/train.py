@@ -157,14 +157,15 @@ def _announce(asked: Study, done: int, folder: Path) -> None:
 
 def _require_training() -> None:
     """Raise `UsageError` where the extra is not installed, `GLUnavailable` where nothing can be rendered."""
-    from colias_sim.gl import require_backend
+    from colias_sim.reference import reference_hash
     from experiments.bench.engine.errors import UsageError
 
     for module in ("torch", "stable_baselines3"):
         if importlib.util.find_spec(module) is None:
             raise UsageError(f"training needs {module}, which is not installed: run 'make train', or install PyTorch's"
                              " CPU build and then colias-sim[train]")  # fmt: skip
-    require_backend()
+    importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
+    reference_hash()
 
 
 def _train(about: About, out: Path | None, means: Resources) -> int:

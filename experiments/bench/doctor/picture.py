@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import subprocess
 import sys
 from typing import Any
@@ -15,6 +14,7 @@ from experiments.bench.streams import stream
 FRAMES = 30
 """Frames by which the camera is timed."""
 PATIENCE_S = 120.0
+REMEDY = "unset the variable of OpenGL that is named, or on Debian or Ubuntu: apt-get install libegl1 libgl1"
 
 
 def drawing() -> list[Finding]:
@@ -23,25 +23,15 @@ def drawing() -> list[Finding]:
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     except (OSError, subprocess.SubprocessError) as error:
-        return [Finding("rendering", "fails", f"no answer: {type(error).__name__}", _remedy(""))]
+        return [Finding("rendering", "fails", f"no answer: {type(error).__name__}", REMEDY)]
     try:
         measured = json.loads(done.stdout.splitlines()[-1])
     except (ValueError, IndexError):
         last = (done.stderr.strip().splitlines() or [f"ended with status {done.returncode}"])[-1]
-        return [Finding("rendering", "fails", last[:300], _remedy(last))]
+        return [Finding("rendering", "fails", last[:300], REMEDY)]
     if "trouble" in measured:
-        return [Finding("rendering", "fails", measured["trouble"], _remedy(measured["trouble"]))]
+        return [Finding("rendering", "fails", measured["trouble"], REMEDY)]
     return [_renderer(measured), _pixels(measured), _camera(measured)]
-
-
-def _remedy(problem: str) -> str:
-    """Return what to do where nothing can be drawn."""
-    chosen = os.environ.get("MUJOCO_GL", "")
-    if "no backend" in problem or (chosen and "apt-get" not in problem):
-        return "unset MUJOCO_GL, or set it to egl, osmesa or glfw"
-    if chosen == "osmesa":
-        return "unset MUJOCO_GL, or apt-get install libosmesa6"
-    return "on Debian or Ubuntu: apt-get install libegl1 libgl1"
 
 
 def _renderer(measured: dict[str, Any]) -> Finding:

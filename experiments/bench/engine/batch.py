@@ -20,7 +20,6 @@ from typing import Any, Generic, Protocol, TypeVar
 import pyarrow as pa
 
 from colias_sim import GLUnavailable
-from colias_sim.gl import require_backend
 from dsnn import forms
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.jobs import Jobs, Workload
@@ -68,7 +67,9 @@ class Resources:
         Raises `GLUnavailable` where ``rendering`` is asked of this machine and it has no OpenGL.
         """
         if rendering and self.cluster is None:
-            require_backend()
+            from colias_sim.reference import reference_hash
+
+            reference_hash()  # no trial is begun where nothing can be drawn
         with open_pool(self.workers, self.cluster) as pool:
             yield pool
 

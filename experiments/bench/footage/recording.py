@@ -23,6 +23,7 @@ import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
+from colias_sim.gl import has_screen
 from dsnn import Response, ResponseSeries
 from experiments.bench import viewer
 from experiments.bench.engine.errors import UsageError, require_posix
@@ -101,7 +102,7 @@ class LiveLog:
 
         It gets every potential, and images as often as an eye can follow. Raises `UsageError` where it cannot open.
         """
-        if not viewer.has_screen():
+        if not has_screen():
             raise UsageError("watch: the viewer needs a screen (DISPLAY is not set): give --no-view, or --record FILE")
         process, address = viewer.opened(
             "watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE"

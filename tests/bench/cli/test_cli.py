@@ -22,7 +22,7 @@ from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.files import rows_hash
 from tests.helpers import user_files
 from tests.helpers.inside import inside
-from tests.helpers.processes import WITHOUT_GL
+from tests.helpers.processes import CLI, WITHOUT_GL
 
 REPOSITORY = Path(__file__).parents[3]
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
@@ -315,6 +315,35 @@ def test_missing_opengl_names_the_package(tmp_path, chosen):
     assert done.returncode == 2
     assert "apt-get install libegl1 libgl1" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "variables",
+    [
+        {"PYOPENGL_PLATFORM": "osmesa"},
+        {"MUJOCO_EGL_DEVICE_ID": "77"},
+        {"MUJOCO_GL": "cgl"},
+        {"MUJOCO_GL": "off"},
+        {"MUJOCO_GL": "glfw", "DISPLAY": ":77"},
+        {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"},
+    ],
+    ids=str,
+)
+def test_variables_by_which_nothing_can_be_drawn_are_named_before_the_first_trial(tmp_path, variables):
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MUJOCO_GL")}
+    environment.pop("PYOPENGL_PLATFORM", None)  # MuJoCo sets it when this process has drawn
+    command = [*CLI, "run", "speed", "--repeats", "1", "--workers", "1", "--out", "out"]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env=environment | variables | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert all(f"{name}={value}" in done.stderr for name, value in variables.items())
+    assert not list(tmp_path.iterdir()), "no run is begun"
 
 
 def test_a_dry_run_checks_and_writes_nothing(colias):

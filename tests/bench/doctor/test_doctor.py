@@ -52,7 +52,7 @@ def reference_renderer():
 @pytest.mark.parametrize(
     "environment, message, remedy",
     [
-        ({"MUJOCO_GL": "quark"}, "no backend", "unset MUJOCO_GL"),
+        ({"MUJOCO_GL": "quark"}, "MUJOCO_GL=quark", "unset the variable"),
         ({"PYTHONPATH": "without-egl"}, "no OpenGL library", "apt-get install libegl1 libgl1"),
     ],
     ids=["broken MUJOCO_GL", "no EGL"],

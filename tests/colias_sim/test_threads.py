@@ -1,0 +1,76 @@
+"""Simulations and envs in threads: made, used and closed by any one of them at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from colias_sim import CameraConfig, Pose, Simulation
+from colias_sim.presets import OV7670
+
+
+def here(call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+    return call(*arguments, **more)
+
+
+def elsewhere(call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+    """Call in a new thread, which ends."""
+    with ThreadPoolExecutor(1) as threads:
+        return threads.submit(call, *arguments, **more).result()
+
+
+def pictures(run: Callable[..., Any]) -> list[np.ndarray]:
+    """The observations and renders of an env, each of whose calls ``run`` makes."""
+    env = run(gym.make, "colias_sim/Fixation-v0", render_mode="rgb_array")
+    seen = [run(env.reset, seed=3)[0]]
+    for _ in range(3):
+        seen += [run(env.step, env.action_space.sample() * 0)[0], run(env.render)]
+    run(env.close)
+    return seen
+
+
+def test_an_env_may_be_made_used_and_closed_in_different_threads(contexts):
+    alone, apart = pictures(here), pictures(elsewhere)
+    assert all(np.array_equal(one, other) for one, other in zip(alone, apart, strict=True))
+    assert len(contexts) == 4
+
+
+@pytest.mark.parametrize("camera", [CameraConfig(), CameraConfig(**OV7670)])
+def test_frames_of_two_simulations_that_threads_take_turns_at_are_those_of_one_thread(camera, contexts):
+    frames = []
+    for run in (here, elsewhere):
+        worlds = [run(Simulation, camera=camera) for _ in range(2)]
+        draws = [np.random.default_rng(seed) for seed in range(2)]
+        for world, draw in zip(worlds, draws, strict=True):
+            run(world.reset, {"stimulus": Pose(0.12, 0.0, 0.0)}, draw)
+        frames.append(
+            [run(world.step, draw).luma.copy() for _ in range(3) for world, draw in zip(worlds, draws, strict=True)]
+        )
+        for world in worlds:
+            run(world.close)
+    assert np.array_equal(*frames)
+
+
+def memory_mb() -> float:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read as Linux tells it")
+def test_what_another_thread_closes_is_freed(contexts):
+    def cycle() -> None:
+        world = elsewhere(Simulation)
+        elsewhere(world.reset, {"stimulus": Pose(0.12, 0.0, 0.0)}, np.random.default_rng(0))
+        elsewhere(world.close)
+
+    for _ in range(10):
+        cycle()
+    before = memory_mb()
+    for _ in range(20):
+        cycle()
+    assert memory_mb() - before < 60.0, "a context that is left is some 10 MB"
