@@ -94,9 +94,10 @@ def test_driving_into_the_wall_costs_10_and_ends_the_episode():
     assert math.hypot(info["x_cm"], info["y_cm"]) == pytest.approx(45 - 2, abs=0.5), "a hull of 2 cm at the wall"
 
 
-def test_the_bearing_of_the_target_is_that_of_the_dark_pixels():
+@pytest.mark.parametrize("name", ["Fixation", "Pursuit"])
+def test_the_bearing_of_the_target_is_that_of_the_dark_pixels(name):
     compared = []
-    for *_, image, _, _, info in episode("Fixation", lambda t: (0, 0), 60, observation="pixels", camera="ideal"):
+    for *_, image, _, _, info in episode(name, lambda _: (0, 0), 60, observation="pixels", camera="ideal"):
         if abs(info["bearing_deg"]) < 24:
             dark = np.flatnonzero((image[34:37, :, 0] < 60).all(axis=0))
             ends = [math.degrees(math.atan((edge - 49.5) / FOCAL_PX)) for edge in (dark.min(), dark.max() + 1)]

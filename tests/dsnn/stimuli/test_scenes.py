@@ -94,12 +94,6 @@ def test_a_scene_is_the_one_of_published_numbers(kind, digest):
     assert hashlib.sha256(scene(kind, SHAPE, 1).tobytes()).hexdigest()[:16] == digest
 
 
-def test_replicate_0_s_photograph_is_the_one_of_published_numbers():
-    clip = stimulus("cluttered", object="absent")
-    frames = b"".join(clip[index].luma.tobytes() for index in (0, 50, 100))
-    assert hashlib.sha256(frames).hexdigest()[:16] == "b2b0f54771ca613e"
-
-
 def test_sizes_of_dead_leaves_have_the_probability_of_one_over_their_cube():
     """So N(> r) falls as 1 / r^2: a quarter is left at twice the size (Lee, Mumford and Huang 2001)."""
     sizes = _power_law(200_000, 4.0, 1e6, np.random.default_rng(0))
