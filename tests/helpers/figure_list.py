@@ -30,7 +30,6 @@ from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import CURVES, curve_family
 from tests.helpers.figure_others import (
-    atlas,
     budget,
     budgets_of,
     eyes_and_wheels,
@@ -190,7 +189,6 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     **{f"tuning, {curve}": tuning(curve) for curve in CURVES},
     "leaderboard": leaderboard(DIRECTION),
     "leaderboard, looming": leaderboard(LOOMING),
-    "atlas": atlas,
     "behaviours, paths": behaviours("colias_sim/Avoidance-v0"),
     "behaviours, one episode": behaviours("colias_sim/Pursuit-v0", 1),
     "behaviours, no paths": behaviours("colias_sim/Optomotor-v0"),

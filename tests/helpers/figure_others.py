@@ -1,4 +1,4 @@
-"""Figures of the atlas, the chip's budget, the study of sensitivity and videos, from fixed rows."""
+"""Figures of the chip's budget, the study of sensitivity and videos, from fixed rows."""
 
 from __future__ import annotations
 
@@ -9,12 +9,8 @@ from pathlib import Path
 from typing import get_args
 
 import numpy as np
-import pyarrow as pa
 from matplotlib.figure import Figure
 
-from experiments.bench.clips.experiment import Showing
-from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.engine.models import choose
 from experiments.bench.figures.palette import colours
 from experiments.bench.figures.series import rgb
 from experiments.bench.firmware import figure as firmware_figure
@@ -23,8 +19,6 @@ from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.verdict import Judged, Outcome
-from experiments.bench.leaderboard import atlas as atlas_of
-from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.studies import figure as study_figure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import ClaimCell, Counts
@@ -38,33 +32,7 @@ from experiments.bench.studies.study import Study
 from experiments.bench.video.layout import lay_out
 from experiments.bench.video.reading import Reel, Trace, Track
 from experiments.bench.video.still import still_of
-from tests.helpers.figure_rows import strength, wave
-
-# --- the atlas --------------------------------------------------------------------------------------------------------
-
-MANY = 3
-"""More models than these are drawn with `FEW_CLIPS` clips: a panel each takes long."""
-FEW_CLIPS = 2
-
-
-def atlas(models: Sequence[str]) -> Figure:
-    """The first and the last model's answers; the others failed."""
-    known = choose("dsnn")
-    configured = tuple(dataclasses.replace(known, label=model) for model in models)
-    experiment = atlas_of.experiment(models)
-    clips = experiment.clips if len(models) <= MANY else experiment.clips[-FEW_CLIPS:]
-    showings = tuple(Showing("atlas", place, 0, place, clip, configured) for place, clip in enumerate(clips))
-    tables = []
-    for place, showing in enumerate(showings):
-        frames = len(showing.condition.build(showing.seed))
-        for model in dict.fromkeys((models[0], models[-1])):
-            potential = strength(model) * np.sin(np.linspace(0.0, 3.0, frames))
-            spikes = (potential > 0.1).astype(np.int64)
-            series = {name: potential for name in ("hs", "vs", "looming")}
-            fired = {f"{name}_spikes": spikes for name in series}
-            tables.append(pa.table({"trial": [place] * frames, "model": [model] * frames, **series, **fired}))
-    return atlas_figure.draw(OfflinePlan(experiment, showings, 1, 0), pa.concat_tables(tables))
-
+from tests.helpers.figure_rows import wave
 
 # --- the chip ---------------------------------------------------------------------------------------------------------
 

@@ -18,12 +18,16 @@ from dsnn.stimuli import StimulusFrame
 from experiments.bench.clips.experiment import Clip
 from experiments.bench.figures.palette import marks
 from experiments.bench.figures.plotting import STYLE
-from experiments.bench.leaderboard.atlas import CLIPS
+from experiments.bench.leaderboard.looming_stimuli import FRAME, SHADES, SQUARE
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SIZE
 
-STANDARD: Mapping[str, str] = {"direction": "dark square rightward", "looming": "dark looming"}
-"""Kind -> the clip of the atlas that stands for it."""
+RIGHTWARD = ("motion", "rightward"), ("speed", 60.0)
+STANDARD: Mapping[str, Clip] = {
+    "direction": Clip("dark square rightward", "plain", (*FRAME, *SQUARE, *RIGHTWARD, *SHADES["dark"])),
+    "looming": Clip("dark looming", "looming", (("l_over_v_s", 0.16), *SHADES["dark"])),
+}
+"""Kind -> the clip that stands for it."""
 LABELS: Mapping[str, str] = {"flow": "mean flow (px/frame)"}
 """Model -> what its HS and VS are, where they are no membrane potentials."""
 NAMES = {"hs": "HS", "vs": "VS", "looming": "looming", "azimuth": "azimuth"}
@@ -64,7 +68,7 @@ def kinds(entry: ModelEntry) -> tuple[str, ...]:
 
 def show_standard_clip(entry: ModelEntry, kind: str) -> Shown:
     """Show the standard clip of a kind to a model with its parameters on the robot."""
-    (clip,) = [clip for clip in CLIPS if clip.name == STANDARD[kind]]
+    clip = STANDARD[kind]
     built = clip.build(0)
     frames = tuple(built)
     series = run_model(entry.build(built.shape, entry.robot), (frame.luma for frame in frames))

@@ -116,9 +116,8 @@ def _picture(folder: Path, model: Shown) -> str:
     rows, columns = model.frames[0].luma.shape
     alt = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
     caption = (
-        f"The clip *{model.clip.name}* of [`colias leaderboard --atlas`](../commands/leaderboard.md),"
-        f" {columns}x{rows} px at {model.fps:g} frames/s, to the model with its parameters on the robot."
-        " Grey lines: the frames above. Dashed: spiking thresholds T."
+        f"The clip *{model.clip.name}*, {columns}x{rows} px at {model.fps:g} frames/s, to the model with its"
+        " parameters on the robot. Grey lines: the frames above. Dashed: spiking thresholds T."
     )
     return markdown.picture(file, alt, caption)
 

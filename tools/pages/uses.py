@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from experiments import OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
-from experiments.bench.leaderboard import atlas, looming_stimuli, stimuli
+from experiments.bench.leaderboard import looming_stimuli, stimuli
 from experiments.bench.reproduction.models.clips import GROUPS
 from experiments.bench.tuning.probes import CURVES, curve_family
 
@@ -53,7 +53,6 @@ def _uses() -> Iterator[Use]:
     }
     for title, clips in scores.items():
         yield Use(title, "colias leaderboard", board, _counted(clips))
-    yield Use("the atlas", "colias leaderboard --atlas", board, _counted(atlas.CLIPS))
     for name in CURVES:
         clips = tuple(probe.clip for probe in curve_family(name).probes)
         yield Use(f"the curve {name}", f"colias tune --curve {name}", "../commands/tune.md", _counted(clips))

@@ -34,10 +34,6 @@ def leaderboard(
     repeats: Annotated[int | None, typer.Option(help="Trials of each condition; otherwise 5.")] = None,
     seed: Seed = 0,
     out: Out = None,
-    atlas: Annotated[
-        bool,
-        typer.Option("--atlas", help="Draw every model's answers to a dozen clips on one page, in place of ranking."),
-    ] = False,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -51,22 +47,16 @@ def leaderboard(
     (shifting, swaying, trembling). To looming models 48 clips on an even ground and 160 before what moves: looming,
     receding, crossing, and gratings and backgrounds alone. The two kinds are ranked apart. Writes leaderboard.csv and
     figure.svg and .png of direction, looming.csv, looming.svg and .png, and a folder of tables for each set of clips.
-    Every number has its 95 % interval. With --atlas it writes atlas.html, atlas.svg and atlas.png alone. The command's
-    own models are those registered, but dsnn-reference. Exit status: 1 if trials failed; the others count.
+    Every number has its 95 % interval. The command's own models are those registered, but dsnn-reference. Exit status:
+    1 if trials failed; the others count.
     """
     from experiments.bench.engine.models import COMPARED, shown_models
-    from experiments.bench.leaderboard import atlas as board_atlas
     from experiments.bench.leaderboard import run as board
     from experiments.bench.leaderboard import table as leaderboard_table
 
     folder = run_folder(out, "leaderboard")
     means = resources(workers, cluster, quiet, other_code)
     models = shown_models(COMPARED, model, only)
-    if atlas:
-        drawn = board_atlas.run(folder, models, seed, means)
-        if not quiet:
-            leaderboard_table.show_atlas(drawn)
-        return EXIT_FAILED if drawn.failures else 0
     result = board.run(folder, models, repeats, seed, means)
     if not quiet:
         leaderboard_table.show(result)

@@ -16,7 +16,7 @@ def render(name: str, /, **values: Any) -> str:
     Parameters
     ----------
     name
-        Path below ``experiments/bench``: ``"leaderboard/atlas.html.j2"``.
+        Path below ``experiments/bench``: ``"new/model.py.j2"``.
     **values
         The names that the template uses.
 

@@ -10,7 +10,6 @@ from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_table, stacked
 from experiments.bench.judging.scores import Score
-from experiments.bench.leaderboard.atlas import Atlas
 from experiments.bench.leaderboard.kinds import Ranking
 from experiments.bench.leaderboard.run import Board
 
@@ -28,12 +27,6 @@ def show(board: Board) -> None:
         kind = ranking.kind
         for name, file in {"figure": f"{kind.figure}.png", "table": kind.table}.items():
             out_console.print(f"{kind.name} {name:<8}{board.folder / file}", soft_wrap=True, markup=False)
-
-
-def show_atlas(atlas: Atlas) -> None:
-    """Print where the atlas is."""
-    for name, place in {"page": atlas.page, "figure": atlas.figure}.items():
-        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 
 def _table(ranking: Ranking, measures: Sequence[str]) -> Table:

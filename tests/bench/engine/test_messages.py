@@ -71,7 +71,7 @@ def test_replicates_are_counted_with_the_points_of_the_grid():
 
 SEEDED = (
     "run speed", "run clean", "map speed --over dsnn.n_con=4,5", "leaderboard",
-    "map clean --over dsnn.n_con=4,5", "leaderboard --atlas", "tune", "reproduce", "behave fixation", "train",
+    "map clean --over dsnn.n_con=4,5", "tune", "reproduce", "behave fixation", "train",
 )  # fmt: skip
 
 
