@@ -1,4 +1,4 @@
-"""The DSNN's step against its plain form, its rivals and optical flow, on the same frames in the same run."""
+"""The DSNN's step against its reference, its rivals and optical flow, on the same frames in the same run."""
 
 from __future__ import annotations
 
@@ -37,17 +37,16 @@ def table() -> Table:
     """
     title = "Network step, us a frame (times the DSNN), one thread, n_con 8; goals: cold 1.6, Farneback 15, DIS 1.0"
     result = Table(title=title)
-    for name in ("frame", "DSNN", "cold", "NumPy form", "plain form", "Farneback", "DIS ultrafast"):
+    for name in ("frame", "DSNN", "cold", "reference", "Farneback", "DIS ultrafast"):
         result.add_column(name, justify="right")
     for shape in ((72, 99), (180, 320)):
         frames = clip(shape)
-        fast, numpy, plain = DSNN(shape), DSNN(shape, form="numpy"), ReferenceDSNN(shape)
+        fast, plain = DSNN(shape), ReferenceDSNN(shape)
         dis = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
         pairs = list(pairwise(frames[:9]))
         times = interleaved(
             {
                 "dsnn": lambda m=fast, f=frames: len([m.step(frame) for frame in f]),
-                "numpy": lambda m=numpy, f=frames: len([m.step(frame) for frame in f]),
                 "plain": lambda m=plain, f=frames: len([m.step(frame) for frame in f[:12]]),
                 "farneback": lambda p=pairs: len(
                     [cv2.calcOpticalFlowFarneback(a, b, None, 0.5, 3, 15, 3, 5, 1.2, 0) for a, b in p]
@@ -56,7 +55,7 @@ def table() -> Table:
             }
         )
         cold = min(_cold(fast, frames) for _ in range(9))
-        others = ("numpy", "plain", "farneback", "dis")
+        others = ("plain", "farneback", "dis")
         cells = [f"{times.us(name):.0f} ({times.ratio(name, 'dsnn'):.1f})" for name in others]
         hot = times.us("dsnn")
         result.add_row(f"{shape[1]}x{shape[0]}", f"{hot:.0f}", f"{cold:.0f} ({cold / hot:.1f})", *cells)
@@ -79,7 +78,7 @@ def rivals() -> Table:
     """Each registered model on the robot's frames, with its parameters for the robot."""
     frames = clip((72, 99))
     models = {name: entry.build((72, 99), entry.robot) for name, entry in MODELS.items()}
-    models["dsnn-onboard in NumPy"] = OnboardDSNN((72, 99), OnboardParams.robot(), form="numpy")
+    models["dsnn-onboard in NumPy"] = OnboardDSNN((72, 99), OnboardParams.robot(), form="reference")
     times = interleaved(
         {name: lambda m=model: len([m.step(frame) for frame in frames]) for name, model in models.items()}
     )

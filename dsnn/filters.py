@@ -37,9 +37,9 @@ def gaussian_kernel(sigma: float) -> npt.NDArray[np.float64]:
 FloatArray = TypeVar("FloatArray", npt.NDArray[np.float32], npt.NDArray[np.float64])
 
 
-def blur(image: FloatArray, kernel: FloatArray, out: FloatArray | None = None) -> FloatArray:
+def blur(image: FloatArray, kernel: FloatArray) -> FloatArray:
     """Convolve (R, C) with ``kernel`` along both axes, the border replicated."""
-    return cast(FloatArray, cv2.sepFilter2D(image, -1, kernel, kernel, dst=out, borderType=cv2.BORDER_REPLICATE))
+    return cast(FloatArray, cv2.sepFilter2D(image, -1, kernel, kernel, borderType=cv2.BORDER_REPLICATE))
 
 
 def total(values: npt.NDArray[Any]) -> float:

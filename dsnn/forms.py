@@ -1,4 +1,4 @@
-"""The form of the network that runs: the C kernel (``native``) where it is built, else NumPy (``numpy``).
+"""The form of the networks that runs: in C (``native``) where that is built, else the ``reference`` in NumPy.
 
 The forms agree within 1e-5 in HS and VS, not to the bit (`docs/architecture.md`). So a run notes its form and is never
 gone on with by another.
@@ -10,7 +10,7 @@ import os
 
 from dsnn import native
 
-FORMS = ("native", "numpy")
+FORMS = ("native", "reference")
 VARIABLE = "DSNN_FORM"
 """The environment variable that chooses the form of every model that is not told one."""
 
@@ -40,7 +40,7 @@ def chosen(form: str | None = None) -> str:
     """
     source = "form"
     if form is None:
-        form, source = os.environ.get(VARIABLE) or ("numpy" if native.missing() else "native"), VARIABLE
+        form, source = os.environ.get(VARIABLE) or ("reference" if native.missing() else "native"), VARIABLE
     if form not in FORMS:
         raise FormError(f"{source}={form!r}: legal are {' and '.join(FORMS)}")
     if form == "native" and (reason := native.missing()):
@@ -55,4 +55,4 @@ def note() -> str:
     reason = native.missing()
     if not reason or os.environ.get(VARIABLE):
         return ""
-    return f"the network runs in NumPy, some three times slower: its native form {reason} ('make setup' builds it)"
+    return f"the DSNN runs as its reference, some 17 times slower: its native form {reason} ('make setup' builds it)"

@@ -59,7 +59,7 @@ class Hybrid(Model):
     params
         The constants; those of ``HybridParams()`` if left out.
     form
-        The kernel in C (``native``) or NumPy (``numpy``), as of `dsnn.DSNN`.
+        ``native`` (in C) or ``reference``, as of `dsnn.DSNN`.
 
     Raises
     ------

@@ -12,8 +12,7 @@ from typing import Any, Literal
 from dsnn.direction.emd import EMD, EMDParams
 from dsnn.direction.emd_normalised import EMDNormalised, EMDNormalisedParams
 from dsnn.direction.flow import Flow, FlowParams
-from dsnn.direction.network import DSNN
-from dsnn.direction.reference import ReferenceDSNN
+from dsnn.direction.network import DSNN, ReferenceDSNN
 from dsnn.direction.t4t5 import T4T5, T4T5Params
 from dsnn.direction.three_arm import ThreeArm, ThreeArmParams
 from dsnn.hints import nearest

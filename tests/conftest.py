@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from dsnn import DSNNParams, forms, native
+from dsnn import DSNNParams
 from tests.helpers.warm import Warm
 
 os.environ["COLUMNS"] = "100"  # the consoles are made when the first test imports them, and are the same in every order
@@ -52,16 +52,6 @@ def one_thread() -> Iterator[None]:
     cv2.setNumThreads(1)
     with threadpool_limits(1):
         yield
-
-
-@pytest.fixture(scope="module", params=forms.FORMS)
-def form(request: pytest.FixtureRequest) -> Iterator[str]:
-    """The form of every model that is not told one, in turn."""
-    if request.param == "native" and native.missing():
-        pytest.skip(f"the native form {native.missing()}")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(forms.VARIABLE, request.param)
-        yield request.param
 
 
 @pytest.fixture(params=GOLDEN, ids=lambda path: path.stem)

@@ -115,7 +115,7 @@ fi
 
 say "installing the locked dependencies (some 300 MB the first time)"
 "$venv/bin/python" -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
-# The network in C needs a compiler and Python's headers; without them its NumPy form runs.
+# The network in C needs a compiler and Python's headers; without them its reference runs, in NumPy.
 headers() { "$venv/bin/python" -c 'import pathlib, sysconfig; pathlib.Path(sysconfig.get_path("include"), "Python.h").stat()' 2>/dev/null; }
 command -v cc >/dev/null || command -v gcc >/dev/null || command -v clang >/dev/null || apt_install gcc libc6-dev || true
 headers || apt_install python3-dev || true

@@ -3,7 +3,7 @@
 Each function is one layer, each line that carries an equation names it by its
 label in the paper (Fu, Bellotto and Yue 2018, arXiv 1808.07692). Arrays are
 (R, C); x is the column and grows rightward, y the row and grows downward. This
-form is for reading and for testing against; `dsnn.direction.network` is the fast one.
+form is for reading and for testing against; `dsnn.native` is the fast one.
 """
 
 from __future__ import annotations

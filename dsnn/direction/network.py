@@ -1,4 +1,4 @@
-"""The DSNN, in the form that is there: its layers in C (`dsnn.native`) or in NumPy (`dsnn.direction.numpy_form`)."""
+"""The DSNN, in the form that is there: in C (`dsnn.native`), or its reference (`dsnn.direction.reference`)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy.typing as npt
 
 from dsnn import forms
-from dsnn.direction.numpy_form import NumpyNetwork
+from dsnn.direction.reference import ReferenceNetwork
 from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 from dsnn.native import NativeNetwork
@@ -31,8 +31,8 @@ class DSNN(Model):
     params
         The constants of the network; the paper's off-line ones, ``DSNNParams()``, if left out.
     form
-        ``native`` or ``numpy``: the C kernel or NumPy, which agree within 1e-5 in HS and VS. By default the native one
-        where it is built, unless the environment variable ``DSNN_FORM`` says another.
+        ``native`` or ``reference``: in C, or as `ReferenceDSNN`, which agree within 1e-5 in HS and VS. By default the
+        native one where it is built, unless the environment variable ``DSNN_FORM`` says another.
 
     Attributes
     ----------
@@ -63,19 +63,19 @@ class DSNN(Model):
         self.shape = checked_shape(shape)
         self.params = checked_params(params, DSNNParams)
         self.form = forms.chosen(form)
-        layers = NativeNetwork if self.form == "native" else NumpyNetwork
-        self._layers: NativeNetwork | NumpyNetwork = layers(self.shape, self.params)
+        network = NativeNetwork if self.form == "native" else ReferenceNetwork
+        self._network: NativeNetwork | ReferenceNetwork = network(self.shape, self.params)
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        self._layers.reset()
+        self._network.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame.
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
         """
-        return self._layers.step(self._luma(frame, channels), maps)
+        return self._network.step(self._luma(frame, channels), maps=maps)
 
     def azimuth(self) -> float:
         """Return where in the view the motion of the last frame was.
@@ -86,4 +86,30 @@ class DSNN(Model):
             The mean column of the squared ON and OFF activity after FDSR, from -1 at the left edge to 1 at the right;
             0 where nothing moved.
         """
-        return self._layers.azimuth()
+        return self._network.azimuth()
+
+
+class ReferenceDSNN(DSNN):
+    """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
+
+    Assumed: what `dsnn.DSNN` assumes.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``DSNNParams()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692.
+    """
+
+    def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
+        super().__init__(shape, params, form="reference")

@@ -9,9 +9,11 @@ import numpy.typing as npt
 
 from dsnn.direction import layers
 from dsnn.filters import gaussian_kernel
-from dsnn.frames import Channels, checked_params, checked_shape
-from dsnn.model import LayerMaps, Model, Response
+from dsnn.model import LayerMaps, Response
 from dsnn.params import DSNNParams
+
+LEAST_ENERGY = 1.0
+"""Least energy of the azimuth, as ``DSNN_LEAST_ENERGY`` of the C form: noise alone, of less energy, points nowhere."""
 
 
 class Pathway:
@@ -41,47 +43,24 @@ class Pathway:
         self.lp_vs += gain * (layers.correlate(self.f, self._delays, p.d, p.w_i, axis=0) - self.lp_vs)
 
 
-class ReferenceDSNN(Model):
-    """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
+class ReferenceNetwork:
+    """The DSNN's layers as its equations read; see `dsnn.DSNN`, which checks what goes in."""
 
-    Assumed: what `dsnn.DSNN` assumes.
-
-    Parameters
-    ----------
-    shape
-        (R, C) of the frames, 2 or more each.
-    params
-        The constants; those of ``DSNNParams()`` if left out.
-
-    Raises
-    ------
-    dsnn.FrameError
-        The shape is not two whole numbers from 2 up.
-
-    References
-    ----------
-    Fu, Bellotto and Yue 2018, arXiv 1808.07692.
-    """
-
-    def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = checked_params(params, DSNNParams)
-        self._kernels = gaussian_kernel(self.params.d), gaussian_kernel(2 * self.params.d)
+    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
+        self._shape, self._params = shape, params
+        self._kernels = gaussian_kernel(params.d), gaussian_kernel(2 * params.d)
         self.reset()
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._luminance: npt.NDArray[np.float64] | None = None
-        self._residues = [np.zeros(self.shape) for _ in range(self.params.n_p)]
-        self._on, self._off = Pathway(self.shape, self.params), Pathway(self.shape, self.params)
+        self._residues = [np.zeros(self._shape) for _ in range(self._params.n_p)]
+        self._on, self._off = Pathway(self._shape, self._params), Pathway(self._shape, self._params)
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
-        """
-        q = self.params
-        luminance = self._luma(frame, channels).astype(np.float64)
+    def step(self, luma: npt.NDArray[Any], *, maps: bool) -> Response:
+        """Answer the next frame, (R, C) uint8 or floating."""
+        q = self._params
+        luminance = luma.astype(np.float64)
         before = luminance if self._luminance is None else self._luminance
         self._luminance = luminance
         p = layers.retina(luminance, before, self._residues, q.u)
@@ -99,10 +78,16 @@ class ReferenceDSNN(Model):
             LayerMaps(p.copy(), la.copy(), self._on.f.copy(), self._off.f.copy()) if maps else None,
         )
 
+    def azimuth(self) -> float:
+        """Return where in the view the motion of the last frame was, as `dsnn.DSNN.azimuth` does."""
+        energy = np.sum(self._on.f**2 + self._off.f**2, axis=0)
+        place = np.linspace(-1.0, 1.0, self._shape[1])
+        return float(np.sum(energy * place) / (np.sum(energy) + LEAST_ENERGY))
+
     def _lobula_plate(self) -> tuple[float, float]:
         """HS and VS: each intact pathway's sigmoid potential, added."""
-        scale = self.shape[0] * self.shape[1] * self.params.k_sig
-        intact = [p for p, on in ((self._on, self.params.on), (self._off, self.params.off)) if on]
+        scale = self._shape[0] * self._shape[1] * self._params.k_sig
+        intact = [p for p, on in ((self._on, self._params.on), (self._off, self._params.off)) if on]
         hs = sum((layers.sigmoid(p.lp_hs, scale) for p in intact), 0.0)  # HS-VS
         vs = sum((layers.sigmoid(p.lp_vs, scale) for p in intact), 0.0)
         return hs, vs

@@ -89,7 +89,7 @@ class LGMD1(Model):
     params
         The constants; those of ``LGMD1Params()`` if left out.
     form
-        The kernel in C (``native``) or NumPy (``numpy``), as of `dsnn.DSNN`.
+        ``native`` (in C) or ``reference`` (in NumPy), as of `dsnn.DSNN`.
 
     Raises
     ------

@@ -92,7 +92,7 @@ class NativeNetwork(_NativeModel):
         super().__init__("dsnn", config)
         del tables  # copied by now
 
-    def step(self, luma: npt.NDArray[Any], maps: bool) -> Response:
+    def step(self, luma: npt.NDArray[Any], *, maps: bool) -> Response:
         """Answer the next frame, (R, C) uint8 or floating."""
         answer = self._see(luma)
         return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, self._maps() if maps else None)

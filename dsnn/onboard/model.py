@@ -33,7 +33,7 @@ class OnboardDSNN(Model):
     params
         Constants and formats; the paper's off-line constants in the default format if left out.
     form
-        The kernel in C (``native``) or NumPy (``numpy``), as of `dsnn.DSNN`.
+        ``native`` (in C) or ``reference`` (in NumPy), as of `dsnn.DSNN`.
 
     Attributes
     ----------

@@ -5,13 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from dsnn import DSNN, ReferenceDSNN, native
+from dsnn import DSNN, forms, native
 
 
-@pytest.fixture(params=["native", "numpy", "reference"])
+@pytest.fixture(params=forms.FORMS)
 def form(request):
-    if request.param == "reference":
-        return ReferenceDSNN
     if request.param == "native" and native.missing():
         pytest.skip(f"the native form {native.missing()}")
     return partial(DSNN, form=request.param)

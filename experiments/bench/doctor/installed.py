@@ -142,7 +142,7 @@ def network() -> list[Finding]:
     findings = []
     for form in forms.FORMS:
         if form == "native" and (reason := native.missing()):
-            text = f"the native form {reason}: the network runs in NumPy, some three times slower"
+            text = f"the native form {reason}: the DSNN runs as its reference, some 17 times slower"
             remedy = f"install a C compiler and Python's headers (Debian: gcc python3-dev); then {_setup()}"
             findings.append(Finding("network, native", "notice", text, remedy))
             continue

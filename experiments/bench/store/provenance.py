@@ -56,7 +56,7 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     -------
     dict
         ``files``: SHA-256, by path, of the user's files and of the modules that they import (`user_code.closure`).
-        ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the network, in C or in NumPy
+        ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the networks
         (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all, which mark the rows;
         neither the commit nor Python's own version enters it.
 

@@ -39,7 +39,8 @@ def test_a_healthy_machine(colias):
     assert ("llvmpipe" in findings["renderer"]["message"]) <= ("software" in findings["renderer"]["message"])
     assert findings["reference frame"]["status"] in ("ok", "notice")
     assert (
-        "ms a frame" in findings["robot's camera"]["message"] and "ms a frame" in findings["network, numpy"]["message"]
+        "ms a frame" in findings["robot's camera"]["message"]
+        and "ms a frame" in findings["network, reference"]["message"]
     )
     assert not (colias.folder / "runs").exists(), "what it made to try the disk is gone"
 
@@ -75,7 +76,7 @@ def test_without_the_native_network_it_says_what_that_costs(monkeypatch):
     monkeypatch.delenv("DSNN_FORM", raising=False)
     findings = {finding.name: finding for finding in installed.network()}
     assert findings["network, native"].status == "notice" and "make setup" in findings["network, native"].remedy
-    assert findings["network, chosen"].message == "numpy"
+    assert findings["network, chosen"].message == "reference"
     monkeypatch.setenv("DSNN_FORM", "native")
     assert installed.network()[-1].status == "fails"
 

@@ -8,8 +8,8 @@ import pyarrow.csv
 import pytest
 
 import experiments
+from dsnn import ReferenceDSNN
 from dsnn.direction import layers
-from dsnn.direction.reference import ReferenceDSNN
 from dsnn.filters import alpha
 from experiments.bench import registry
 from experiments.bench.judging.claims import words

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dsnn import DSNN, DSNNParams, FrameError, OnboardDSNN, OnboardParams, native
+from dsnn import DSNN, DSNNParams, FrameError, OnboardDSNN, OnboardParams, forms, native
 from dsnn.onboard.codes import coded, decoded
 from dsnn.onboard.error import ErrorReport, compare, differences, float_params
 from dsnn.onboard.fixed import Fixed, constants
@@ -44,7 +44,7 @@ def test_c_is_its_specification_to_the_bit(seed, extreme, shape, count):
     rng = np.random.default_rng(seed)
     params = onboard(rng, extreme)
     frames, more = (np.rint(_frames(rng, count, *shape)).astype(np.uint8) for _ in range(2))
-    code, specification = (OnboardDSNN(shape, params, form=form) for form in ("native", "numpy"))
+    code, specification = (OnboardDSNN(shape, params, form=form) for form in forms.FORMS)
     assert all_answers(code, frames) == all_answers(specification, frames)
     code.reset()
     specification.reset()
@@ -60,7 +60,7 @@ def test_the_forms_agree_at_the_robot_s_size(name):
     there = crossing(count=15)
     frames = np.concatenate([there, there[:, :, ::-1], flicker])
     code = all_answers(OnboardDSNN((72, 99), ROBOT[name], form="native"), frames)
-    assert code == all_answers(OnboardDSNN((72, 99), ROBOT[name], form="numpy"), frames)
+    assert code == all_answers(OnboardDSNN((72, 99), ROBOT[name], form="reference"), frames)
     silent = name == "grey-levels"  # the control, of which nothing is left
     assert silent or {-1, 1} <= {np.sign(hs_spikes) for _, _, hs_spikes, *_ in code}
 
@@ -160,7 +160,7 @@ def test_spikes_are_those_of_the_equation(k_sp, t_sp):
 def test_no_clip_gives_a_larger_change_than_the_largest(n_p, u, seed):
     params = OnboardParams(n_p=n_p, u=u, dog=False)
     frames = np.random.default_rng(seed).integers(0, 2, (40, 2, 6)).astype(np.uint8) * 255
-    model = OnboardDSNN((2, 6), params, form="numpy")
+    model = OnboardDSNN((2, 6), params, form="reference")
     largest = max(np.abs(model.step(frame, maps=True).maps.p).max() for frame in frames)
     assert largest <= largest_change(params) + 0.1  # each residue is rounded to 1/128 grey level or so
 
