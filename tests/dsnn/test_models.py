@@ -1,6 +1,5 @@
 """Laws that every registered model keeps: one suite over the registry, so a new model is tested the day it is added."""
 
-import copy
 import dataclasses
 import warnings
 
@@ -165,19 +164,6 @@ def test_answers_by_its_own_channels_alone(entry, model):
     for name in COLUMNS:
         if name.removesuffix("_spikes") not in entry.channels:
             assert not getattr(series, name).any(), name
-
-
-def test_a_copy_answers_as_the_original_or_cannot_be_made(model):
-    """Buffers that are views of one another come apart in a copy, which would answer otherwise without a word."""
-    frames = oblique()
-    for frame in frames[:10]:
-        model.step(frame)
-    try:
-        twin = copy.deepcopy(model)
-    except TypeError:
-        return
-    for frame in frames[10:20]:
-        assert twin.step(frame) == model.step(frame)
 
 
 def test_rightward_and_downward_are_positive(direction):

@@ -19,7 +19,7 @@ from tests.conftest import Colias
 ROOT = Path(__file__).parents[3]
 COMPUTE_NOTHING = {
     "matplotlib": "figures", "typer": "the command line", "rich": "the terminal", "jinja2": "the report's page",
-    "cloudpickle": "carries functions to processes", "filelock": "keeps two runs apart",
+    "filelock": "keeps two runs apart",
     "packaging": "compares versions for colias doctor", "pyopengl": "asks OpenGL for its name",
     "cffi": "hands arrays to the network in C", "lazy-loader": "imports public names when they are asked for",
 }  # fmt: skip
