@@ -7,7 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-import scenes
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, compile_model, compose, texels
@@ -134,23 +133,6 @@ def test_a_wall_keeps_about_the_proportions_of_its_picture(tmp_path):
     tex = model.tex("wall").id
     row = texels(model, "wall").reshape(model.tex_height[tex], model.tex_width[tex], -1)[10, :, 0].astype(float)
     assert np.abs(np.fft.rfft(row - row.mean())).argmax() == 4
-
-
-def test_a_wall_of_no_picture_is_refused_in_a_line(tmp_path):
-    with pytest.raises(ValueError, match="no such file"):
-        SceneConfig(wall="nowhere.png")
-    (tmp_path / "a.png").write_text("import os")
-    with pytest.raises(ValueError, match=r"a\.png: no picture that can be read$"):
-        compile_model(
-            SceneConfig(wall=str(tmp_path / "a.png")), RobotConfig(), CameraConfig(), {"observer": "colias"}, "observer"
-        )
-
-
-def test_an_unknown_arena_is_answered_with_the_nearest():
-    with pytest.raises(ValueError, match="nearest: bright"):
-        scenes.arena_path("brigth")
-    with pytest.raises(ValueError, match="nearest: dim"):
-        SceneConfig(arena="dimm")
 
 
 def test_robots_are_whole_from_above():

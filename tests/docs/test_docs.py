@@ -15,14 +15,12 @@ from tests.helpers.chapters import (
     QUESTIONS,
     README,
     ROOT,
-    SKIPPED,
     blocks,
     called,
     chapter,
     headings,
     written,
 )
-from tests.package.test_imports import LEVELS
 
 __all__ = ["chapter"]
 
@@ -47,7 +45,6 @@ OWN_TESTS = {
     "video.md",
     "from-bench-to-robot.md",
 }
-LONGEST_README = 100
 
 
 @pytest.mark.parametrize("name", sorted({called(page) for page in PAGES if page not in QUESTIONS} - OWN_TESTS))
@@ -67,18 +64,6 @@ def test_every_command_is_shown():
                   for words in block.commands() if words[0] == "colias"}  # fmt: skip
     commands = typer.main.get_command(main.app).commands
     assert documented >= {name for name, command in commands.items() if not command.hidden}
-
-
-def test_the_readme_is_short():
-    text = README.read_text()
-    assert len(text.splitlines()) <= LONGEST_README
-    assert re.findall(r"!\[[^]]*\]\((.*?)\)", text) == ["docs/hero.webp"]
-    assert "make run" in text and "make test" in text
-
-
-def test_few_blocks_are_skipped_and_each_has_a_reason():
-    reasons_by_page = {called(page): tuple(block.skipped for block in blocks(page) if block.skipped) for page in PAGES}
-    assert {name: reasons for name, reasons in reasons_by_page.items() if reasons} == SKIPPED
 
 
 @pytest.mark.parametrize("page", PAGES, ids=called)
@@ -122,9 +107,3 @@ def test_files_and_names_of_the_code_that_are_named_exist(page):
             assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", text, re.MULTILINE), (path, name)
     for folder in re.findall(r"`((?:scenes|colias_sim|dsnn|experiments|tests|tools|docs|benchmarks)/[\w/]*)`", plain):
         assert (ROOT / folder).is_dir(), folder
-
-
-def test_the_table_of_wings_is_that_of_the_imports():
-    rows = re.findall(r"^\| (\d) \| `([\w/]+)/` \|", (ROOT / "docs" / "architecture.md").read_text(), re.MULTILINE)
-    folders = {name: level for name, level in LEVELS.items() if (ROOT / name.replace(".", "/")).is_dir()}
-    assert {path.replace("/", "."): int(level) for level, path in rows} == folders

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 import experiments
-from tests.helpers.chapters import ROOT, check_options, headings
+from tests.helpers.chapters import ROOT, check_options
 
 FOLDER = ROOT / "docs" / "tutorials"
 INDEX = FOLDER / "index.md"
@@ -52,25 +51,6 @@ def written(page: Path) -> set[str]:
     return {Path(name).stem for name in re.findall(r"^%%writefile (\S+\.py)$", page.read_text(), re.MULTILINE)}
 
 
-def test_there_are_tutorials_and_the_index_has_each_once():
-    assert len(TUTORIALS) >= 6
-    names = [page.stem for page in TUTORIALS]
-    text = INDEX.read_text()
-    (listed,) = re.findall(r":::\{toctree\}\n(?::.*\n)*\n(.*?):::", text, re.DOTALL)
-    assert sorted(listed.split()) == names
-    for page in TUTORIALS:
-        (title,) = re.findall(r"^# (.+)$", page.read_text().partition("```")[0], re.MULTILINE)
-        assert re.search(rf"^- \[{re.escape(title)}\]\({page.name}\): .+\.$", text, re.MULTILINE), page.name
-
-
-@every_page
-def test_the_front_matter_is_that_of_a_notebook(page):
-    _, front, _ = page.read_text().split("---\n", 2)
-    metadata = yaml.safe_load(front)
-    assert metadata["kernelspec"]["name"] == "python3"
-    assert metadata["jupytext"]["text_representation"] == {"extension": ".md", "format_name": "myst"}
-
-
 @every_page
 def test_cells_are_python_from_public_packages(page):
     assert FEWEST_CELLS <= len(cells(page)) <= MOST_CELLS
@@ -94,18 +74,6 @@ def test_commands_have_options_that_there_are(page):
             check_options(arguments)
             count += 1
     assert count
-
-
-@every_page
-def test_it_ends_with_links_and_all_its_links_lead_somewhere(page):
-    text = page.read_text()
-    *_, last = re.split(r"^## ", text, flags=re.MULTILINE)
-    assert last.startswith("What next\n") and "](../" in last
-    for target in re.findall(r"\]\(([^)]+)\)", re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)):
-        path, _, anchor = target.partition("#")
-        there = page.parent / path
-        assert there.exists(), target
-        assert not anchor or anchor in headings(there.read_text()), target
 
 
 def about() -> dict[str, object]:
@@ -137,10 +105,3 @@ def test_the_policy_that_ships_is_small_and_beats_standing_still_and_chance():
     assert gain["still"] == 0.0
     assert gain[str(POLICY)] > 0.5  # over half of the drum's turning is followed
     assert total[str(POLICY)] > max(total["still"], total["random"])
-
-
-def test_scoring_quietly_prints_nothing(capsys):
-    experiments.score("still", env="Optomotor", episodes=3, quiet=True)
-    assert capsys.readouterr() == ("", "")
-    experiments.score("still", env="Optomotor", episodes=3)
-    assert "by the first 2 episodes" in capsys.readouterr().err

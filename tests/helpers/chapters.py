@@ -8,7 +8,7 @@ A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; oth
   and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
   ``colias`` and ``python`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the
-  commands' options are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its
+  commands' options are checked, by their parser. ``<!-- test: fails STATUS -->``: its
   commands end with this exit status, and print the next ``text`` block.
 
 Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
@@ -52,67 +52,6 @@ def called(page: Path) -> str:
     """The name of a page here: its path in docs/."""
     return page.name if page == README else page.relative_to(DOCS).as_posix()
 
-
-SKIPPED = {
-    "README.md": ("downloads packages",),
-    "afternoon.md": ("needs a robot", "needs a robot"),
-    "back-from-the-robot.md": ("needs polars and duckdb, which no extra installs",),
-    "behaviours-and-training.md": (
-        "needs PyTorch and minutes: tests/bench/training/test_train.py",
-        "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
-        "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
-        "needs a screen",
-    ),
-    "eye.md": (
-        "takes half an hour: tests/bench/studies/test_studies.py",
-        "takes twenty minutes: tests/bench/studies/test_studies.py",
-    ),
-    "live.md": (
-        "runs until Ctrl-C: tests/bench/live/test_page.py",
-        "needs a recording: tests/bench/live/test_session.py",
-    ),
-    "fitting.md": (
-        "needs Optuna: tests/bench/studies/fitting/test_fit.py",
-        "needs Optuna: tests/bench/studies/fitting/test_measures.py",
-        "needs Optuna: tests/bench/studies/fitting/test_fit.py",
-    ),
-    "footage.md": (
-        "needs a screen",
-        "needs a camera",
-        "takes a minute: tests/bench/clips/test_street.py shows a clip of it",
-    ),
-    "install.md": ("downloads packages",),
-    "looming.md": (
-        "takes minutes: tests/bench/leaderboard/test_leaderboard.py",
-        "takes minutes: tests/bench/closed_loop/test_escape.py",
-        "takes minutes: tests/bench/studies/test_detectors.py",
-    ),
-    "maps.md": ("takes minutes: tests/bench/studies/test_map.py",),
-    "reinforcement-learning.md": (
-        "takes a minute: the snippet above is its beginning",
-        "needs PyTorch: tests/docs/test_docs_rl.py",
-        "needs PyTorch: tests/docs/test_docs_rl.py",
-    ),
-    "questions/deploy.md": ("needs a compiler for the chip and QEMU: tests/docs/test_docs_firmware.py",),
-    "questions/many-cameras.md": ("needs a Dask scheduler: tests/bench/engine/test_pool.py",),
-    "questions/ppo.md": ("needs PyTorch and minutes: tests/bench/training/test_train.py",),
-    "questions/tables.md": ("needs polars and duckdb, which no extra installs",),
-    "results.md": ("takes minutes: tests/bench/report/test_reproduce.py",),
-    "robot-trials.md": (
-        "needs a screen",
-        "needs a screen: tests/bench/robot/test_live.py",
-        "needs a screen: tests/bench/cli/test_beside.py",
-        "needs a Dask scheduler: tests/bench/engine/test_pool.py",
-    ),
-    "what-the-numbers-mean.md": (
-        "takes minutes: tests/bench/report/test_reproduce.py",
-        "takes minutes: tests/bench/judging/test_readings.py has their judging",
-        "takes half an hour: tests/bench/studies/test_onboard_claims.py",
-    ),
-    "your-own-experiment.md": ("takes minutes: tests/bench/report/test_reproduce.py",),
-    "your-own-model.md": ("takes minutes: tests/bench/leaderboard/test_leaderboard.py",),
-}
-"""Page -> the reasons for which blocks of it are not run, in their order."""
 
 _FENCE = re.compile(
     r"(?:^<!-- test: (?P<verb>add|skip|fails) (?P<rest>[^\n]*?) -->\n)?"

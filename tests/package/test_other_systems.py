@@ -4,14 +4,7 @@ import os
 import subprocess
 import sys
 
-import pytest
-
-from experiments.bench.engine import errors
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.workers import local
-from experiments.bench.firmware.emulator import Emulator
-from experiments.bench.footage.recording import LiveLog
-from experiments.bench.video.encoding import require_encoder
 
 IMPORTS = """
 import builtins, importlib, os, pkgutil, signal, sys
@@ -47,22 +40,6 @@ for package in ("colias_sim", "dsnn", "scenes", "experiments"):
 def test_every_module_is_imported_without_what_windows_lacks(tmp_path):
     done = subprocess.run([sys.executable, "-c", IMPORTS], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
-
-
-@pytest.mark.parametrize(
-    "asks",
-    [
-        lambda folder: LiveLog.to_file(folder / "a.rrd", [], (99, 72)),
-        lambda folder: require_encoder("a video"),
-        lambda folder: Emulator(None, folder / "a.elf", (72, 99)),
-    ],
-    ids=["recording of footage", "video", "emulated chip"],
-)
-def test_what_needs_pipes_by_number_says_so(tmp_path, monkeypatch, asks):
-    monkeypatch.setattr(errors, "POSIX", False)
-    with pytest.raises(UsageError, match="needs Linux or another POSIX system"):
-        asks(tmp_path)
-    assert not list(tmp_path.iterdir())
 
 
 def test_workers_start_and_end_without_signal_masks_and_groups(monkeypatch):

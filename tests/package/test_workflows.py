@@ -8,7 +8,6 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-FORMS = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
@@ -56,23 +55,3 @@ def test_what_is_published_was_tried_first():
 def test_the_machine_that_judges_changes_calls_the_makefile_too():
     lines = [line for line in (ROOT / ".ci" / "run").read_text().splitlines() if line.startswith("make ")]
     assert lines and not [word for line in lines for word in unknown(line)]
-
-
-@pytest.mark.parametrize("path", FORMS, ids=lambda path: path.stem)
-def test_a_form_asks_what_the_doctor_says(path):
-    form = yaml.safe_load(path.read_text())
-    ids = [field["id"] for field in form["body"]]
-    assert len(ids) == len(set(ids)) and {"name", "description", "body"} <= set(form)
-    (doctor,) = [field for field in form["body"] if "colias doctor --json" in field["attributes"]["label"]]
-    assert doctor["validations"]["required"]
-
-
-@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "SECURITY.md"])
-def test_what_a_contributor_is_told_is_there(name):
-    text = (ROOT / name).read_text()
-    for path in re.findall(r"`((?:docs|dsnn|experiments|tests|tools)/[\w/.]+)`", text):
-        assert (ROOT / path).exists(), path
-    for module in re.findall(r"python -m (tools\.\w+)", text):
-        assert (ROOT / f"{module.replace('.', '/')}.py").is_file(), module
-    for words in re.findall(r"(?:`|^)make ([a-z- ]+?)(?:`|  |$)", text, re.MULTILINE):
-        assert unknown(f"make {words}") == [], words

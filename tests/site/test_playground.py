@@ -239,18 +239,6 @@ def test_blocking_both_pathways_silences_every_trial(tab, data):
 
 
 @needs_chromium
-def test_the_buttons_copy_the_link_and_the_command(tab):
-    tab.call("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
-    show(tab, "trial=speed-10&d=3")
-    for name, expected in (("copy", "document.getElementById('command').textContent"), ("link", "location.href")):
-        tab.ask(f"document.getElementById('{name}').focus()")
-        tab.press("Enter")
-        tab.until(f"document.getElementById('{name}').textContent === 'Copied'")
-        assert tab.ask("navigator.clipboard.readText()") == tab.ask(expected)
-    assert "d=3" in tab.ask("location.hash")
-
-
-@needs_chromium
 def test_it_plays_while_levers_move(tab):
     show(tab, "trial=speed-10&frame=0")
     tab.ask("document.getElementById('play').focus()")
@@ -298,51 +286,6 @@ def test_the_three_answers_are_what_the_page_shows(tab):
     assert text(tab, "word") == "fails"
     series = [number for _, number in sorted(counts(tab).items())]
     assert series == sorted(series)
-
-
-@needs_chromium
-def test_a_link_that_is_not_legal_is_told_and_the_rest_of_it_used(tab):
-    show(tab, "trial=speed-4&n_con=99&w_i=x&zoom=3&d=2&k_sp=%")
-    told = text(tab, "message")
-    for part in (
-        "n_con=99: legal is a whole number from 4 to 8",
-        "w_i=x: legal is from 0 to 1",
-        "zoom: legal is trial",
-    ):
-        assert part in told
-    assert text(tab, "command").endswith("--set dsnn.d=2")
-    assert tab.messages == []
-
-
-@needs_chromium
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_texts_stand_out_from_their_ground_and_the_page_fits_a_phone(tab, dark):
-    """A contrast of 4.5, as WCAG 2.2 has it (1.4.3)."""
-    show(tab, "trial=speed-4&n_con=5&off=false", width=390, height=844, phone=True, dark=dark)
-    assert tab.ask("document.documentElement.scrollWidth") <= 390
-    tab.ask(
-        "for (const each of document.querySelectorAll('details')) { each.removeAttribute('name'); each.open = true }"
-    )
-    poor = tab.ask("""(() => {
-      const canvas = new OffscreenCanvas(1, 1).getContext("2d");
-      const rgba = (colour) => { canvas.clearRect(0, 0, 1, 1); canvas.fillStyle = colour; canvas.fillRect(0, 0, 1, 1);
-        return [...canvas.getImageData(0, 0, 1, 1).data]; };
-      const light = (rgb) => [0.2126, 0.7152, 0.0722].reduce((sum, share, i) => sum + share *
-        ((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)(rgb[i] / 255), 0);
-      const ground = (element) => { for (let at = element; at; at = at.parentElement) {
-        const colour = rgba(getComputedStyle(at).backgroundColor); if (colour[3] === 255) return colour; } };
-      const poor = [];
-      for (const element of document.querySelectorAll("body *:not(script, option, optgroup, canvas)")) {
-        const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
-        if (!own || !element.checkVisibility()) continue;
-        const style = getComputedStyle(element);
-        const colour = rgba(element instanceof SVGElement ? style.fill : style.color);
-        const [a, b] = [light(colour), light(ground(element))].sort((x, y) => y - x);
-        if ((a + 0.05) / (b + 0.05) < 4.5) poor.push(`${element.outerHTML.slice(0, 80)} ${(a + 0.05) / (b + 0.05)}`);
-      }
-      return poor;
-    })()""")
-    assert poor == []
 
 
 @needs_chromium

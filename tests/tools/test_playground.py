@@ -41,11 +41,6 @@ def test_a_range_is_the_papers_where_it_gives_one():
     assert (LEVERS["d"]["unit"], LEVERS["tau_s.0"]["unit"]) == ("px", "ms")
 
 
-@pytest.mark.parametrize(("low", "high", "step"), [(0, 1, 0.05), (0.16, 0.2, 0.002), (10, 200, 5), (1, 3, 0.1)])
-def test_a_step_is_a_round_number(low, high, step):
-    assert playground.slider_step(low, high) == step
-
-
 def test_packed_frames_come_back():
     film = np.random.default_rng(0).integers(0, 256, (5, 4, 3)).astype(np.uint8)
     differences = np.frombuffer(zlib.decompress(playground.packed(film)), np.uint8).reshape(film.shape)
@@ -60,18 +55,6 @@ def test_a_command_is_one_that_can_be_given(shown):
     count = len(experiment.conditions() if isinstance(experiment, Experiment) else experiment.clips)
     changed = any(key.startswith("experiment.") for key in arguments["settings"])
     assert max(shown.trials) < (1 if changed else count)
-
-
-def test_names_of_crossings_tell_their_speed_and_direction():
-    for name, title_of in (("speed", "rightward"), ("general", "leftward")):
-        (run,) = (run for run in playground.RUNS if run.name == name)
-        conditions = registry.find(name).conditions()
-        for index, (identity, *_) in run.trials.items():
-            if conditions[index].motion == "translation":
-                assert conditions[index].direction == title_of
-                assert identity.endswith(f"-{conditions[index].speed_cm_s:g}")
-            else:
-                assert identity.startswith(conditions[index].motion)
 
 
 def test_every_module_is_in_the_page():

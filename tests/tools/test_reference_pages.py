@@ -12,14 +12,10 @@ from dsnn import CHANNELS, MODELS
 from dsnn.stimuli import STIMULI
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.cli import main
 from tests.helpers.chapters import CHAPTERS, blocks, check_options
-from tools.pages import command_examples, docstring_text, markdown, parameter_tables
+from tools.pages import command_examples, docstring_text, parameter_tables
 from tools.pages.command_tree import tree
-from tools.pages.commands import helped
-from tools.pages.model_pictures import kinds
-from tools.pages.models import CHANNELS as TOLD
-from tools.pages.models import EQUATIONS, KINDS, assumed
+from tools.pages.models import EQUATIONS, assumed
 from tools.pages.uses import uses
 
 COMMANDS = {command.title: command for command in tree().walk()}
@@ -75,15 +71,6 @@ def test_the_page_of_every_model_lists_what_is_assumed(name):
     assert None in listed, "its class lists choices"
 
 
-def test_every_kind_and_channel_of_a_model_has_words():
-    assert {kinds(entry) for entry in MODELS.values()} <= set(KINDS)
-    assert set(TOLD) == set(CHANNELS)
-
-
-def test_every_command_stands_below_a_heading_of_help():
-    assert {command.heading for command in tree().commands} == set(main.GROUPS)
-
-
 @pytest.mark.parametrize("title", [title for title, command in COMMANDS.items() if not command.commands])
 def test_examples_are_blocks_that_the_tests_read(title):
     """Each line is in a block of a chapter, and is run unless none of this command's is."""
@@ -105,15 +92,6 @@ def test_usage_has_the_arguments_that_the_parser_takes():
         for option in command.options:
             assert all(name.startswith("-") for name in option.names), command.title
     check_options(["run", "speed", *COMMANDS["colias run"].options[0].names, "3"])
-
-
-def test_help_is_marked_up_without_loss():
-    text = "See [b]colias parameters[/b], --set KEY=VALUE and the column [b]code[/b].\n\n  an example\n\nA_b | c*"
-    pages = {command.page: command for command in COMMANDS.values() if command.words}
-    assert helped(text, pages) == (
-        "See [`colias parameters`](parameters.md), `--set` `KEY=VALUE` and the column `code`.\n\n"
-        "```text\nan example\n```\n\nA\\_b \\| c\\*\n"
-    )
 
 
 ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s": "s", "rest_s": "s"}
@@ -164,7 +142,3 @@ def test_docstrings_lose_their_sections_and_keep_code():
         """
 
     assert docstring_text.paragraphs(documented) == ["Takes `a \\| b` and `c`, 2 \\* d.", "- one goes on\n- two"]
-
-
-def test_a_table_leaves_out_a_column_that_is_empty():
-    assert markdown.table(("A", "B", "C"), [("1", "", "2")]) == "| A | C |\n| --- | --- |\n| 1 | 2 |\n"

@@ -82,23 +82,3 @@ def test_trials_of_other_conditions_or_seeds_are_refused_and_it_says_what_differ
     assert "seed is 1 and 2" in told and "a.b" in told
     faster = write(tmp_path / "faster.rrd", speed=20.0, seed=2)
     assert "speed_cm_s is 10.0 and 20.0" in refusal(runs / "usual", faster, 1)
-
-
-def test_what_cannot_be_read_or_does_not_tell_is_refused(runs, tmp_path):
-    (tmp_path / "bad.rrd").write_bytes(b"no recording")
-    assert "no recording that can be read" in refusal(tmp_path / "bad.rrd", runs / "a.b", None)
-    stream = rr.RecordingStream("colias-sim")
-    stream.save(tmp_path / "footage.rrd")
-    stream.log("picture", rr.TextLog("no properties"))
-    stream.disconnect()
-    assert "does not tell its seed" in refusal(tmp_path / "footage.rrd", runs / "a.b", None)
-    assert "no such file" in refusal(runs / "usual", tmp_path / "nothing", 0)
-
-
-def test_a_third_run_is_refused_and_a_screen_is_needed(runs, colias_here, monkeypatch):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    three = colias_here("view", *(str(runs / name) for name in ("usual", "a.b", "usual")))
-    assert (three.returncode, three.stderr.count("\n")) == (2, 1) and "3 paths" in three.stderr
-    both = colias_here("view", str(runs / "usual"), str(runs / "a.b"), "--trial", "1")
-    assert (both.returncode, both.stderr.count("\n")) == (2, 1) and "--web" in both.stderr

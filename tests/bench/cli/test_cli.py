@@ -1,7 +1,6 @@
 """The command line through real processes, and what it leaves behind."""
 
 import csv
-import itertools
 import json
 import os
 import shutil
@@ -17,7 +16,6 @@ import rerun as rr
 from matplotlib.image import imread
 from PIL import Image
 
-from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.files import rows_hash
 from tests.helpers import user_files
@@ -109,10 +107,6 @@ def test_figures_note_the_rows_that_they_are_drawn_from_and_the_commit(finished)
     assert (commit or "unknown")[:12] in noted and noted in (folder / "figure.svg").read_text()
 
 
-def test_no_half_written_file_is_left(finished):
-    assert not list(finished[0].rglob("*.part"))
-
-
 def entity(recording: Path, path: str):
     """The temporal rows of one entity, read back from disk."""
     store = rr.chunk.RrdReader(recording).stream().filter(content=path, is_static=False)
@@ -202,29 +196,6 @@ def test_wrong_uses_end_in_one_line(tmp_path, monkeypatch, case):
     assert done.stderr.count("\n") == 1, done.stderr
     assert says in done.stderr
     assert not (tmp_path / "runs").exists()
-
-
-OWN = """from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.designs import Translation
-EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
-    design=Translation(speeds_cm_s=(20,), distances_cm=(8,)))
-""".replace(", {more}", ", **dict({more})")
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("x = 1\n", "declares no EXPERIMENT"),
-        ("STUDY = 1\n", "declares no EXPERIMENT, but STUDY, which is for colias study FILE"),
-        ("EXPERIMENT = 3\n", "expected an Experiment"),
-        (OWN.format(more="claims=('C99',)"), "unknown claim 'C99'"),
-    ],
-)
-def test_a_broken_experiment_file_is_one_line(tmp_path, text, says):
-    (tmp_path / "mine.py").write_text(text)
-    done = inside(tmp_path, ["run", "mine.py"])
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert says in done.stderr
 
 
 def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
@@ -371,40 +342,6 @@ def test_a_dry_run_checks_and_writes_nothing(colias):
         "colias: out: --repeats is 1 there and 2 now: repeat the first command's options, or choose another --out\n",
     )
     assert sorted(path.name for path in (colias.folder / "out").rglob("*")) == before
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_names_commands_and_experiments(tmp_path, shell):
-    """As the shells' own scripts ask for it."""
-    completions = []
-    for words in ("colias le", "colias run spe"):
-        asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_TYPER_COMPLETE_ARGS": words}
-        asked |= {"_COLIAS_COMPLETE": f"complete_{shell}", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
-        command = [str(Path(sys.executable).with_name("colias"))]
-        done = subprocess.run(
-            command, env=os.environ | asked, cwd=tmp_path, capture_output=True, text=True, check=False
-        )
-        completions.append(done.stdout)
-    assert "leaderboard" in completions[0] and "speed" in completions[1]
-
-
-@pytest.mark.parametrize("columns", [60, 80, 140])
-def test_help_is_as_wide_as_the_terminal(colias, columns):
-    """Every command stands under a heading, and nothing is cut or runs over the edge."""
-    text = colias("--help", COLUMNS=str(columns)).stdout
-    headings = [line.split()[1] for line in text.splitlines() if line.startswith("╭")]
-    assert headings == ["Options", *(heading.split()[0] for heading in cli_main.GROUPS)]
-    assert max(map(len, text.splitlines())) <= columns
-    assert all(word in " ".join(text.split()) for word in ("colias run speed", "reproduce", "doctor"))
-
-
-@pytest.mark.parametrize("command", ["map", "study", "run", "reproduce"])
-def test_the_paragraphs_of_help_fill_the_terminal(colias, command):
-    """A line ends where the next word would run over the edge, not where the source has a line end."""
-    text = colias(command, "--help", COLUMNS="100").stdout
-    about = [line.strip() for line in text[text.index("Usage:") : text.index("╭")].splitlines()]
-    for line, after in itertools.pairwise(about):
-        assert not line or not after or len(line) + 1 + len(after.split()[0]) > 98
 
 
 def test_lists(colias):

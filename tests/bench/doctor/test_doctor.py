@@ -10,9 +10,7 @@ import pytest
 
 from colias_sim import gl, reference
 from dsnn import native
-from experiments.bench.doctor import installed, machine
-from experiments.bench.doctor.finding import Finding
-from experiments.bench.doctor.run import examine
+from experiments.bench.doctor import installed
 from tests.helpers.processes import WITHOUT_GL
 
 
@@ -81,16 +79,6 @@ def test_without_the_native_network_it_says_what_that_costs(monkeypatch):
     assert installed.network()[-1].status == "fails"
 
 
-def test_a_run_folder_that_cannot_be_written(tmp_path):
-    (tmp_path / "file").write_text("")
-    assert machine.run_folder(tmp_path / "file" / "runs").status == "fails"
-    closed = tmp_path / "closed"
-    closed.mkdir(mode=0o555)
-    if os.geteuid():  # root may write everywhere
-        assert machine.run_folder(closed / "runs").status == "fails"
-    assert machine.run_folder(tmp_path / "a" / "b").status in ("ok", "notice")
-
-
 def test_an_old_lock_names_what_differs(tmp_path, monkeypatch):
     monkeypatch.setattr(installed, "CHECKOUT", tmp_path)
     assert installed.lock().status == "ok", "not a checkout"
@@ -129,32 +117,6 @@ def test_a_tool_that_is_not_installed_is_optional_and_not_ok(monkeypatch):
     monkeypatch.setattr(installed.shutil, "which", lambda program: "/bin/qemu" if "qemu" in program else None)
     found = {finding.name: finding.status for finding in installed.extras() if finding.name in installed.TOOLS}
     assert found == {program: "ok" if "qemu" in program else "optional" for program in installed.TOOLS}
-
-
-@pytest.mark.parametrize("is_checkout", [True, False], ids=["checkout", "wheel"])
-def test_remedies_are_for_what_is_installed(tmp_path, monkeypatch, is_checkout):
-    """Who has a wheel has neither a Makefile nor a folder to install from."""
-    if is_checkout:
-        (tmp_path / "pyproject.toml").touch()
-    monkeypatch.setattr(installed, "CHECKOUT", tmp_path)
-    monkeypatch.setattr(native, "missing", lambda: "is not built")
-    requires = ["numpy<1", "numpy<1; extra == 'fit'"]
-    monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: requires)
-    extra = next(finding for finding in installed.extras() if finding.name == "extra [fit]")
-    assert ("'.[fit]'" in extra.remedy, "'colias-sim[fit]'" in extra.remedy) == (is_checkout, not is_checkout)
-    for finding in (installed.packages(), installed.network()[0], extra):
-        assert "pip install" in finding.remedy
-        assert ("make setup" in finding.remedy) <= is_checkout
-
-
-def test_a_check_that_breaks_is_a_finding(monkeypatch, tmp_path):
-    monkeypatch.setattr(installed, "viewer", lambda: 1 / 0)
-    monkeypatch.setattr("experiments.bench.doctor.picture.drawing", list)
-    findings = {finding.name: finding for finding in examine(tmp_path)}
-    assert findings["rerun viewer"].status == "fails" and "ZeroDivisionError" in findings["rerun viewer"].message
-    assert findings["cores"].status == "ok"
-    with pytest.raises(ValueError, match="needs a remedy"):
-        Finding("x", "fails", "broken")
 
 
 def test_the_reference_frame_is_the_one_that_is_kept():

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-import rich.text
-import typer
 
-import experiments
 from colias_sim import CameraConfig, Pose, Simulation
 from dsnn import DSNN, MODELS, model_entry
 from dsnn.stimuli import stimulus
-from experiments import Clip, OfflineExperiment, UsageError
+from experiments import UsageError
 from experiments.bench.cli import main as cli_main
 
 BIG, HUGE = str(10**12), str(10**30)
@@ -31,34 +26,6 @@ def refusal(*arguments: str) -> str:
 
 
 # --- numbers that no machine can plan --------------------------------------------------------------------------------
-
-COUNTS = {
-    "run speed --repeats": "4 trials each; a run has up to 100,000",
-    "run clean --repeats": "12 clips each",
-    "map speed --over dsnn.n_con=4,5 --repeats": "4 trials each",
-    "map speed --over dsnn.n_con=4,5 --replicates": "from 1 to 100000",
-    "map clean --over dsnn.n_con=4,5 --replicates": "from 1 to 100000",
-    "leaderboard --repeats": "18 trials each",
-    "behave straight --no-baselines --episodes": "from 1 to 100000",
-    "behave fixation --episodes": "behaviours each",
-}
-
-
-@pytest.mark.parametrize("command", COUNTS)
-def test_a_number_that_cannot_be_planned_is_refused_at_once(command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    option = command.split()[-1]
-    message = refusal(*command.split(), BIG)
-    assert message.startswith(f"{option} {BIG}: legal is a whole number from 1 to ") and COUNTS[command] in message
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_declared_number_is_named_by_its_declaration():
-    declared = OfflineExperiment("many", "too many", [Clip("a", "plain"), Clip("b", "plain")], ["emd"], repeats=50_001)
-    with pytest.raises(
-        UsageError, match=r"^many: repeats 50001: legal is a whole number from 1 to 50000 \(2 clips each"
-    ):
-        experiments.run(declared)
 
 
 def test_replicates_are_counted_with_the_points_of_the_grid():
@@ -154,16 +121,6 @@ def test_a_refused_reset_changes_nothing(argument, value, blind):
 # --- users' words in figures -----------------------------------------------------------------------------------------
 
 
-def test_names_of_clips_that_the_font_has_not_are_drawn_without_a_warning(tmp_path):
-    """Warnings are errors here. The vector figure has the words, and is XML whatever they hold."""
-    clip = Clip("\u65e5\u672c $a \x1b", "plain", {"columns": 40, "rows": 30, "width": 8.0, "height": 8.0})
-    declared = OfflineExperiment("odd", "odd words", [clip], ["emd"], recorded=False)
-    run = experiments.run(declared, out=tmp_path / "out", workers=0, quiet=True)
-    assert run.figure()._repr_png_()
-    picture = ElementTree.parse(run.folder / "figure.svg")
-    assert any("\u65e5\u672c $a" in (text or "") for text in picture.getroot().itertext())
-
-
 # --- the terminal ----------------------------------------------------------------------------------------------------
 
 
@@ -171,36 +128,3 @@ def commands(group: Any) -> Iterator[Any]:
     """Every command of a group and of the groups in it."""
     for command in group.commands.values():
         yield from commands(command) if hasattr(command, "commands") else (command,)
-
-
-def test_help_loses_no_bracket():
-    """Help is markup, in which a word in brackets such as an extra's is a style, and not printed."""
-    for command in commands(typer.main.get_command(cli_main.app)):
-        for text in filter(None, [command.help, command.short_help, *(getattr(p, "help", "") for p in command.params)]):
-            source = re.sub(r"\[/?b\]", "", text).replace("\\[", "[")
-            assert rich.text.Text.from_markup(text).plain == source, command.name
-
-
-BRACKETS = "[red]odd [video] [/b]"
-
-
-@pytest.fixture
-def own_clip(tmp_path, monkeypatch):
-    """A file that declares a clip whose name looks like markup."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "own.py").write_text(
-        "from experiments import Clip, OfflineExperiment\n"
-        f"clip = Clip({BRACKETS!r}, 'plain', {{'rows': 30, 'columns': 40, 'width': 8.0, 'height': 8.0}})\n"
-        "EXPERIMENT = OfflineExperiment('own', 'own', [clip], ['emd'], recorded=False)\n"
-    )
-    return tmp_path
-
-
-def test_brackets_are_printed_as_they_are(own_clip, capsys):
-    assert cli_main.command(["run", "own.py", "--workers", "0", "--out", "[b]out"]) == 0
-    printed = capsys.readouterr()
-    assert BRACKETS in printed.out and "[b]out: figure.png" in printed.out and "into [b]out\n" in printed.err
-    assert cli_main.command(["runs", "."]) == 0
-    assert "[b]out" in capsys.readouterr().out
-    assert cli_main.command(["compare", "[b]out", "[b]out"]) == 0
-    assert "[b]out: own" in capsys.readouterr().out

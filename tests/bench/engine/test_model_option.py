@@ -3,8 +3,6 @@
 import csv
 import json
 import pickle
-import re
-import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -12,7 +10,6 @@ import pytest
 
 from dsnn import MODELS
 from experiments.bench import registry
-from experiments.bench.cli.entry import run as main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ask
 from experiments.bench.engine.settings import watchers
@@ -37,36 +34,6 @@ def ran(colias, *arguments):
     done = colias(*arguments)
     assert done.returncode == 0, done.stderr
     return done
-
-
-@pytest.fixture
-def told(tmp_path, monkeypatch, capfd):
-    """What ``colias`` says in this process, where starting another for each wrong use would take long."""
-
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setenv("COLUMNS", "100")
-        monkeypatch.setattr(sys, "argv", ["colias", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        printed, errors = capfd.readouterr()
-        return ended.value.code, printed, errors
-
-    return run
-
-
-@pytest.fixture
-def refused(told, tmp_path):
-    """The one line that a wrong use ends in; nothing is made."""
-
-    def run(*arguments):
-        there = sorted(tmp_path.iterdir())
-        status, printed, errors = told(*arguments)
-        assert (status, printed, errors.count("\n")) == (2, "", 1), errors
-        assert sorted(path for path in tmp_path.iterdir() if path.name != "__pycache__") == there
-        return errors
-
-    return run
 
 
 # --- one meaning, on every command ------------------------------------------------------------------------------------
@@ -139,34 +106,6 @@ def test_parameters(colias):
         line.partition("=")[0] for line in ran(colias, "parameters", "--only", "--model", "emd").stdout.splitlines()
     }
     assert {"emd.log", "camera.fps"} <= keys and "dsnn.n_con" not in keys
-
-
-COMMANDS = {
-    "run": ("run", "speed"), "off-line": ("run", "clean"),
-    "tune": ("tune",), "leaderboard": ("leaderboard",), "play": ("play", "plain", "--no-view", "--record", "a.rrd"),
-    "reproduce": ("reproduce", "--quick"), "parameters": ("parameters",),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_only_without_a_model_is_refused_in_one_line(refused, command):
-    message = refused(*COMMANDS[command], "--only")
-    assert message == "colias: --only: shows just the models of --model; name them by --model\n"
-
-
-@pytest.mark.parametrize("command", ["run", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
-def test_every_help_has_the_same_words(told, command):
-    status, printed, _ = told(command, "--help")
-    words = " ".join(re.sub(r"[^\w\s.,:;='-]", " ", printed).split())
-    assert status == 0
-    assert "Show this model beside the command's own: a name or a .py file" in words
-    assert "Show just the models of --model, none of the command's own." in words
-    assert re.search(r"command's own models?[,\w\s]* (is|are) (dsnn|those registered)", words), "and names them"
-
-
-def test_a_report_needs_the_model_that_its_claims_are_about(refused):
-    message = refused("reproduce", "--quick", "--only", "--model", "emd", "--out", "out")
-    assert "the claims are about dsnn: give --model dsnn too" in message
 
 
 # --- one model under several settings ---------------------------------------------------------------------------------
@@ -247,53 +186,6 @@ def test_a_path_with_colons_is_found(colias):
     assert models_of(colias.folder / "out") == ["gradient", "gradient:gain=1"]
 
 
-WRONG = {
-    "dsnn:": "--model dsnn:: expected NAME:PARAM=VALUE",
-    "dsnn:w_i": "--model dsnn:w_i: expected NAME:PARAM=VALUE",
-    "dsnn:w_i=": "--model dsnn:w_i=: expected NAME:PARAM=VALUE",
-    "dsnn:w_i=1,w_i=0": "w_i is there twice",
-    "dsnn:w_j=1": "dsnn has no parameter 'w_j' (nearest: w_i; all: colias parameters --only --model dsnn)",
-    "dsnn:w_i=2": "--model dsnn:w_i=2: w_i=2: legal is a number from 0 to 1",
-    "dsnn:n_con=4,w_i=x": "w_i=x: legal is a number from 0 to 1",
-    "dsnn:tau_s=10": "tau_s=10: legal is 2 values",
-    "dsn:w_i=1": "unknown model 'dsn'",
-    "nowhere.py:gain=1": "nowhere.py: no such file",
-    "even.py:gain=3": "--model even.py:gain=3: gain=3: an even number is needed",
-}
-
-
-@pytest.mark.parametrize("text", WRONG)
-def test_wrong_settings_end_in_one_line(refused, tmp_path, text):
-    checked = "    t_sp: float = 0.2\n\n    def __post_init__(self):\n        if self.gain % 2:\n            "
-    checked += "raise ValueError('an even number is needed')\n"
-    even = user_files.MODEL.replace("    t_sp: float = 0.2  # threshold on the potential\n", checked)
-    (tmp_path / "even.py").write_text(even.replace("gain: float = 0.05", "gain: float = 2.0"))
-    assert WRONG[text] in refused("run", "speed", *QUICK, "--model", text, "--out", "out")
-
-
-def test_two_models_of_one_name_are_refused(refused, tmp_path):
-    for name, doc in (("one.py", "a"), ("two.py", "b")):
-        (tmp_path / name).write_text(f'"""{doc}"""\n' + user_files.MODEL)
-    message = refused("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
-    assert "--model two.py: another model shown is called gradient too" in message
-    (tmp_path / "three.py").write_text(user_files.MODEL.replace('"gradient"', '"dsnn"'))
-    message = refused("run", "speed", *QUICK, "--model", "three.py")
-    assert "--model three.py: another model shown is called dsnn too" in message
-
-
-def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias):
-    """Brackets are mark-up on the terminal, two dollars a formula in a figure."""
-    text = user_files.MODEL.replace("    gain: float = 0.05\n", '    gain: float = 0.05\n    note: str = ""\n')
-    (colias.folder / "my_model.py").write_text(text)
-    label = "gradient:note=[/b]$a$"
-    (colias.folder / "mine.py").write_text(OWN)
-    for name, command in (("robot", ("run", "general", "--repeats", "1")), ("clips", ("run", "mine.py"))):
-        given = ("--model", "my_model.py:note=[/b]$a$", "--workers", "0", "--no-recordings")
-        done = ran(colias, *command, *given, "--out", name)
-        assert label in done.stdout, done.stdout
-        assert label in (colias.folder / name / "figure.svg").read_text()
-
-
 def test_a_model_with_settings_travels(tmp_path):
     path = tmp_path / "my_model.py"
     path.write_text(user_files.MODEL)
@@ -341,16 +233,3 @@ def test_what_a_model_has_settled_itself_no_point_varies(colias):
     ran(colias, *GRID, "--over", "dsnn.n_con=4,6", "--model", "dsnn", "--model", "dsnn:n_con=5", "--out", "out")
     models = json.loads((colias.folder / "out/experiment.json").read_text())["models"]
     assert sorted(model["network"]["n_con"] for model in models) == [4, 5, 6]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--over", "dsnn.n_con=4", "--model", "emd"), "no model shown has 'dsnn.n_con': add --model dsnn"),
-        (("--over", "dsnn.n_con=4", "--model", "dsnn:n_con=5"), "--model dsnn:n_con=5 has settled that"),
-        (("--over", "dsnn.n_con=99"), "--over dsnn.n_con=99: legal is a whole number from 1 to 64"),
-        (("--over", "camera.read_noise=0,99"), "--over camera.read_noise=99: legal is a number from 0 to 64"),
-    ],
-)
-def test_a_wrong_grid_ends_in_one_line(refused, arguments, says):
-    assert says in refused(*GRID, *arguments, "--out", "out")

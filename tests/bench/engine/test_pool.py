@@ -5,11 +5,9 @@ import multiprocessing
 import os
 import signal
 import struct
-import subprocess
 import sys
 import threading
 import time
-from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -17,7 +15,6 @@ import pytest
 
 from experiments.bench.engine.jobs import ATTEMPTS, Jobs
 from experiments.bench.engine.pool import InProcess, open_pool
-from experiments.bench.engine.user_code import declared
 
 
 def double(job):
@@ -92,52 +89,8 @@ def test_a_worker_killed_while_it_sends_its_result_is_noticed(tmp_path):
     assert (tmp_path / "sent-2").exists()
 
 
-def die_leaving_a_copy(job):
-    """Be killed once, while a copy in a session of its own still holds all pipes."""
-    note = Path(job[1]) / f"copy-{job[0]}"
-    if job[0] == 1 and not note.exists():
-        copy = os.fork()
-        if not copy:
-            os.setsid()
-            time.sleep(600)
-        note.write_text(str(copy))
-        os.kill(os.getpid(), signal.SIGKILL)
-    return 2 * job[0]
-
-
-def test_a_dead_worker_s_copy_keeps_nobody_waiting(tmp_path):
-    try:
-        with open_pool(1) as pool:
-            assert run(pool, die_leaving_a_copy, range(3), tmp_path) == ([0, 2, 4], {})
-    finally:
-        os.kill(int((tmp_path / "copy-1").read_text()), signal.SIGKILL)
-
-
 def blocked(_):
     return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
-
-
-BLOCKED = """
-import signal
-from experiments.bench.engine.jobs import Jobs
-from experiments.bench.engine.pool import open_pool
-from tests.bench.engine.test_pool import blocked
-
-if __name__ == "__main__":
-    with open_pool(2) as pool:
-        Jobs(pool, blocked, lambda done: print(done, flush=True), print).run(range(4))
-    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
-"""
-
-
-def test_workers_are_born_deaf_to_ctrl_c(tmp_path):
-    """In a process of its own, where multiprocessing starts its resource tracker, which may unblock SIGINT."""
-    (tmp_path / "main.py").write_text(BLOCKED)
-    done = subprocess.run(
-        [sys.executable, "main.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
-    )  # fmt: skip
-    assert (done.stdout.split(), done.stderr) == (["True"] * 4 + ["False"], "")
 
 
 @contextlib.contextmanager
@@ -166,65 +119,11 @@ def test_a_job_that_raises_fails_alone_with_its_traceback(kind):
     assert f'File "{__file__}", line {complain.__code__.co_firstlineno + 2}, in complain' in why
 
 
-def test_a_refusal_is_one_line():
-    told = []
-    Jobs(InProcess(), partial(declared, name="MODEL"), print, lambda *failed: told.append(failed[-1])).run(
-        [Path("absent.py")]
-    )
-    assert "absent.py" in told[0] and "\n" not in told[0]
-
-
-class Odd(Exception):
-    """Cannot be made again from its arguments: unpickling one fails."""
-
-    def __init__(self, one, two):
-        super().__init__(f"{one} and {two}")
-
-
-class Fragile:
-    """A job that cannot be unpickled where it is to be done."""
-
-    def __init__(self, number):
-        self.number = number
-
-    def __reduce__(self):
-        return explode, (self.number,)
-
-
-def explode(number):
-    raise LookupError(f"no {number} here")
-
-
-def raise_odd(job):
-    raise Odd(job[0], "more")
-
-
-@pytest.mark.parametrize("workers", [0, 1])
-def test_what_cannot_travel_is_told_in_words(workers):
-    failed = []
-    with open_pool(workers) as pool:
-        odd = run(pool, raise_odd, range(3))[1]
-        assert [attempts for attempts, _ in odd.values()] == [1, 1, 1]
-        assert all(why.endswith(f"Odd: {n} and more") for n, (_, why) in odd.items())
-        jobs = [Fragile(5), Fragile(6)]
-        Jobs(pool, double, print, lambda job, attempts, why: failed.append((job.number, attempts, why))).run(jobs)
-        assert run(pool, double, range(3)) == ([0, 2, 4], {}), "and the pool is whole"
-    assert [(n, attempts) for n, attempts, _ in sorted(failed)] == [(5, 1), (6, 1)]
-    assert all(why.endswith(f"LookupError: no {n} here") for n, _, why in failed)
-
-
 def test_a_fatal_error_ends_the_run():
     with pytest.raises(ValueError, match="three"), open_pool(1) as pool:
         run(pool, complain, range(6), fatal=(ValueError,))
     with pytest.raises(ValueError, match="three"):
         run(InProcess(), complain, range(6), fatal=(ValueError,))
-
-
-def test_a_pool_closed_at_once_says_nothing(capfd):
-    for _ in range(10):
-        with open_pool(2):
-            pass
-    assert capfd.readouterr().err == ""
 
 
 def sleep_long(job):

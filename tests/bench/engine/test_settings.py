@@ -79,24 +79,6 @@ def test_a_preset_comes_first_whatever_the_order():
     assert (listed["robot.preset"].value, listed["robot.preset"].legal) == ("default", "default, colias4")
 
 
-@pytest.mark.parametrize(
-    ("texts", "says"),
-    [
-        (["robot.preset=colias5"], "--set robot.preset=colias5: legal is default, colias4"),
-        (["scene.preset=default"], "no parameter 'scene.preset'"),
-        (["mine.gain=2"], "sections here are dsnn, robot, camera, scene, experiment; --model FILE adds a model"),
-        (["robot.trim=3"], "trim: counted in powers, so power_step_cm_s has to be above 0"),
-        (["robot.preset=colias4", "experiment.speeds_cm_s=1"], "below robot.dead_band=20 a wheel does not turn"),
-        (["robot.preset=colias4", "experiment.speeds_cm_s=15"], "up to 14.535 cm/s"),
-        (["robot.power_step_cm_s=0.06", "experiment.speeds_cm_s=20"], "power_step_cm_s=0.06 gives up to 15.3 cm/s"),
-    ],
-)
-def test_wheels_that_cannot_do_it_are_refused_in_a_line(texts, says):
-    with pytest.raises(UsageError) as caught:
-        plan(registry.load("speed"), ["dsnn"], texts, 1, 0)
-    assert says in str(caught.value) and "\n" not in str(caught.value)
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""

@@ -91,9 +91,3 @@ def test_every_draw_has_a_named_stream():
     files = [file for folder in folders for file in folder.rglob("*.py")]
     assert len(files) > 80
     assert {file.name for file in files if pattern.search(file.read_text(encoding="utf-8"))} == {"streams.py"}
-
-
-def test_an_unknown_stream_is_refused():
-    for module in (of_clips, of_bench):
-        with pytest.raises(ValueError, match="no random stream 'nosuch': known are"):
-            module.stream("nosuch", 0)

@@ -10,7 +10,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-import rerun as rr
 import rerun.blueprint as rrb
 from scipy import io
 
@@ -20,8 +19,6 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import jpegs, recorded, timelines, video
 from experiments.bench.store.convert import array, fields, read_file, write
 from experiments.bench.store.pictures import pictures
-from experiments.bench.video import encoding
-from tests.conftest import Colias
 from tests.helpers.h264 import decoded
 
 
@@ -72,43 +69,6 @@ def test_the_tables_come_out_whole(clips, tmp_path, kind):
         assert set(read["dsnn_n_con"]) == {4}
 
 
-def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
-    """Nor is anything replaced before what replaces it is whole."""
-    place = tmp_path / "out"
-    place.mkdir()
-    (place / "mine").write_text("kept")
-    with pytest.raises(FileExistsError, match=r"out is there already: .* --force"):
-        colias("export", clips.folder, "--to", "csv", "--out", place)
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(UsageError, match=r"no readable experiment\.json there"):
-        colias("export", tmp_path / "empty", "--frames", place, "--force")
-    (tmp_path / "empty").rmdir()
-    assert (place / "mine").read_text() == "kept" and len(list(tmp_path.iterdir())) == 1
-    assert colias("export", clips.folder, "--to", "csv", "--out", place, "--force", "--quiet") == 0
-    assert not (place / "mine").exists() and (place / "trials.csv").exists()
-    with pytest.raises(UsageError, match="holds what is to be exported"):
-        colias("export", clips.folder, "--to", "csv", "--out", clips.folder, "--force")
-
-
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
-        (["--to", "xlsx"], "--to xlsx: legal is csv, npz, mat, mp4, log"),
-        ([], "give --to, --frames, or both"),
-        (["--to", "csv", "--tracked"], "--tracked: only --to log"),
-        (["--to", "csv", "--trial", "1"], "--trial 1: --to mp4 and --frames take one trial"),
-        (["--to", "log"], "--to log: legal is a run of trials with the robot"),
-    ],
-)
-def test_what_cannot_be_exported(clips, tmp_path, monkeypatch, arguments, message):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError, match=message):
-        colias("export", clips.folder, *arguments)
-    with pytest.raises(UsageError, match="no such run"):
-        colias("export", tmp_path / "nothing", "--to", "csv")
-    assert not list(tmp_path.iterdir())
-
-
 def test_parts_of_a_run_and_single_tables(tmp_path):
     """A leaderboard's parts are folders of their own; a table of footage is a file."""
     table = pa.table({"frame": [0, 1], "time_s": [0.0, 0.1], "hs": [None, 0.5]})
@@ -128,11 +88,6 @@ def test_parts_of_a_run_and_single_tables(tmp_path):
         read_file(tmp_path / "bad.parquet")
     with pytest.raises(UsageError, match=r"no readable experiment\.json there"):
         colias("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "none")
-
-
-def test_tables_are_written_into_folders_that_are_not_there_yet(tmp_path):
-    paths = write({"clips/trials": pa.table({"a": [1]})}, tmp_path / "some" / "where", "csv")
-    assert paths == [tmp_path / "some" / "where" / "clips" / "trials.csv"] and paths[0].is_file()
 
 
 def test_columns_have_one_type_and_no_pickles(tmp_path):
@@ -178,24 +133,6 @@ def test_one_trial_s_frames(filmed, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["trial-0003"]
 
 
-def test_videos_need_recordings_and_an_encoder(filmed, tmp_path, monkeypatch):
-    """Each is one line and exit status 2, and nothing is left."""
-    (tmp_path / "empty").mkdir()
-    done = Colias(tmp_path)("export", "empty", "--to", "mp4")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "empty: no readable experiment.json there" in done.stderr
-    described(tmp_path / "bare")
-    done = Colias(tmp_path)("export", "bare", "--to", "mp4")
-    assert "--to mp4" in done.stderr and "no recordings (.rrd)" in done.stderr
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        encoding.importlib.util, "find_spec", lambda name, *more: None if "ffmpeg" in name else find(name, *more)
-    )
-    with pytest.raises(UsageError, match=r"^--to mp4: needs the extra \[video\] .* pip install 'colias-sim\[video\]'$"):
-        colias("export", filmed, "--to", "mp4", "--out", filmed.parent / "out")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bare", "empty", "run"]
-
-
 def test_frames_are_the_pictures_of_the_recordings(tmp_path):
     """A folder a recording, one more below it for each eye; frames are numbered from 0, and exact where they were."""
     frames = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
@@ -223,24 +160,3 @@ def test_frames_are_the_pictures_of_the_recordings(tmp_path):
     single.write_bytes(b"no recording")
     with pytest.raises(UsageError, match="no recording"):
         pictures(single)
-
-
-def test_no_name_in_a_recording_leads_out_of_the_folder(tmp_path):
-    """A recording that was handed over names its entities as it likes."""
-    image = rr.Image(np.zeros((4, 5), np.uint8))
-    stream = rr.RecordingStream("colias")
-    stream.save(tmp_path / "a.rrd")
-    for entity in (["camera"], ["camera_x", "..", "..", "..", "outside"], ["camera_", "inside"]):
-        stream.set_time("frame", sequence=0)
-        stream.log(entity, image)
-    stream.disconnect()
-    assert list(pictures(tmp_path / "a.rrd")) == ["camera"]
-    assert colias("export", tmp_path / "a.rrd", "--frames", tmp_path / "b" / "frames", "--quiet") == 0
-    there = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
-    assert there == ["a.rrd", "b/frames/a/000000.png"]
-
-
-def test_the_folder_one_is_in_is_not_replaced(clips, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError, match=r"^\.: legal is a path that ends in the name"):
-        colias("export", clips.folder, "--to", "csv", "--out", ".", "--force")

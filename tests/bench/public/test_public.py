@@ -9,7 +9,6 @@ import os
 import shutil
 import subprocess
 import sys
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,6 @@ import pyarrow.parquet as pq
 import pytest
 
 import experiments
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.figures import plotting
 from experiments.bench.store.kinds import CLIPS
 from tests.conftest import Colias
@@ -39,14 +37,6 @@ def test_a_bare_import_loads_nothing_heavy():
     )
     loaded = {name.partition(".")[0] for name in ast.literal_eval(done.stdout)}
     assert loaded <= {"experiments", *sys.stdlib_module_names}
-
-
-def test_a_declaration_loads_neither_plotting_nor_a_recorder():
-    code = "import sys, experiments.speed, experiments.clean; print({'rerun', 'matplotlib', 'scipy'} & {*sys.modules})"
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, check=True, timeout=60
-    )
-    assert done.stdout == "set()\n"
 
 
 def test_the_stub_says_what_is_there():
@@ -308,18 +298,6 @@ WRONG = {
 }
 
 
-def test_settings_of_numpy_are_the_plain_numbers(tmp_path):
-    numbers = {
-        "experiment.speeds_cm_s": np.array(20.0), "experiment.distances_cm": np.array([8], np.int16),
-        "dsnn.n_con": np.array(6), "dsnn.on": np.bool_(False), "dsnn.w_i": Fraction(1, 2), "dsnn.d": np.float32(2),
-        "experiment.direction": np.str_("leftward"),
-    }  # fmt: skip
-    run = experiments.run("speed", settings=numbers, out=tmp_path / "out", **{**QUICK, "repeats": np.int64(1)})
-    assert run.changed == (
-        "dsnn.d=2, dsnn.n_con=6, dsnn.w_i=0.5, dsnn.on=False, experiment.speeds_cm_s=20, experiment.direction=leftward"
-    )
-
-
 @pytest.mark.parametrize("what", WRONG)
 def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -336,23 +314,6 @@ def test_checks_may_come_one_by_one():
     checks = [experiments.Check("too few", 1.0, 2.0), experiments.Check("enough", 3.0, 2.0)]
     assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few (needs above 2)")
     assert experiments.decide([experiments.Check("enough", np.float32(3.0), 2)])[0]
-
-
-def test_damaged_runs_are_one_line(tmp_path):
-    (tmp_path / "experiment.json").write_text('{"experiment": "x", "seed": 0}')
-    with pytest.raises(UsageError, match="it has no trials of a run"):
-        experiments.load(tmp_path)
-    (tmp_path / "experiment.json").write_text('{"experiment": "x", "seed": 0, "trials": 1}')
-    run = experiments.load(tmp_path)
-    assert run.done == 0
-    for read in (lambda: run.trials, run.figure):
-        with pytest.raises(UsageError, match=r"no trial of it is finished|not drawn from its tables"):
-            read()
-    (tmp_path / "trials.parquet").write_text("no table")
-    (tmp_path / "claims.json").write_text("[3")
-    for read in (lambda: run.trials, lambda: run.claims, lambda: run.done):
-        with pytest.raises(UsageError, match="cannot be read"):
-            read()
 
 
 # --- footage, behaviours ---------------------------------------------------------------------------------------------

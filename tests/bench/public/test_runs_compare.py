@@ -9,10 +9,7 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main as cli_main
-from experiments.bench.doctor import run as doctor_run
-from experiments.bench.doctor.finding import Finding
 from experiments.bench.engine import terminal
-from tests.conftest import own_core, server
 
 QUICK = {"repeats": 3, "recordings": False, "quiet": True, "workers": 0}
 FAST = {"experiment.speeds_cm_s": [20, 30]}
@@ -74,46 +71,6 @@ def test_going_on_keeps_the_time(runs_folder, tmp_path):
     assert json.loads(file.read_text()) == {**text, "begun": "2001-01-01T00:00:00+00:00"}
 
 
-COMMANDS = {
-    "list": ["list"], "parameters": ["parameters"], "runs": ["runs", "."], "doctor": ["doctor"],
-    "compare": ["compare", "a", "b"],
-}  # fmt: skip
-FINDINGS = [
-    Finding("renderer", "ok", "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 by egl: software, no graphics processor"),
-    Finding("extra [train]", "fails", "not installed (stable_baselines3, torch)", "run: pip install '.[train]' " * 4),
-]
-
-
-@pytest.mark.parametrize("width", [40, 80])
-@pytest.mark.parametrize("command", COMMANDS)
-def test_no_word_is_broken_at_any_width(command, width, runs_folder, monkeypatch, capsys):
-    monkeypatch.chdir(runs_folder)
-    monkeypatch.setattr(doctor_run, "examine", lambda out: FINDINGS)
-
-    def printed(columns):
-        monkeypatch.setattr(terminal.out_console, "width_known", True)
-        monkeypatch.setattr(terminal.out_console, "width", columns)
-        cli_main.command(COMMANDS[command])
-        return capsys.readouterr().out
-
-    whole, narrow = printed(10_000), printed(width)
-    assert set(whole.split()) <= set(narrow.replace(": ", " ").split()) | set(narrow.split())
-    for line in narrow.splitlines():
-        assert len(line.rstrip()) <= width or len(line.split()) == 1, line
-
-
-def test_a_pipe_is_as_wide_as_columns_says(colias):
-    """Without it, no line is longer than 100 characters."""
-    environment = {k: v for k, v in os.environ.items() if k != "COLUMNS"}
-    run = server().run
-    unknown = run(["list"], colias.folder, environment, own_core(), 60).stdout
-    narrow, wide = (
-        run(["list"], colias.folder, environment | {"COLUMNS": width}, own_core(), 60).stdout for width in ("60", "999")
-    )
-    assert 60 < max(map(len, unknown.splitlines())) <= 100 < max(map(len, wide.splitlines()))
-    assert max(map(len, narrow.splitlines())) <= 60 and narrow.split() == unknown.split() == wide.split()
-
-
 def test_a_run_of_another_version_is_listed_with_the_version_that_reads_it(runs_folder, colias):
     shutil.copytree(runs_folder / "a", colias.folder / "runs" / "a")
     (colias.folder / "runs" / "older").mkdir()
@@ -121,14 +78,6 @@ def test_a_run_of_another_version_is_listed_with_the_version_that_reads_it(runs_
     done = colias("runs")
     assert done.returncode == 0 and done.stdout.startswith("run: a ")
     assert "colias-sim 0.1" in done.stderr and done.stderr.count("\n") == 1
-
-
-def test_no_runs_at_all(colias):
-    done = colias("runs")
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", "colias: runs: no such folder\n")
-    (colias.folder / "runs").mkdir()
-    done = colias("runs")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "no runs in runs\n")
 
 
 def test_comparing_two_runs(runs_folder, colias):

@@ -26,18 +26,6 @@ def test_a_recording_that_rerun_closed_is_whole(recording, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "damage",
-    [lambda whole: b"", lambda whole: whole[:-1], lambda whole: whole[:100], lambda whole: b"RIFF" + whole[4:],
-     lambda whole: whole + b"\0"],
-    ids=["empty", "without its last byte", "cut", "another head", "longer"],
-)  # fmt: skip
-def test_another_file_is_no_recording(damage, recording, tmp_path):
-    path = tmp_path / "trial-0000.rrd"
-    path.write_bytes(damage(recording))
-    assert not is_recording(path)
-
-
-@pytest.mark.parametrize(
     ("columns", "lacking"),
     [
         ({"hs": [0.0, None]}, "hs"),

@@ -94,14 +94,6 @@ def test_a_resume_where_pixels_differ_says_so(colias, out):
     assert "pixels that differ" in again.stderr and both in again.stderr
 
 
-@pytest.mark.parametrize("wrong", [3, [3], "llvmpipe"])
-def test_a_damaged_note_is_refused_in_a_line(colias_here, out, wrong):
-    (out / "experiment.json").write_text(json.dumps(described(out) | {"renderers": wrong}))
-    done = colias_here(*RUN, "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "experiment.json cannot be read (renderers should be a list of texts)" in done.stderr
-
-
 def test_a_run_that_draws_nothing_notes_nothing(colias):
     short = ("--repeats", "1", "--only", "--model", "emd", "--no-recordings", "--workers", "0")
     done = colias("run", "clean", *short, "--out", "out", "-q")

@@ -8,10 +8,8 @@ import pytest
 
 import colias_sim
 import experiments
-from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store.kinds import KINDS
-from experiments.bench.video.source import recording
 
 
 def describe(folder, description):
@@ -41,17 +39,6 @@ def test_a_folder_of_runs_is_a_whole_of_parts(tmp_path):
         describe(tmp_path / name, {"kind": "trials", "experiment": "x"})
     run = experiments.load(tmp_path)
     assert [part.folder.name for part in run.parts] == ["one", "two"] and (run.done, run.planned) == (0, 4)
-
-
-@pytest.mark.parametrize("kind", sorted(KINDS.keys() - {"trials", "measured", "clips"}))
-def test_what_makes_no_sense_of_a_kind_is_one_line(kind, tmp_path):
-    folder = describe(tmp_path / "out", {"kind": kind, "experiment": "x"})
-    run = experiments.load(folder)
-    for ask in (run.figure, lambda: run.summary, lambda: main.command(["export", str(folder), "--to", "log", "--out",
-                str(tmp_path / "log")]), lambda: recording(folder, None)):  # fmt: skip
-        with pytest.raises(UsageError, match=rf"^{folder}: [^\n]+$"):
-            ask()
-    assert "nothing to pair: " in experiments.compare(folder, folder).note
 
 
 def test_footage_is_a_file(tmp_path):

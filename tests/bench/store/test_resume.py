@@ -163,22 +163,6 @@ def test_a_cluster_computes_the_same(tmp_path, whole):
     assert trials(tmp_path / "out").equals(whole)
 
 
-@pytest.mark.parametrize(
-    ("address", "says"),
-    [
-        ("tcp://127.0.0.1:9", "no Dask scheduler answers"),
-        ("127.0.0.1:8786", "expected the address of a Dask scheduler"),
-        ("foo://127.0.0.1:8786", "expected the address of a Dask scheduler"),
-    ],
-)
-def test_no_cluster_there_is_one_line(tmp_path, address, says):
-    command = [*IMPATIENT, "run", "speed", *QUICK, "--cluster", address, "--out", "out"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert says in done.stderr
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.parametrize("lost", ["scheduler", "workers"])
 def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(colias, tmp_path, lost, whole):
     """Its processes are killed in mid-run; on a whole cluster the run then goes on."""
@@ -213,13 +197,3 @@ def test_two_runs_into_one_folder_are_refused(colias, tmp_path):
     process.communicate(timeout=20)
     assert (second.returncode, second.stderr.count("\n")) == (2, 1), second.stderr
     assert "another process is writing" in second.stderr
-
-
-@pytest.mark.parametrize("name", ["trials.parquet", "frames.parquet", "failures.json"])
-def test_damaged_tables_are_one_line(colias_here, small, name):
-    shutil.copytree(small, colias_here.folder / "out")
-    whole = (colias_here.folder / "out" / "trials.parquet").read_bytes()
-    (colias_here.folder / "out" / name).write_bytes(whole[: len(whole) // 2])
-    done = colias_here("run", "speed", *QUICK, "--repeats", "1", "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert f"out: {name} cannot be read" in done.stderr

@@ -134,11 +134,3 @@ def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, m
         assert not (folder / tables.PARTS).exists()
         assert all(a.equals(b) for a, b in zip(numbers(folder), before, strict=True)), step
     assert step > 6 and row_count == 4
-
-
-@pytest.mark.parametrize("name", ["trials", "frames"])
-def test_a_damaged_part_is_named(folder, name):
-    cut(folder, 3, {1})
-    (folder / tables.file_name(name, 3)).write_bytes(b"PAR1")
-    with pytest.raises(experiments.UsageError, match=rf"{name}-0003\.parquet cannot be read"):
-        experiments.run(SMALL, out=folder, **QUICK)

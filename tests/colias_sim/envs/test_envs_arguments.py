@@ -3,9 +3,6 @@
 import inspect
 import math
 import re
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -15,8 +12,6 @@ from gymnasium import error
 
 from colias_sim.envs.options import options_of
 from tests.helpers.envs import NAMES, bare, env_class, every_env, options_type
-
-ROOT = Path(__file__).parents[3]
 
 # Arguments are spelled out.
 
@@ -30,34 +25,6 @@ def test_the_constructor_spells_out_every_argument(name):
         assert parameter.kind is inspect.Parameter.KEYWORD_ONLY
         assert (parameter.default, parameter.annotation) == (options[key].default, options[key].annotation)
         assert not isinstance(parameter.annotation, str)
-
-
-def test_positional_arguments_are_refused():
-    with pytest.raises(TypeError, match="keyword arguments only"):
-        env_class(NAMES[0])("state")
-
-
-TYPED = """
-from colias_sim.envs.fixation import Fixation
-from colias_sim.envs.optomotor import Optomotor
-
-fine = Fixation(observation="neural", follow=True)
-fine.options.orbit_cm + 1.0
-Fixation(observation="neurl")
-Fixation(follwo=True)
-Optomotor(fastest_deg_s="9")
-"""
-
-
-def test_a_users_type_checker_sees_them(tmp_path):
-    (tmp_path / "mine.py").write_text(TYPED)
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--config-file=", "--follow-imports=silent", "--cache-dir", tmp_path / "cache",
-         tmp_path / "mine.py"],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    codes = [line.rpartition("[")[2] for line in done.stdout.splitlines() if "mine.py" in line and "error" in line]
-    assert codes == ["arg-type]", "call-arg]", "arg-type]"], done.stdout + done.stderr
 
 
 # Actions.
@@ -173,11 +140,6 @@ def test_nor_do_ranges_and_settings_by_name(key, value, flag):
     with pytest.raises(ValueError, match=rf"^{key}=.*expected .*number") as told:
         gym.make(NAMES[0], **{key: value(flag)})
     assert "\n" not in str(told.value)
-
-
-def test_wrong_arguments_of_both_kinds_are_all_named():
-    with pytest.raises(ValueError, match=r"^robots=True: .*; noise=-1"):
-        gym.make(NAMES[0], robots=True, noise=-1)
 
 
 def test_a_truth_value_is_legal_where_one_is_meant():

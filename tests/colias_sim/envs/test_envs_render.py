@@ -6,10 +6,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from colias_sim import GLUnavailable, Simulation
 from colias_sim.envs.geometry import ARENA_RADIUS
 from colias_sim.envs.render import SCALE_GREY
-from colias_sim.envs.views import views
 from tests.helpers.envs import NAMES, bare, every_env
 
 
@@ -134,25 +132,6 @@ def inset(width, height):
     return near.rect[2:]
 
 
-@pytest.mark.parametrize(("width", "height"), [(480, 360), (360, 480), (540, 270), (480, 480)])
-def test_insets_cover_no_robot_wherever_it_stands(width, height, contexts):
-    """Not even at the far wall: what a third of the picture without insets shows of a target is beside them."""
-    wide, high = inset(width, height)
-    small = bare("colias_sim/Fixation-v0", observation="state", render_mode="rgb_array",
-                 render_width=width // 3, render_height=height // 3)  # fmt: skip
-    for turn in np.linspace(0.0, math.pi, 13):
-        target = 42.0 * math.cos(turn), 42.0 * math.sin(turn), 90.0
-        poses = {"target": target, "observer": (0.0, -30.0, 0.0)}
-        small.reset(seed=0, options={"poses": poses, "light": 1.0})
-        red, green, blue = np.moveaxis(small.render().astype(int), -1, 0)
-        orange = (red > 180) & (green > 80) & (green < 0.8 * red) & (blue < 0.5 * red)
-        rows, columns = np.nonzero(orange | (np.maximum(red, blue) < 40))
-        assert len(rows) > 5
-        aside = np.minimum(columns, width // 3 - 1 - columns)
-        assert not ((3 * (rows + 1) <= high) & (3 * (aside + 1) <= wide)).any(), turn
-    small.close()
-
-
 def test_the_scale_is_ten_centimetres_long(contexts):
     """As long beside the floor, seen from straight above, as its share of the floor's width."""
     env = bare("colias_sim/Fixation-v0", observation="state", render_mode="rgb_array", render_view="top",
@@ -166,14 +145,6 @@ def test_the_scale_is_ten_centimetres_long(contexts):
     assert bar / floor == pytest.approx(0.10 / (2 * ARENA_RADIUS), rel=0.06)
 
 
-def test_without_a_screen_a_window_is_refused(monkeypatch, contexts):
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    with pytest.raises(GLUnavailable, match="rgb_array") as told:
-        gym.make(NAMES[0], render_mode="human")
-    assert "\n" not in str(told.value)
-
-
 @every_env
 def test_closing_frees_every_context(name, contexts):
     env = gym.make(name, render_mode="rgb_array")
@@ -181,9 +152,3 @@ def test_closing_frees_every_context(name, contexts):
     env.render()
     assert len(contexts) == 2
     env.close()
-
-
-def test_insets_are_in_pictures_of_the_arena_from_200_px_width_on():
-    with Simulation(seeing=False) as simulation:
-        for view, width, count in (("arena", 199, 1), ("arena", 200, 3), ("top", 400, 1), ("observer", 400, 1)):
-            assert len(views(simulation.model, view, width, 120)) == count, (view, width)
