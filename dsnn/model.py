@@ -193,7 +193,10 @@ class Model(ABC):
 
     @abstractmethod
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame, as `dsnn.VisionModel.step`."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`.
+        """
 
     @abstractmethod
     def reset(self) -> None:
