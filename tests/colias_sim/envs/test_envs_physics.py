@@ -269,9 +269,6 @@ def test_nobody_stands_in_another_at_the_start(name, robots):
     env.close()
 
 
-# What is told of the others is what the camera shows.
-
-
 def test_noise_is_a_multiple_of_the_camera_s_own():
     """Bytes of frames: three times the noise is a camera whose photon and read noise are three times as large."""
     usual = CameraConfig()
