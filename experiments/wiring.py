@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +13,13 @@ from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, mo
 from dsnn.frames import frozen
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import load_model
-from experiments.bench.engine.user_code import apart, declared, is_file
-
-Result = TypeVar("Result")
+from experiments.bench.engine.user_code import declared, is_file
 
 
 class CheckedModel:
     """A model, ``inner``, whose answers are checked, and which sees frames that it cannot change.
 
-    ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises;
-    for ``sys.exit`` in the model, ``RuntimeError``.
+    ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises.
     """
 
     def __init__(
@@ -34,7 +31,7 @@ class CheckedModel:
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Answer the next frame (R, C)."""
-        answer = _called(lambda: self.inner.step(frozen(frame)))
+        answer = self.inner.step(frozen(frame))
         try:
             return checked_answer(answer, self.channels)
         except AnswerError as error:
@@ -42,7 +39,7 @@ class CheckedModel:
 
     def reset(self) -> None:
         """Forget every frame."""
-        _called(self.inner.reset)
+        self.inner.reset()
 
 
 def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
@@ -63,10 +60,10 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     thresholds: dict[str, float | None] = {}
     if entry is not None:
         thresholds = {channel: entry.threshold(channel, entry.robot) for channel in entry.channels}
-        name, channels, built = entry.name, entry.channels, _called(lambda: entry.build(shape, entry.robot))
+        name, channels, built = entry.name, entry.channels, entry.build(shape, entry.robot)
     elif callable(model):
         name, channels = getattr(model, "__name__", type(model).__name__), CHANNELS
-        built = _called(lambda: model(shape))
+        built = model(shape)
     else:
         raise ValueError(
             f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
@@ -98,21 +95,13 @@ def arena_text(path: Path) -> str:
         Whatever the file raises.
     """
     arena = declared(path, "ARENA")
-    text, again = (_called(arena), _called(arena)) if callable(arena) else (arena, arena)
+    text, again = (arena(), arena()) if callable(arena) else (arena, arena)
     if not isinstance(text, str):
         what = "ARENA returns" if callable(arena) else "ARENA is"
         raise UsageError(f"{path}: {what} of the type {type(text).__name__}: expected MJCF, as a text")
     if text != again:
         raise UsageError(f"{path}: ARENA returns another text when it is called again: draw nothing at random in it")
     return text
-
-
-def _called(call: Callable[[], Result]) -> Result:
-    """Call a model's code. ``sys.exit`` in it is an error: it would end the caller's program without a word."""
-    try:
-        return apart(call)
-    except SystemExit as error:
-        raise RuntimeError(f"SystemExit: {error}") from error
 
 
 def _entry(model: Any) -> ModelEntry | None:

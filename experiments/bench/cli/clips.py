@@ -163,11 +163,10 @@ def _clip(
     from dsnn.stimuli import Jittered
     from experiments.bench.engine import settings
     from experiments.bench.engine.errors import UsageError
-    from experiments.bench.engine.user_code import apart
 
     params = settings.changed(entry.name, entry.params, collected.get(entry.name, {}))
     try:
-        clip = apart(lambda: replace(entry, params=params).clip(seed))
+        clip = replace(entry, params=params).clip(seed)
         return Jittered(clip, jitter, seed) if jitter else clip
     except ValueError as error:
         raise UsageError(f"{entry.name}: {error}") from error

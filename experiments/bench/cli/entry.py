@@ -37,12 +37,7 @@ def main() -> NoReturn:
 
 def run() -> NoReturn:
     """Do what ``sys.argv`` asks for. A wrong use or a missing library ends in one line on stderr, and status 2."""
-    pid = os.getpid()
-    try:
-        status, message = _outcome()
-    finally:
-        if os.getpid() != pid:  # a copy of this process that somebody's model made by fork
-            os._exit(0)
+    status, message = _outcome()
     if message:
         _tell(message)
     sys.exit(status)
@@ -90,8 +85,6 @@ def _is_plain(error: Exception) -> bool:
     if isinstance(error, OSError | ImportError | MemoryError):  # a missing OpenGL is the first
         return True
     if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
-        return True
-    if isinstance(error, ValueError) and _in_printing(error):  # somebody's model has closed the stream
         return True
     # Looked up, not imported: their modules may be what could not be loaded.
     known = (("experiments.bench.engine.errors", "UsageError"), ("experiments.bench.engine.errors", "TrialError"),

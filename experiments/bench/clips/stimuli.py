@@ -7,8 +7,7 @@ from pathlib import Path
 
 from dsnn.stimuli import StimulusEntry, stimulus_entry
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import declared, is_file
-from experiments.bench.engine.user_modules import USER_MODULE
+from experiments.bench.engine.user_code import USER_MODULE, declared, is_file
 
 
 def find(source: str) -> StimulusEntry:

@@ -18,9 +18,8 @@ import numpy.typing as npt
 from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.user_code import apart, of_users, traced
+from experiments.bench.engine.user_code import of_users, traced
 from experiments.bench.streams import stream
 
 T = TypeVar("T")
@@ -53,8 +52,7 @@ def tried(question: Callable[[T], str], chosen: T) -> str:
     """Return what a question says is broken; whatever goes wrong in a user's own code breaks the law."""
     try:
         return question(chosen)
-    except BaseException as error:  # SystemExit too: sys.exit in a model ends the model
-        interrupts.pass_on(error)
+    except Exception as error:
         return str(error) if isinstance(error, AnswerError) and of_users(error) is None else traced(error)
 
 
@@ -76,11 +74,11 @@ def approach() -> Frames:
 
 
 def _model(chosen: ConfiguredModel, shape: tuple[int, int] = SHAPE) -> Any:
-    return apart(lambda: chosen.build(shape))
+    return chosen.build(shape)
 
 
 def _step(model: Any, frame: Frames, index: int, channels: Sequence[str]) -> Response:
-    answer = apart(lambda: model.step(frame))
+    answer = model.step(frame)
     try:
         return checked_answer(answer, channels)
     except AnswerError as error:
@@ -119,7 +117,7 @@ def _answers(chosen: ConfiguredModel) -> str:
 def _reset(chosen: ConfiguredModel) -> str:
     model = _model(chosen)
     first = _run(model, crossing(), chosen.channels)
-    apart(model.reset)
+    model.reset()
     difference = _differing(first, _run(model, crossing(), chosen.channels), chosen.channels)
     return f"{difference} before reset(): reset() has to forget every frame" if difference else ""
 
@@ -194,7 +192,7 @@ def _refusal(chosen: ConfiguredModel) -> str:
     model, wrong = _model(chosen), np.zeros((SHAPE[0], SHAPE[1] - 1), np.uint8)
     try:
         for _ in range(2):  # some compare a frame with the last
-            apart(lambda: model.step(wrong))
+            model.step(wrong)
     except Exception:
         return ""
     problem = f"frames of {wrong.shape} are answered by a model built for {SHAPE}"

@@ -15,7 +15,6 @@ import numpy as np
 
 from dsnn.stimuli import Box, ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth
 from experiments.bench.conformance.laws import Finding, tried
-from experiments.bench.engine.user_code import apart
 
 Clip = Stimulus[ClipParams]
 
@@ -37,11 +36,11 @@ def check(entry: StimulusEntry) -> list[Finding]:
 
 
 def _clip(entry: StimulusEntry, seed: int = SEED) -> Clip:
-    return apart(lambda: entry.clip(seed))
+    return entry.clip(seed)
 
 
 def _frame(clip: Clip, index: int) -> StimulusFrame:
-    return apart(lambda: clip.frame(index))
+    return clip.frame(index)
 
 
 @lru_cache(maxsize=1)
@@ -88,7 +87,7 @@ def _seeds(entry: StimulusEntry) -> str:
 def _shapes(entry: StimulusEntry) -> str:
     other = {"rows": 48, "columns": 80}
     try:
-        clip = apart(lambda: entry.clip(SEED, **other))
+        clip = entry.clip(SEED, **other)
     except ValueError as error:
         return f"with rows=48, columns=80: {error}"
     luma = _frame(clip, len(clip) // 2).luma

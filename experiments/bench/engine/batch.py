@@ -291,13 +291,10 @@ def _run(
 
 
 def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
-    """Do the job in a worker, if the worker has the code that the rows will be marked with, before it and after."""
+    """Do the job in a worker, if the worker has the code that the rows will be marked with, before it."""
     if made_by:
         provenance.check(made_by)
-    done = work(spec)
-    if made_by:  # what the job itself loaded may have been edited since
-        provenance.check(made_by)
-    return done
+    return work(spec)
 
 
 def tell(folder: RunFolder) -> None:

@@ -78,16 +78,6 @@ def check() -> None:
         raise KeyboardInterrupt
 
 
-def pass_on(error: BaseException) -> None:
-    """Raise a ``KeyboardInterrupt`` of a user's code again, unless that code itself has raised it.
-
-    Workers are deaf to Ctrl-C, and the commands take it otherwise: only where Python's own behaviour stays may it be
-    a person's.
-    """
-    if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        raise error
-
-
 class _Block:
     """A block of code in which Ctrl-C is taken one way."""
 

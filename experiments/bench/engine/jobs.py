@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Mapping
@@ -109,22 +108,15 @@ class Jobs(Generic[Job, Done]):
 
 def _attempt(parcel: bytes) -> Any:
     """Do the job in the worker, and return what it raises as `Raised`."""
-    process = os.getpid()
     fatal: tuple[type[Exception], ...] = ()
     try:
         fatal, work, job = pickle.loads(parcel)
         return work(job)
     except fatal:
         raise
-    except BaseException as error:
-        interrupts.pass_on(error)
+    except Exception as error:
         checked = isinstance(error, TrialError | UsageError) and of_users(error) is None
         return Raised(str(error) if checked else traced(error))
-    finally:
-        if (
-            os.getpid() != process
-        ):  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
-            os._exit(0)
 
 
 class Workload:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import os
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -14,11 +13,10 @@ import numpy.typing as npt
 from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import ConfiguredModel, family
 from experiments.bench.engine.settings import changed, collect
-from experiments.bench.engine.user_code import apart, traced
+from experiments.bench.engine.user_code import traced
 
 
 class ModelRunner:
@@ -56,7 +54,6 @@ class ModelRunner:
         self.trouble = ""
         self._shape, self._keep, self._frames = shape, keep, 0
         self._channels = chosen.channels
-        self._process = os.getpid()
         model = self._guarded(lambda: chosen.build(shape))
         if not self.trouble and not callable(getattr(model, "step", None)):
             self.trouble = f"TypeError: build returned a {type(model).__name__} without step(frame)"
@@ -117,13 +114,9 @@ class ModelRunner:
 
     def _guarded(self, call: Callable[[], Any]) -> Any:
         try:
-            return apart(call)
-        except BaseException as error:  # SystemExit too: sys.exit in a model ends the model
-            interrupts.pass_on(error)
+            return call()
+        except Exception as error:
             self.trouble = traced(error)
-        finally:
-            if os.getpid() != self._process:  # a copy that the model forked; nothing here is its business
-                os._exit(0)
         return None
 
 

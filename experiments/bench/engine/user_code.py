@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
-import contextvars
+import functools
 import hashlib
 import importlib
-import os
+import importlib.util
+import site
 import sys
+import sysconfig
+import threading
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType, ModuleType, TracebackType
-from typing import TypeVar
 
-from experiments.bench.engine import user_modules
-from experiments.bench.engine.errors import UsageError, explained
-from experiments.bench.engine.user_modules import is_users
-
-Result = TypeVar("Result")
+from experiments.bench.engine.errors import UsageError
 
 _COMMANDS: Mapping[str, str] = MappingProxyType(
     {
@@ -31,7 +28,15 @@ _COMMANDS: Mapping[str, str] = MappingProxyType(
     }
 )
 """What a file can declare -> where it is given."""
-_loaded: dict[str, Mapping[str, str]] = {}
+USER_MODULE = "colias_user_"
+"""Prefix of the names of modules made from users' files, so that two files may have one name."""
+PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
+"""Packages of this project."""
+_loaded: dict[Path, tuple[ModuleType, Mapping[str, str]]] = {}
+"""A user's file -> its module, and the SHA-256, by path, of the file and of what it imported of the user's own."""
+_imported: set[str] = set()
+"""Names of the modules of the user's own that those files imported."""
+_loading = threading.RLock()
 
 
 class NotDeclared(UsageError):
@@ -49,16 +54,15 @@ def is_own(source: str) -> bool:
 
 
 def declared(path: Path, name: str) -> object:
-    """Take what the file at ``path``, as it is now, declares as ``name``.
+    """Take what the file at ``path`` declares as ``name``.
 
-    A file is executed once for each of its contents: see `user_modules`. Modules beside the file can be imported, and
-    what it defines can be found again by name, as dataclasses and pickles need.
+    A file is executed once in a process, and again when it, or a module of the user's own that it imports, has changed.
+    Its folder comes first on ``sys.path``, as a script's does.
 
     Raises
     ------
     UsageError
-        The file cannot be read, declares no such name, or imports a module of the user's own that is not what its name
-        stands for in this process.
+        There is no such file, or it declares no such name.
     Exception
         Whatever the file raises.
     """
@@ -66,7 +70,7 @@ def declared(path: Path, name: str) -> object:
         raise UsageError(f"{path}: no such file")
     if path.suffix != ".py":
         raise UsageError(f"{path}: the file's name should end in .py")
-    module = _module(path.resolve(), path)
+    module = _module(path.resolve())
     if not hasattr(module, name):
         there = next((other for other in _COMMANDS if hasattr(module, other)), None)
         raise NotDeclared(
@@ -84,60 +88,56 @@ def declares(path: Path, name: str) -> bool:
     return True
 
 
-def as_loaded(path: str) -> Mapping[str, str]:
-    """SHA-256, by path, of a file that `declared` ran in this process, and of the modules of the user's own that it
-    imports, as they were then; empty if it ran none at ``path``."""
-    return _loaded.get(path, MappingProxyType({}))
+def digests(path: Path) -> Mapping[str, str]:
+    """Return the SHA-256, by path, of a user's file and of the modules that it imported when it was executed here."""
+    path = path.resolve()
+    return _loaded[path][1] if path in _loaded else {str(path): sha256(path)}
 
 
-def _module(path: Path, path_shown: Path) -> ModuleType:
+def _module(path: Path) -> ModuleType:
+    with _loading:
+        if path not in _loaded or any(_changed(file, digest) for file, digest in _loaded[path][1].items()):
+            _loaded[path] = _executed(path)
+        return _loaded[path][0]
+
+
+def _changed(file: str, digest: str) -> bool:
+    return not Path(file).is_file() or sha256(Path(file)) != digest
+
+
+def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
+    """Execute a file, with those modules anew that are beside it or were imported by another file of a user's."""
+    name = f"{USER_MODULE}{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None, "its name ends in .py"
+    module = importlib.util.module_from_spec(spec)
+    before = {other: there for other, there in sys.modules.items() if other in _imported or _is_in(there, path.parent)}
+    for other in before:
+        del sys.modules[other]
+    others, bytecode = set(sys.modules), sys.dont_write_bytecode
+    sys.path[:] = [str(path.parent), *(entry for entry in sys.path if entry != str(path.parent))]
+    importlib.invalidate_caches()
+    sys.dont_write_bytecode = True  # by time and size alone, an edit within a second could be taken for what it was
+    sys.modules[name] = module
     try:
-        units = user_modules.units(path)
-    except OSError as error:
-        raise UsageError(f"{path_shown}: cannot be read ({error.strerror})") from None
-    name = user_modules.named(units)[path]
-    others = frozenset(other for unit in units.values() for other in unit.elsewhere)
-    first = name not in sys.modules
-    module = apart(lambda: importlib.import_module(name))
-    try:
-        if first:
-            user_modules.check_elsewhere(others, path_shown)
-        near = user_modules.digests(units.values())
-        _loaded[str(path)] = {**user_modules.elsewhere(others), **near}
-        for file, digest in near.items():  # what was run itself before, and edited since, is what it is here
-            if _loaded.get(file, near).get(file) != digest:
-                _loaded.pop(file, None)
-    except (UsageError, OSError) as error:
-        sys.modules.pop(name, None)  # it is executed again at the next request, and refused again
-        raise error if isinstance(error, UsageError) else UsageError(f"{path_shown}: {explained(error)}") from None
-    return module
-
-
-def apart(call: Callable[[], Result]) -> Result:
-    """Call a user's code, and put back what it changes of this process that others' files and numbers depend on.
-
-    That are the current folder, what ``sys.stdout`` and its like are, NumPy's way with floating-point errors, and
-    OpenCV's number of threads and fast paths.
-    """
-    folder, streams, cv2 = _folder(), (sys.stdin, sys.stdout, sys.stderr), sys.modules.get("cv2")
-    switches = (cv2.getNumThreads(), cv2.useOptimized()) if cv2 else None
-    try:
-        return contextvars.copy_context().run(call)  # NumPy keeps what np.seterr says in the context
+        spec.loader.exec_module(module)
+        new = {other: _file(sys.modules[other]) for other in sys.modules.keys() - others}
     finally:
-        sys.stdin, sys.stdout, sys.stderr = streams
-        if folder is not None and _folder() != folder:
-            with contextlib.suppress(OSError):  # it is gone
-                os.chdir(folder)
-        if cv2 and switches and (cv2.getNumThreads(), cv2.useOptimized()) != switches:
-            cv2.setNumThreads(switches[0])
-            cv2.setUseOptimized(switches[1])
+        sys.dont_write_bytecode = bytecode
+        sys.modules.update((other, there) for other, there in before.items() if other not in _imported)
+    own = {other: file for other, file in new.items() if file is not None and is_users(file) and other != name}
+    _imported.update(own)
+    return module, {str(file): sha256(file) for file in sorted({path, *own.values()})}
 
 
-def _folder() -> str | None:
-    try:
-        return os.getcwd()  # noqa: PTH109  (at every frame: a path takes longer)
-    except OSError:
-        return None
+def _file(module: ModuleType) -> Path | None:
+    file = getattr(module, "__file__", None)
+    return Path(file).resolve() if isinstance(file, str) else None
+
+
+def _is_in(module: ModuleType, folder: Path) -> bool:
+    file = None if module.__name__.startswith(("__main__", USER_MODULE)) else _file(module)
+    return file is not None and file.is_relative_to(folder) and is_users(file)
 
 
 def sha256(path: Path) -> str:
@@ -145,16 +145,30 @@ def sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def closure(path: Path) -> dict[str, str]:
-    """SHA-256, by absolute path, of the file at ``path`` and of every module of the user's own that it imports.
+def is_users(file: Path) -> bool:
+    """Say whether the file at a resolved path is the user's own: of no installed package, and not of this project."""
+    installed = {"site-packages", "dist-packages"} & set(file.parts)
+    return file.is_file() and not installed and not any(file.is_relative_to(place) for place in _foreign())
 
-    Raises ``OSError`` where one cannot be read, and `UsageError` where one was edited after this process imported it.
-    """
-    units = user_modules.units(path.resolve())
-    near = user_modules.digests(units.values())
-    user_modules.check_unedited(near)
-    others = {name for unit in units.values() for name in unit.elsewhere}
-    return dict(sorted({**user_modules.elsewhere(others), **near}.items()))
+
+@functools.cache
+def _foreign() -> tuple[Path, ...]:
+    """Folders whose modules are not a user's own: Python's, those of installed packages, this project's."""
+    paths = sysconfig.get_paths()
+    places = [paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    places += [*site.getsitepackages(), site.getusersitepackages()]
+    return (*(Path(place).resolve() for place in places), *package_folders().values())
+
+
+@functools.cache
+def package_folders() -> dict[str, Path]:
+    """Return where this project's packages are, by name."""
+    folders = {}
+    for name in PACKAGES:
+        spec = importlib.util.find_spec(name)
+        if spec is not None and spec.submodule_search_locations:
+            folders[name] = Path(next(iter(spec.submodule_search_locations))).resolve()
+    return folders
 
 
 def of_users(error: BaseException) -> BaseException | None:

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from dsnn.hints import closest
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_name, short
-from experiments.bench.engine.user_code import apart, traced
+from experiments.bench.engine.user_code import traced
 from experiments.bench.judging.checks import weakest
 from experiments.bench.judging.claim_files import PACKAGE, claim_ids
 from experiments.bench.judging.verdict import Outcome, Verdict
@@ -174,7 +173,7 @@ class Claim:
             return Outcome.unjudged("nothing to judge it on was shown")
         copies = [dict(row) for row in rows]  # what a judge changes is its own
         try:
-            answer = apart(lambda: self.judge(copies, *more))
+            answer = self.judge(copies, *more)
             if not isinstance(answer, Outcome):
                 trouble = f"its judge answered {short(answer)}, expected an Outcome"
                 return _broken(trouble, len(rows), trouble)
@@ -183,8 +182,7 @@ class Claim:
             texts = str(answer.measured), str(answer.effect)
             n, decided, fewest = int(answer.n) or len(rows), str(answer.decided), int(answer.fewest)
             return Outcome(answer.verdict, *texts, n, decided, fewest, answer.broken, checks=answer.checks)
-        except BaseException as error:  # SystemExit too: sys.exit in a judge ends the judge
-            interrupts.pass_on(error)
+        except Exception as error:
             if isinstance(error, KeyError) and (near := closest(str(error.args[0]), map(str, rows[0]))):
                 error.add_note(f"nearest column: {near}")
             return _broken(f"its judge raised {type(error).__name__}", len(rows), traced(error))

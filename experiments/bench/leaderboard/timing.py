@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Sequence
-from functools import partial
 
 import cv2
 import numpy as np
@@ -14,9 +14,7 @@ from threadpoolctl import threadpool_limits
 from dsnn import VisionModel
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.user_code import apart
 
 ROUNDS = 40
 BLOCK = 4
@@ -40,9 +38,8 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
             block = [frames[(number * BLOCK + i) % len(frames)] for i in range(BLOCK)]
             for label, model in list(running.items()):
                 try:
-                    seconds = apart(partial(_time, model, [frozen(frame) for frame in block]))
-                except BaseException as error:  # its trials tell why
-                    interrupts.pass_on(error)
+                    seconds = _time(model, [frozen(frame) for frame in block])
+                except Exception:  # its trials tell why
                     del running[label]
                     continue
                 if number:
@@ -60,8 +57,6 @@ def _time(model: VisionModel, block: Sequence[npt.NDArray[np.uint8]]) -> float:
 def _built(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> dict[str, VisionModel]:
     built: dict[str, VisionModel] = {}
     for model in models:
-        try:
-            built[model.label] = apart(partial(model.build, shape))
-        except BaseException as error:
-            interrupts.pass_on(error)
+        with contextlib.suppress(Exception):
+            built[model.label] = model.build(shape)
     return built

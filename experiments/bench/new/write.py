@@ -10,6 +10,7 @@ from pathlib import Path
 from dsnn.hints import nearest
 from experiments.bench.engine.errors import LONGEST_NAME, UsageError, short
 from experiments.bench.engine.templates import render
+from experiments.bench.engine.user_code import is_users
 from experiments.bench.new.kinds import KINDS
 
 
@@ -61,7 +62,12 @@ def _stem(kind: str, name: str) -> str:
         raise UsageError(f"{what}: legal is a name of a letter, then letters, digits, - and _, up to {LONGEST_NAME}")
     if name in KINDS[kind].shipped():
         raise UsageError(f"{what}: {'an' if kind[0] in 'aeiou' else 'a'} {kind} of that name ships; give yours another")
-    if keyword.iskeyword(stem) or importlib.util.find_spec(stem) is not None:
+    if keyword.iskeyword(stem) or _is_installed(stem):
         taken = "a word" if keyword.iskeyword(stem) else "a module"
         raise UsageError(f"{what}: Python has {taken} '{stem}', which {stem}.py would hide; give yours another name")
     return stem
+
+
+def _is_installed(stem: str) -> bool:
+    spec = importlib.util.find_spec(stem)
+    return spec is not None and spec.origin is not None and not is_users(Path(spec.origin))

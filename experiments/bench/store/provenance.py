@@ -11,14 +11,12 @@ import platform
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
 from dsnn import forms
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import as_loaded, closure, is_own, sha256
-from experiments.bench.engine.user_modules import is_users, package_folders
+from experiments.bench.engine.user_code import digests, is_own, is_users, package_folders, sha256
 from experiments.bench.judging.claim import Claim
 
 LIBRARIES = (
@@ -55,7 +53,7 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     Returns
     -------
     dict
-        ``files``: SHA-256, by path, of the user's files and of the modules that they import (`user_code.closure`).
+        ``files``: SHA-256, by path, of the user's files and of the modules that they import.
         ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the networks
         (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all, which mark the rows;
         neither the commit nor Python's own version enters it.
@@ -68,14 +66,9 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     files: dict[str, str] = {}
     for path in (*filter(is_own, sources), *_declaring(experiment)):
         if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
-            files |= _hashes(path)  # a file of the project's, asked for by its path, is part of its source
+            files |= digests(Path(path))  # a file of the project's, asked for by its path, is part of its source
     record: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
     return {**record, "code": _code(record)}
-
-
-def _hashes(path: str) -> Mapping[str, str]:
-    """Return the digests of a file and of the modules it imports: of a Python file that has run, as it was then."""
-    return as_loaded(path) or closure(Path(path))
 
 
 def _declaring(experiment: object) -> Iterator[str]:
@@ -240,19 +233,9 @@ def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 
 def check(record: Mapping[str, Any]) -> None:
-    """Raise `OtherCode`, in a worker, where this process computes with other code than ``record`` tells of.
-
-    Of the user's files those count that this process has loaded, as they were then, and policies, arenas and pictures,
-    which are read again.
-    """
+    """Raise `OtherCode`, in a worker, where this process would compute with other code than ``record`` tells of."""
     if record["source"]["digest"] != digest():
         raise OtherCode("colias-sim's own source here is not that which the run was begun with")
-    if record["form"] != form():
-        raise OtherCode(f"the network's form is {form()} here, and {record['form']} where the run was begun")
-    for path in {path for loaded in map(as_loaded, record["files"]) for path in loaded} - record["files"].keys():
-        raise OtherCode(f"{path}: is loaded here, and was not where the run was begun")
     for path, expected in record["files"].items():
-        if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, record["files"])) or (
-            not path.endswith((".py", *EXTENSION_SUFFIXES)) and sha256(Path(path)) != expected
-        ):
-            raise OtherCode(f"{path}: was edited after the run was begun, or a worker still has what it was before")
+        if sha256(Path(path)) != expected:
+            raise OtherCode(f"{path}: was edited after the run was begun")

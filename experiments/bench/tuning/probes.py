@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 from typing import Any, Literal
 
 from dsnn.hints import nearest
@@ -18,7 +18,6 @@ from dsnn.stimuli import StimulusEntry
 from experiments.bench.clips.experiment import Clip
 from experiments.bench.engine import settings
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import apart
 
 Kind = Literal["curve", "map", "polar", "approach"]
 
@@ -244,8 +243,8 @@ def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, se
         )
         changes = {param: getattr(params, param) for param in typed}
         try:
-            clip = apart(partial(Clip, f"{name} {changes[name]:g}", entry, tuple(changes.items())))
-            direction = apart(partial(direction_deg, clip, seed))
+            clip = Clip(f"{name} {changes[name]:g}", entry, tuple(changes.items()))
+            direction = direction_deg(clip, seed)
         except ValueError as error:
             raise UsageError(f"--over {over}: {error}") from error
         probes.append(Probe(clip, entry.name, float(changes[name]), direction_deg=direction))

@@ -82,7 +82,7 @@ class Infinite(Sound):
 
 class Failing(Sound):
     def step(self, frame, **of):
-        raise SystemExit("no more")
+        raise RuntimeError("no more")
 
 
 class Writing(Sound):
@@ -111,7 +111,7 @@ def test_a_sound_model_keeps_them_all(monkeypatch):
         (OneSided, "mirror", "expected the other sign"),
         (Lenient, "refusal", "dsnn.frames.luma"),
         (Infinite, "answers", "in frame 0, hs is inf"),
-        (Failing, "answers", "SystemExit: no more"),
+        (Failing, "answers", "RuntimeError: no more"),
         (Writing, "answers", "read-only"),
     ],
 )

@@ -104,7 +104,7 @@ class Slow(Sound):
 
 class Raising(Sound):
     def frame(self, index):
-        raise SystemExit("no more")
+        raise RuntimeError("no more")
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,6 @@ def rows_of(record, model):
 RAISES = "self.seen = getattr(self, 'seen', -1) + 1\n        if self.seen == 5: {}"
 BREAKS = {
     "raises": "raise ValueError('odd')",
-    "leaves": "raise SystemExit(3)",
     "returns nothing": "return None",
     "returns no number": "return Response(float('nan'), 0.0, 0, 0)",
 }

@@ -3,18 +3,20 @@
 import dataclasses
 import json
 import re
+from types import SimpleNamespace
 
 import pyarrow.parquet as pq
 import pytest
 
 from experiments import NAMES
 from experiments.bench import registry
+from experiments.bench.cli import main
 from experiments.bench.figures import plotting
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
-from experiments.bench.reproduction import replicates
+from experiments.bench.reproduction import replicates, report, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.robot import recording as robot_recording
 from experiments.bench.robot import run as robot_run
@@ -240,3 +242,16 @@ def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
 def test_a_replicate_with_no_trial_is_not_judged():
     (replicate,) = every(design(1, 1), [])
     assert {replicates.judged(claim, replicate).verdict for claim in registry.answering()} == {"not shown"}
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_a_reproduction_says_by_its_status_whether_trials_failed(failed, monkeypatch, tmp_path):
+    failures = [SimpleNamespace(model="odd")] if failed else []
+    reproduction = reproduce.Reproduction(
+        folder=tmp_path, scale=QUICK, seed=0, claims=[], pooled={},
+        runs=[(None, SimpleNamespace(failures=failures))], offline=[], sensitivity=None, behaviours=[],
+        own_claims=[], failures={"replicates": []}, description={}, readings=[],
+    )  # fmt: skip
+    monkeypatch.setattr(reproduce, "reproduce", lambda *_: reproduction)
+    monkeypatch.setattr(report, "write", lambda _: tmp_path)
+    assert main.command(["reproduce", "--quick", "--quiet", "--out", str(tmp_path)]) == int(failed)

@@ -177,22 +177,6 @@ def test_other_claims_are_judged_on_the_trials_that_are_done(monkeypatch, capsys
     assert (code, message.count("\n")) == (2, 1) and "choose another --out" in message
 
 
-def test_a_file_edited_while_the_run_goes_on_ends_it(colias):
-    """It edits itself, where it is loaded first: its workers then have another one."""
-    write_files(colias.folder)
-    text = MODEL + (
-        "\nimport multiprocessing, pathlib\n"
-        "if multiprocessing.parent_process() is None:\n"
-        "    pathlib.Path(__file__).write_text(pathlib.Path(__file__).read_text() + '# edited\\n')\n"
-    )
-    (colias.folder / "tiny.py").write_text(text)
-    done = colias("run", "mine.py", "--no-recordings", "--workers", "1", "--out", "out", "-q")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 2), done.stderr
-    assert done.stderr.startswith("stopped after 0 of 4 clips") and "Traceback" not in done.stderr
-    assert "tiny.py: was edited after the run was begun" in done.stderr
-    assert not (colias.folder / "out" / TRIALS).exists()
-
-
 @pytest.fixture
 def elsewhere(tmp_path):
     """A copy of the project in no checkout, and what runs its command line."""
