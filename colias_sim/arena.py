@@ -17,6 +17,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from dsnn.pictures import read_picture
 from scenes import ARENAS, FOLDER, arena_path
 
 if TYPE_CHECKING:
@@ -210,6 +211,8 @@ class _Reader:
                 beside = (Path(), *map(Path, dict.fromkeys(folders)))
                 place = self._place(element.tag, name, beside, (FOLDER / "assets",))
                 data = self._taken(place)
+                if data.startswith(b"\x89PNG") and data[24] == 16:  # bits, of which MuJoCo takes the upper 8
+                    read_picture(place)
                 if self.assets.setdefault(name, data) != data or any(
                     name != other and PurePosixPath(name).name == PurePosixPath(other).name for other in self.assets
                 ):
@@ -239,10 +242,6 @@ class _Reader:
         for folder in beside:
             place = self._folder / folder / name
             if place.is_file() and place != self._path:
-                if not place.resolve().is_relative_to(self._folder):
-                    raise ValueError(
-                        f"arena {self._path}: <{tag}> names {name}, a link to outside of its folder: copy the file"
-                    )
                 return place.resolve()
         for folder in shipped:
             if (folder / name).is_file():

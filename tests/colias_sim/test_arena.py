@@ -17,6 +17,7 @@ from colias_sim.arena import Arena
 from colias_sim.obstacles import Obstacle, obstacles, outline
 from colias_sim.scene import compile_arena
 
+CASES = Path(__file__).parents[1] / "data" / "cases"
 PILLAR = '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.2 0.05 0.04"/>'
 PICTURE = '<asset><texture name="t" type="2d" file="{}"/><material name="t" texture="t"/></asset>'
 
@@ -132,6 +133,12 @@ def test_pictures_beside_the_file_and_below_it_are_noted_with_it(tmp_path):
     source = written(tmp_path, before=PICTURE.format("tex/own.png"))
     assert set(Arena.read(source).files) == {tmp_path / "own.xml", tmp_path / "tex" / "own.png"}
     compile_arena(source)
+
+
+def test_a_picture_of_12_bits_is_refused_not_black(tmp_path):
+    shutil.copy(CASES / "twelve-bits.png", tmp_path / "deep.png")
+    with pytest.raises(ValueError, match=r"deep\.png"):
+        Arena.read(written(tmp_path, before=PICTURE.format("deep.png")))
 
 
 @pytest.mark.parametrize(
