@@ -24,6 +24,12 @@ _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _Register = Annotated[int, Field(ge=0, le=255)]
 
 
+def _checked_curve(points: tuple[int, ...]) -> tuple[int, ...]:
+    if len(points) != len(GAMMA_RESET) or any(after < before for before, after in pairwise(points)):
+        raise ValueError(f"gamma_points must be {len(GAMMA_RESET)} values that do not fall, got {points}")
+    return points
+
+
 def known_picture(path: str) -> str:
     """Check the path of a picture, which may be empty; return it, or raise ``ValueError``."""
     if path and not Path(path).is_file():
@@ -277,10 +283,9 @@ class CameraConfig:
         " falloff: 4); the sensor's correction of lens shading is off",
     )
     gamma: bool = Field(default=False, description="whether the sensor's gamma curve is on (OV7670 after a reset: on)")
-    gamma_points: tuple[_Register, ...] = Field(
+    gamma_points: Annotated[tuple[_Register, ...], AfterValidator(_checked_curve)] = Field(
         default=GAMMA_RESET,
-        min_length=len(GAMMA_RESET),
-        max_length=len(GAMMA_RESET),
+        json_schema_extra={"minItems": len(GAMMA_RESET), "maxItems": len(GAMMA_RESET)},
         description="GAM1 to GAM15, the outputs of the gamma curve at inputs 4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96,"
         " 112, 144, 176 and 208; they do not fall",
     )
@@ -325,9 +330,6 @@ class CameraConfig:
                     f"row_time_us={self.row_time_us:g}: {self.height} rows have to be read within a frame, so legal "
                     f"is up to {longest:g}"
                 )
-        if any(after < before for before, after in pairwise(self.gamma_points)):
-            values = ",".join(map(str, self.gamma_points))
-            raise ValueError(f"gamma_points={values}: legal are 15 values that do not fall")
         if self.auto_exposure:
             self._check_loop()
         return self

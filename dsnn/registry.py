@@ -39,6 +39,26 @@ LONGEST_NAME = 60
 class ModelEntry:
     """A registered model: how to build it for frames of shape (R, C), and its parameters on the robot.
 
+    Parameters
+    ----------
+    name
+        Up to 60 letters, digits, ``.``, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    build
+        Makes the model from the shape (R, C) of its frames and from parameters.
+    robot
+        The parameters of the on-board trials: a frozen, validated dataclass.
+    source
+        The literature that the model is written from.
+    channels
+        Fields of a `Response` that the model fills in, some of ``hs``, ``vs``, ``looming``, ``azimuth``. Others are
+        ignored.
+    offline
+        The parameters of the off-line tests; None where they are those of the robot.
+    thresholds
+        Channel -> the name of the parameter that is its spiking threshold, where it is another than ``t_sp``.
+
     Raises
     ------
     ValueError
@@ -46,22 +66,13 @@ class ModelEntry:
     """
 
     name: str
-    """Up to 60 letters, digits, ``.``, ``-`` and ``_``."""
     summary: str
-    """A line for ``colias list``."""
     build: Callable[[tuple[int, int], Any], VisionModel]
-    """Makes the model from the shape (R, C) of its frames and from parameters."""
     robot: Any
-    """The parameters of the on-board trials: a frozen, validated dataclass."""
     source: str = ""
-    """The literature that the model is written from."""
     channels: tuple[str, ...] = DIRECTION
-    """Fields of a `Response` that it answers by, some of ``hs``, ``vs``, ``looming``, ``azimuth``; the rest is dropped.
-    """
     offline: Any = None
-    """The parameters of the off-line tests; None where they are those of the robot."""
     thresholds: Mapping[str, str] = field(default_factory=dict)
-    """Channel -> the name of the parameter that is its spiking threshold, where it is another than ``t_sp``."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", self.name):

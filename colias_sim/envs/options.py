@@ -227,9 +227,9 @@ def options_of(kind: Any) -> dict[str, FieldInfo]:
 
 
 def bounds(option: FieldInfo) -> str:
-    """Return the range of a number as ``least .. greatest``; empty for anything else."""
+    """Return the range of a number in words; empty for anything else."""
     low, high = ([getattr(m, sign) for m in option.metadata if hasattr(m, sign)] for sign in ("ge", "le"))
-    return f"{low[0]:g} .. {high[0]:g}" if low and high else ""
+    return f"between {low[0]:g} and {high[0]:g}" if low and high else ""
 
 
 def _with_self(options: Callable[..., Any]) -> inspect.Signature:
@@ -245,7 +245,7 @@ def _flags(kind: Any, values: Mapping[str, Any]) -> dict[str, str]:
     """Name -> what is wrong, for truth values in the place of numbers, which pydantic would take for 0 and 1."""
     numbers = {name: option for name, option in options_of(kind).items() if option.annotation in (int, float)}
     return {
-        name: f"{name}={values[name]!r}: expected a number, not a truth value ({bounds(option)})"
+        name: f"{name} must be a number {bounds(option)}, got {values[name]!r}"
         for name, option in numbers.items()
         if is_flag(values.get(name))
     }
@@ -259,5 +259,7 @@ def _problem(kind: Any, problem: Mapping[str, Any]) -> str:
     name, known = str(problem["loc"][0]), options_of(kind)
     if name not in known:
         return f"no keyword argument '{name}': known are {', '.join(known)}{nearest(name, known, ' (', ')')}"
-    legal = bounds(known[name])
-    return f"{name}={problem['input']!r}: {text[0].lower()}{text[1:]}" + (f" ({legal})" if legal else "")
+    if problem["type"] == "value_error":
+        return f"{name}={problem['input']!r}: {text}"
+    must = text.removeprefix("Input should be ")
+    return f"{name} must be {bounds(known[name]) or f'{must[0].lower()}{must[1:]}'}, got {problem['input']!r}"

@@ -74,7 +74,7 @@ class Apparent(Stimulus[ApparentParams]):
         field = p.columns if x else p.rows
         if not p.spacing_px + p.width_px <= p.period_px <= field:
             least = p.spacing_px + p.width_px
-            raise ValueError(f"period_px={p.period_px}: legal is a whole number from {least} to the frame's {field}")
+            raise ValueError(f"period_px must be between {least} and the frame's {field}, got {p.period_px}")
         self._first = round(p.rest_s * p.fps)
         self._second = self._first + p.delay_frames
         self._frames = self._second + max(1, round(p.after_s * p.fps))

@@ -41,7 +41,7 @@ class Jittered(Stimulus[ClipParams]):
     def __init__(self, inner: Stimulus[ClipParams], sd_px: float = 0.3, seed: int = 0) -> None:
         super().__init__(inner.params, seed)
         if not 0.0 <= sd_px <= LARGEST_SD_PX:
-            raise ValueError(f"sd_px={sd_px:g}: legal is a number from 0 to {LARGEST_SD_PX:g}")
+            raise ValueError(f"sd_px must be between 0 and {LARGEST_SD_PX:g}, got {sd_px:g}")
         self.inner = inner
         drawn = stream("jitter", seed).standard_normal((len(inner), 2))
         self.shifts = sd_px * np.clip(drawn, -LIMIT_SD, LIMIT_SD)

@@ -31,6 +31,17 @@ from dsnn.stimuli.street import Street, StreetParams
 class StimulusEntry:
     """A stimulus: its default parameters, and how to build it from some.
 
+    Parameters
+    ----------
+    name
+        Name by which `stimulus` finds it: up to 60 letters, digits, ``.``, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    build
+        Makes the clip from parameters and a seed.
+    params
+        Default parameters of the stimulus: a frozen, validated dataclass.
+
     Raises
     ------
     ValueError
@@ -38,13 +49,9 @@ class StimulusEntry:
     """
 
     name: str
-    """Name by which `stimulus` finds it: up to 60 letters, digits, ``.``, ``-`` and ``_``."""
     summary: str
-    """A line for ``colias list``."""
     build: Callable[[Any, int], Stimulus[ClipParams]]
-    """Makes the clip from parameters and a seed."""
     params: ClipParams
-    """Default parameters of the stimulus: a frozen, validated dataclass."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}", self.name):
@@ -86,9 +93,11 @@ class StimulusEntry:
         except ValidationError as error:
             problem = error.errors()[0]
             where = ".".join([self.name, *(str(part) for part in problem["loc"])])
-            text = problem["msg"].removeprefix("Value error, ")
-            reason = f"{text[0].lower()}{text[1:]}"
-            raise ValueError(f"{where}={problem['input']!r}: {reason}") from error
+            if problem["type"] == "value_error":
+                text = problem["msg"].removeprefix("Value error, ")
+                raise ValueError(f"{where}={problem['input']!r}: {text}") from error
+            must = problem["msg"].removeprefix("Input should be ")
+            raise ValueError(f"{where} must be {must[0].lower()}{must[1:]}, got {problem['input']!r}") from error
         if not isinstance(built, Stimulus):
             raise ValueError(f"{self.name}: build makes a {type(built).__name__}: legal is a dsnn.stimuli.Stimulus")
         return built

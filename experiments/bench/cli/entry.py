@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 EXIT_USAGE = 2
+EXIT_CLOSED = 141
+"""The status of a program that SIGPIPE ends: nobody reads its output on."""
 
 
 def begin() -> None:
@@ -63,7 +65,11 @@ def _outcome() -> tuple[int, str]:
     except KeyboardInterrupt:
         status, message = interrupts.STATUS, interrupts.SAID
     except BrokenPipeError:
-        status = 1
+        status = EXIT_CLOSED
+    except SystemExit as error:  # Rich and Typer end the process so where nobody reads on
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise
+        status = EXIT_CLOSED
     except Exception as error:
         user_code = sys.modules.get("experiments.bench.engine.user_code")  # without it no user's file was run
         if user_code and user_code.of_users(error):
@@ -76,7 +82,7 @@ def _outcome() -> tuple[int, str]:
     if trouble is None:
         return status, message
     if isinstance(trouble, BrokenPipeError):  # nobody reads on
-        return status or 1, message
+        return status or EXIT_CLOSED, message
     return EXIT_USAGE, f"colias: standard output: {getattr(trouble, 'strerror', None) or trouble}"
 
 

@@ -107,7 +107,7 @@ def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -
                                      ("--steps", steps, ROLLOUT * max(envs, 1), 10**8)):  # fmt: skip
         if not least <= value <= most:
             why = f" ({ROLLOUT} for each of {envs} envs at least)" if name == "--steps" else ""
-            raise UsageError(f"{name} {value}: legal is a whole number from {least} to {most}{why}")
+            raise UsageError(f"{name} must be between {least} and {most}, got {value}{why}")
     for change in changes:
         if change.partition("=")[0].partition(".")[0] not in TRAINED_UNDER:
             raise UsageError(f"--set {change}: a training may change {', '.join(TRAINED_UNDER)}")
@@ -121,9 +121,7 @@ def _study(about: About, seeds: int, out: Path | None, means: Resources) -> int:
 
     most = min(MOST_SEEDS, MOST_SEED + 1 - about.seed)
     if not LEAST_SEEDS <= seeds <= most:
-        raise UsageError(
-            f"--seeds {seeds}: legal is a whole number from {LEAST_SEEDS} to {most}; without it one is trained"
-        )
+        raise UsageError(f"--seeds must be between {LEAST_SEEDS} and {most}, got {seeds}; without it one is trained")
     asked = study.Study(about, seeds)
     folder = results_folder(out, f"train-{about.env.partition('/')[2]}")
     if not (folder / study.NAME).exists():

@@ -64,7 +64,7 @@ class About:
     steps: int = Field(ge=0)
     envs: int = Field(ge=1)
     model: Annotated[str, AfterValidator(_known_model)] = "hybrid"
-    hidden: tuple[Annotated[int, Field(ge=1, le=512)], ...] = Field(default=(32, 32), min_length=1, max_length=4)
+    hidden: tuple[Annotated[int, Field(ge=1, le=512)], ...] = Field(default=(32, 32), max_length=4)
     steering: Steering = Steering()
     versions: Mapping[str, str] = Field(default_factory=dict)
     options: Annotated[Mapping[str, Any], AfterValidator(_legal_options)] = Field(default_factory=dict)

@@ -104,7 +104,7 @@ def worker_count(given: int | None) -> int:
     if given is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if isinstance(given, bool) or not isinstance(given, int) or not 0 <= given <= 256:
-        raise UsageError(f"--workers {given}: legal is a whole number from 0 to 256")
+        raise UsageError(f"--workers must be between 0 and 256, got {given}")
     return given
 
 

@@ -48,7 +48,7 @@ def check_name(what: str, name: object) -> None:
     """Raise ``ValueError`` for a name, of a ``what``, that tables, figures and file names cannot show."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name) or len(name) > LONGEST_NAME:
         text = repr(name) if len(repr(name)) <= LONGEST_NAME else f"{repr(name)[:LONGEST_NAME]}..."
-        raise ValueError(f"{what} {text}: legal in a name are up to {LONGEST_NAME} letters, digits, ., - and _")
+        raise ValueError(f"{what} {text}: a name must be up to {LONGEST_NAME} letters, digits, ., - and _")
 
 
 def explain(error: ValidationError) -> str:
@@ -59,31 +59,20 @@ def explain(error: ValidationError) -> str:
     problem = min(error.errors(), key=lambda entry: entry["type"] != "unexpected_keyword_argument")
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
     if problem["type"] == "missing" or problem["type"] == "missing_argument":
-        return f"{where}: it has to be given"
-    if problem["type"] in ("tuple_type", "list_type"):
-        return f"{where}={problem['input']!r}: expected a list such as (2, 4)"
-    return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
+        return f"{where} must be given"
+    if problem["type"].startswith("value_error"):
+        return f"{where}={short(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
+    must = problem["msg"].removeprefix("Input should be ")
+    return f"{where} must be {must[0].lower()}{must[1:]}, got {short(problem['input'])}"
 
 
 LONGEST_TROUBLE = 500
 """Characters of what is told of one failure."""
 
 
-def explained(error: BaseException, instead: str | None = None) -> str:
-    """Return what an exception says, or the text ``instead``, in one line that begins with the exception's kind.
-
-    The line has at most `LONGEST_TROUBLE` characters, and none that would steer a terminal.
-    """
-    kind, text = type(error).__name__, message(error) if instead is None else instead
-    return printable(f"{kind}: {text}" if text else kind)
-
-
-def message(error: BaseException) -> str:
-    """Return the message of an exception; empty where it has none, or making it fails."""
-    try:
-        return str(error)
-    except Exception:
-        return ""
+def explained(error: BaseException) -> str:
+    """Return what a library's exception says in one line that begins with the exception's kind."""
+    return printable(f"{type(error).__name__}: {error}")
 
 
 def printable(text: str, limit: int = LONGEST_TROUBLE) -> str:
@@ -96,11 +85,11 @@ def printable(text: str, limit: int = LONGEST_TROUBLE) -> str:
 def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
     """Raise ``ValueError`` for what no declaration of an experiment can say of itself."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
-        raise ValueError(f"{kind} {short(name)}: its name: legal are letters, digits, - and _")
+        raise ValueError(f"{kind} {short(name)}: its name must be letters, digits, - and _")
     if not isinstance(summary, str):
-        raise ValueError(f"{kind} {name}: summary={short(summary)}: legal is a text")
+        raise ValueError(f"{kind} {name}: summary must be a text, got {short(summary)}")
     if not isinstance(repeats, int) or isinstance(repeats, bool) or repeats < 1:
-        raise ValueError(f"{kind} {name}: repeats={short(repeats)}: legal is a whole number from 1 up")
+        raise ValueError(f"{kind} {name}: repeats must be a whole number of 1 or more, got {short(repeats)}")
 
 
 def short(value: Any) -> str:

@@ -82,9 +82,9 @@ def check_counts(seed: int, repeats: int = 1, option: str = "--repeats", jobs: i
     most = max(MOST_JOBS // max(jobs, 1), 1)
     if not 1 <= repeats <= most:
         per_repeat = f" ({jobs:,} {things} each; a run has up to {MOST_JOBS:,})" if repeats > most and jobs > 1 else ""
-        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 to {most}{per_repeat}")
+        raise UsageError(f"{option} must be between 1 and {most}, got {repeats}{per_repeat}")
     if not 0 <= seed <= MOST_SEED:
-        raise UsageError(f"--seed {seed}: legal is a whole number from 0 to {MOST_SEED}")
+        raise UsageError(f"--seed must be between 0 and {MOST_SEED}, got {seed}")
 
 
 def collect(
@@ -148,9 +148,12 @@ def changed(
     except ValidationError as error:
         problem = error.errors()[0]
         name = str(problem["loc"][0]) if problem["loc"] else ""
-        legal = _legal(properties[name]) if name else ""
-        message = problem["msg"].removeprefix("Value error, ")
-        reason = f"legal is {legal}" if legal else message
+        reason = problem["msg"].removeprefix("Value error, ")
+        schema, given = properties.get(name, {}), changes.get(name, "")
+        if problem["loc"][1:] and schema.get("type") == "array" and problem["type"] != "missing":  # one of several
+            schema, given = (schema.get("prefixItems") or [schema["items"]])[0], problem["input"]
+        if problem["type"] != "value_error" and (legal := _legal(schema)):
+            reason = f"{name} must be {legal}, got {given}"
         where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
 
@@ -168,7 +171,7 @@ def _presets(value: Any) -> Mapping[str, Any]:
 
 def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
     if name not in _presets(value):
-        raise UsageError(f"{say(PRESET, name)}: legal is {', '.join(_presets(value))}")
+        raise UsageError(f"{say(PRESET, name)}: {PRESET} must be one of {', '.join(_presets(value))}, got {name}")
     return _presets(value)[name]
 
 
@@ -209,12 +212,13 @@ def _legal(schema: Mapping[str, Any]) -> str:
         count = f"{number} values" if exact else "one or more values"
         return f"{count}, separated by commas, each {_legal(parts[0])}"
     if "enum" in schema:
-        return ", ".join(map(str, schema["enum"]))
+        return f"one of {', '.join(map(str, schema['enum']))}"
     if schema.get("type") == "boolean":
         return "true or false"
     if schema.get("type") in ("number", "integer"):
-        kind = "a whole number" if schema["type"] == "integer" else "a number"
-        return " ".join([kind, *_bounds(schema)])
+        bounds = " and ".join(_bounds(schema))
+        whole = "a whole number" if schema["type"] == "integer" else "" if bounds else "a number"
+        return f"{whole} {bounds}".strip()
     return ""
 
 
@@ -264,7 +268,9 @@ def _unit(schema: Mapping[str, Any]) -> str:
 
 
 def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
-    words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
+    if "minimum" in schema and "maximum" in schema:
+        return iter([f"between {_plain(schema['minimum'])} and {_plain(schema['maximum'])}"])
+    words = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
     return (f"{word} {_plain(schema[bound])}" for bound, word in words.items() if bound in schema)
 
 

@@ -295,7 +295,7 @@ class _Fields:
         """Take a whole number of a range."""
         text = self.text(name)
         if not _WHOLE.fullmatch(text) or not low <= int(text) <= high:
-            raise ValueError(f"{name}={short(text)}: legal is a whole number from {low} to {high}")
+            raise ValueError(f"{name} must be a whole number between {low} and {high}, got {short(text)}")
         return int(text)
 
 

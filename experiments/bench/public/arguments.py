@@ -25,10 +25,10 @@ def model_texts(models: Any) -> list[str]:
         models = [models]
     listed = _listed(models)
     if listed is None:
-        raise UsageError(f"models={short(models)}: legal are names and paths of .py files")
+        raise UsageError(f"models must be names and paths of .py files, got {short(models)}")
     for model in listed:
         if not is_path(model):
-            raise UsageError(f"models={short(listed)}: legal are names and paths of .py files, not {short(model)}")
+            raise UsageError(f"models must be names and paths of .py files, got {short(model)}")
     return [str(os.fspath(model)) for model in listed]
 
 
@@ -37,7 +37,7 @@ def assignments(settings: Mapping[str, Any] | None) -> list[str]:
     if settings is None:
         return []
     if not isinstance(settings, Mapping):
-        raise UsageError(f'settings={short(settings)}: legal is a mapping, for example {{"dsnn.n_con": 6}}')
+        raise UsageError(f'settings must be a mapping such as {{"dsnn.n_con": 6}}, got {short(settings)}')
     return [f"{key}={_text(str(key), value)}" for key, value in settings.items()]
 
 
@@ -54,7 +54,7 @@ def _text(key: str, value: Any) -> str:
     try:
         number = float("" if neither else value)
     except (TypeError, ValueError, OverflowError):
-        raise UsageError(f"settings: {key}={short(value)}: legal is a number, a text, or several of them") from None
+        raise UsageError(f"settings: {key} must be a number, a text, or several of them, got {short(value)}") from None
     text = str(value)  # the shortest text that is the same number again, but of a fraction or a tensor
     return text if _is_number(text) else str(number)
 
@@ -83,14 +83,14 @@ def is_path(value: object) -> TypeGuard[str | os.PathLike[str]]:
 def folder(name: str, value: Any) -> Path:
     """Return the folder that the argument ``name`` gives; `UsageError` for what is no path."""
     if not is_path(value):
-        raise UsageError(f"{name}={short(value)}: legal is the path of a folder")
+        raise UsageError(f"{name} must be the path of a folder, got {short(value)}")
     return Path(value)
 
 
 def flag(name: str, value: Any) -> bool:
     """Return true or false, also one of NumPy's; `UsageError` for anything else."""
     if not isinstance(value, bool | np.bool_):
-        raise UsageError(f"{name}={short(value)}: legal is True or False")
+        raise UsageError(f"{name} must be True or False, got {short(value)}")
     return bool(value)
 
 
@@ -101,4 +101,4 @@ def whole(name: str, value: Any) -> int:
             raise TypeError
         return operator.index(value)
     except TypeError:
-        raise UsageError(f"{name}={short(value)}: legal is a whole number") from None
+        raise UsageError(f"{name} must be a whole number, got {short(value)}") from None

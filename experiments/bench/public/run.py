@@ -250,7 +250,7 @@ def run(
     --------
     >>> from experiments import run
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
-    >>> speed.claims.to_pandas()[["id", "model", "count"]]
+    >>> speed.claims.select(["id", "model", "count"]).to_pylist()
     """
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared, name = experiment, f"experiment {experiment.name}"

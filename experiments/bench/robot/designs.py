@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from colias_sim.field_docs import unit, with_field_docs
@@ -20,6 +20,17 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 WallContrast = Annotated[float, Field(ge=0.0, le=4.0)]
 DriveCmS = Annotated[float, Field(ge=-5.0, le=5.0), unit("cm/s")]
 TurnDegS = Annotated[float, Field(ge=-30.0, le=30.0), unit("degrees/s")]
+Value = TypeVar("Value")
+
+
+def _one_or_more(values: tuple[Value, ...]) -> tuple[Value, ...]:
+    if not values:
+        raise ValueError("it needs one value or more")
+    return values
+
+
+# Not by min_length: pydantic would count the values without those out of range, and tell of a second error.
+Several = Annotated[tuple[Value, ...], AfterValidator(_one_or_more)]
 
 
 POSE_SD: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
@@ -40,8 +51,8 @@ def _ways(chosen: str) -> tuple[Direction, ...]:
 class Translation:
     """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
 
-    speeds_cm_s: tuple[SpeedCmS, ...] = Field(min_length=1, description="speeds of the stimulus")
-    distances_cm: tuple[DistanceCm, ...] = Field(min_length=1, description="distance from the camera to the path")
+    speeds_cm_s: Several[SpeedCmS] = Field(description="speeds of the stimulus")
+    distances_cm: Several[DistanceCm] = Field(description="distance from the camera to the path")
     direction: Literal["rightward", "leftward", "both"] = Field(
         default="rightward", description="direction of the crossing in the image"
     )
@@ -79,9 +90,8 @@ class Angular:
     motion: Literal["approach", "recession"] = Field(
         description="whether the stimulus moves towards the camera or away from it"
     )
-    angles_deg: tuple[AngleDeg, ...] = Field(
+    angles_deg: Several[AngleDeg] = Field(
         default=(-30.0, -15.0, 0.0, 15.0, 30.0),
-        min_length=1,
         description="angle of the path to the optical axis, negative on the robot's left",
     )
     speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
@@ -145,8 +155,8 @@ class General:
 class Contrast:
     """Crossings by shells of several greys, before the same wall."""
 
-    shell_greys: tuple[Share, ...] = Field(
-        default=(0.02, 0.2, 0.4, 0.6, 0.8, 1.0), min_length=1, description="reflectance of the stimulus's shell"
+    shell_greys: Several[Share] = Field(
+        default=(0.02, 0.2, 0.4, 0.6, 0.8, 1.0), description="reflectance of the stimulus's shell"
     )
     speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
     distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path")
@@ -176,9 +186,8 @@ class Contrast:
 class Clutter:
     """Crossings before walls of several contrasts."""
 
-    wall_contrasts: tuple[WallContrast, ...] = Field(
+    wall_contrasts: Several[WallContrast] = Field(
         default=(0.0, 0.5, 1.0, 2.0, 4.0),
-        min_length=1,
         description="contrast of the wall's texture; 1: as the arena has it",
     )
     speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
@@ -209,8 +218,8 @@ class Clutter:
 class Egomotion:
     """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
 
-    turns_deg_s: tuple[TurnDegS, ...] = Field(
-        default=(-5.0, -2.5, 0.0, 2.5, 5.0), min_length=1, description="turning of the observer, left positive"
+    turns_deg_s: Several[TurnDegS] = Field(
+        default=(-5.0, -2.5, 0.0, 2.5, 5.0), description="turning of the observer, left positive"
     )
     drives_cm_s: tuple[DriveCmS, ...] = Field(
         default=(-1.0, 1.0), description="driving of the observer where it does not turn, forward positive"

@@ -285,7 +285,7 @@ class Condition:
 
 def _number(name: str, value: object, low: float, high: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise ValueError(f"condition: {name}={value!r}: legal is a number from {low:g} to {high:g}")
+        raise ValueError(f"{name} must be between {low:g} and {high:g}, got {value!r}")
     return float(value)
 
 
@@ -391,7 +391,7 @@ class Experiment:
         for spread in ("pose_sd_mm", "heading_sd_deg"):
             value = getattr(self.design, spread, None)
             if not isinstance(value, int | float) or not 0 <= value <= 100:
-                raise ValueError(f"experiment {self.name}: design.{spread}={value!r}: legal is a number from 0 to 100")
+                raise ValueError(f"experiment {self.name}: design.{spread} must be between 0 and 100, got {value!r}")
         try:
             conditions, again = conditions_of(self.design), conditions_of(self.design)
         except ValueError as error:

@@ -28,7 +28,7 @@ LIMITS = {
 
 def _number(where: str, value: object, low: float, high: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise ValueError(f"{where}={short(value)}: legal is a number from {low:g} to {high:g}")
+        raise ValueError(f"{where} must be between {low:g} and {high:g}, got {short(value)}")
     return float(value)
 
 

@@ -61,6 +61,8 @@ class Record:
             There is no run.
         """
         if path.is_file():
+            if path.suffix not in (".rrd", ".parquet", ".csv"):
+                raise UsageError(f"{path} is no run: give its folder, or a table or recording of footage")
             return cls(path, {}, FOOTAGE)
         if not begun(path) and any(path.glob("*.rrd")):
             return cls(path, {}, FOOTAGE)

@@ -3,11 +3,13 @@
 import dataclasses
 
 import pytest
+from pydantic import ValidationError
 
-from colias_sim import RobotConfig
+from colias_sim import CameraConfig, RobotConfig
 from dsnn import DSNNParams, LPLC2Params
-from experiments import NAMES
+from experiments import NAMES, Angular, Clutter, Contrast, Egomotion, Translation
 from experiments.bench import registry
+from experiments.bench.closed_loop.policy import About
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import family
 from experiments.bench.robot.plan import configure, parameters, plan
@@ -47,19 +49,19 @@ def test_every_listed_parameter_can_be_set_to_what_it_is():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("dsnn.n_con=0", "from 1 to 64"),
+        ("dsnn.n_con=0", "between 1 and 64"),
         ("dsnn.n_con=2.5", "whole number"),
         ("dsnn.n_kon=6", "nearest: dsnn.n_con"),
         ("n_con=6", "nearest: dsnn.n_con"),
         ("dsnn.n_con", "SECTION.NAME=VALUE"),
-        ("dsnn.w_i=nan", "from 0 to 1"),
+        ("dsnn.w_i=nan", "between 0 and 1"),
         ("dsnn.k_sig=0", "above 0"),
         ("dsnn.tau_s=10", "2 values"),
         ("scene.arena=brigth", "nearest: bright"),
-        ("experiment.speeds_cm_s=-2", "from 0.5 to 35"),
+        ("experiment.speeds_cm_s=-2", "between 0.5 and 35"),
         ("experiment.direction=up", "rightward, leftward, both"),
         ("experiment.speeds_cm_s=6,6", "6 cm/s at 8 cm' is there twice"),
-        ("camera.fps=0", "from 5 to 120"),
+        ("camera.fps=0", "between 5 and 120"),
     ],
 )
 def test_refusals_name_value_and_range(text, says):
@@ -117,3 +119,15 @@ def test_a_model_with_parameters_of_its_own_is_a_family_of_its_own():
     ]  # fmt: skip
     assert family("dsnn-of-a-user", DSNNParams) == "dsnn"
     assert family("dsnn-of-a-user", LPLC2Params) == "dsnn-of-a-user"
+
+
+@pytest.mark.parametrize(
+    "kind", [Translation, Angular, Contrast, Clutter, Egomotion, CameraConfig, About], ids=lambda kind: kind.__name__
+)
+def test_one_wrong_value_of_several_is_one_error(kind):
+    """Pydantic counts the values that are left, and would tell of too few as well."""
+    with pytest.raises(ValidationError) as refused:
+        kind(**{field.name: (10**9,) for field in dataclasses.fields(kind)})
+    places = [error["loc"] for error in refused.value.errors() if error["type"] != "missing"]
+    wrong = [name for name, *index in places if index]
+    assert wrong and not {(name,) for name in wrong} & {*places}

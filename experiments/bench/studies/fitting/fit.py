@@ -111,7 +111,7 @@ class Fit:
             ("--repeats", 1 if self.search_repeats is None else self.search_repeats, 1, MOST_JOBS),
         ):  # fmt: skip
             if not isinstance(value, int) or not least <= value <= most:
-                raise UsageError(f"{option} {value}: legal is a whole number from {least} to {most}")
+                raise UsageError(f"{option} must be between {least} and {most}, got {value}")
         if self.sampler not in get_args(Sampler):
             raise UsageError(f"--sampler {self.sampler}: legal is {', '.join(get_args(Sampler))}")
         if self.study.axes or self.study.over or self.study.measures or self.study.as_run:
