@@ -34,7 +34,7 @@ DOCS = ("test_docs.py", "test_docs_questions.py", "test_docs_questions_a.py", "t
 """Tests that run what pages show, in an empty folder."""
 GOLDEN = "tests/dsnn/test_golden.py"
 INSTALL_PAGE = ROOT / "docs" / "install.md"
-EXTRA = re.compile(r"^pip install 'colias-sim\[(\w+)\]'", re.MULTILINE)
+EXTRA = re.compile(r"^pip install '\.\[(\w+)\]'", re.MULTILINE)
 """How the page of installation shows an extra."""
 TESTED_WITH = ("pytest>=9", "hypothesis>=6.130", "pytest-xdist>=3.8", "numpydoc>=1.11")
 LONG_S = 1200.0

@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 import types
-from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -114,42 +113,6 @@ def test_ranges_are_those_of_the_fields() -> None:
 def module_of(path: Path) -> str:
     parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-
-def imports(path: Path, modules: set[str]) -> set[str]:
-    """The modules that a file imports, those inside of functions too."""
-    imported: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            imported |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0
-            inside = [f"{node.module}.{alias.name}" for alias in node.names]
-            imported |= {name if name in modules else str(node.module) for name in inside}
-    return imported & modules
-
-
-@pytest.mark.parametrize("package", ["colias_sim", "dsnn"])
-def test_no_module_imports_itself_by_a_detour(package: str) -> None:
-    files = {module_of(path): path for path in (ROOT / package).rglob("*.py")}
-    graph = {name: imports(path, set(files)) for name, path in files.items()}
-    assert sum(map(len, graph.values())) > len(files)
-    TopologicalSorter(graph).prepare()  # raises CycleError
-
-
-@pytest.mark.parametrize(("package", "others"), [("colias_sim", {"scenes"}), ("dsnn", set()), ("scenes", set())])
-def test_packages_import_those_below_them(package: str, others: set[str]) -> None:
-    rooms = {"colias_sim", "dsnn", "scenes", "experiments"}
-    seen: set[str] = set()
-    for path in (ROOT / package).rglob("*.py"):
-        seen |= {name.partition(".")[0] for name in every_import(path)}
-    assert seen & rooms <= others | {package}
-
-
-def every_import(path: Path) -> set[str]:
-    nodes = list(ast.walk(ast.parse(path.read_text())))
-    named = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
-    return named | {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
 
 
 def test_every_module_of_the_envs_can_be_imported_first() -> None:
