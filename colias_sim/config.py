@@ -15,12 +15,12 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.presets import CAMERAS, COLIAS4, OV7670, ROBOTS, find
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
+from dsnn.field_docs import unit, with_field_docs
 from scenes import ARENAS, arena_path
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 _Register = Annotated[int, Field(ge=0, le=255)]
 
 
@@ -51,54 +51,34 @@ def known_arena(name: str) -> str:
 class RobotConfig:
     """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body."""
 
-    wheel_radius_cm: Annotated[float, unit("cm")] = Field(
-        default=1.0, ge=0.5, le=1.3, description="radius of a driven wheel (public: 1.0..1.3)"
-    )
-    track_cm: Annotated[float, unit("cm")] = Field(
-        default=3.2, ge=2.0, le=3.6, description="distance between the wheels' mid-planes"
-    )
-    axle_back_cm: Annotated[float, unit("cm")] = Field(
-        default=0.0, ge=0.0, le=0.5, description="distance of the wheels' axle behind the body's centre"
-    )
-    mass_g: Annotated[float, unit("g")] = Field(
-        default=28.0, ge=10.0, le=100.0, description="mass of the whole robot (public: 28)"
-    )
-    motor_gain: Annotated[float, unit("N m s/rad")] = Field(
-        default=2e-4, ge=5e-5, le=5e-4, description="gain of a wheel's velocity servo"
-    )
-    max_speed_cm_s: Annotated[float, unit("cm/s")] = Field(
-        default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)"
-    )
-    power_step_cm_s: Annotated[float, unit("cm/s")] = Field(
-        default=0.0,
-        ge=0.0,
-        le=1.0,
-        description="speed of one step of a wheel's 8-bit power; 0: wheel speeds have no steps",
-    )
-    dead_band: Annotated[int, unit("powers")] = Field(
-        default=0, ge=0, le=254, description="power of a motor below which its wheel does not turn"
-    )
-    trim: Annotated[int, unit("powers")] = Field(
-        default=0, ge=-50, le=50, description="power taken off the left wheel to drive straight"
-    )
-    motor_inequality: Annotated[float, unit("powers")] = Field(
-        default=0.0, ge=-50.0, le=50.0, description="power by which the left motor is faster than the right one"
-    )
-    motor_inequality_sd: Annotated[float, unit("powers")] = Field(
-        default=0.0, ge=0.0, le=10.0, description="spread of motor_inequality between trials"
-    )
-    command_slot_ms: Annotated[float, unit("ms")] = Field(
-        default=0.0,
-        ge=0.0,
-        le=1000.0,
-        description="slot of the motor board's queue of commands; 0: commands act at once",
-    )
-    serial_ms: Annotated[float, unit("ms")] = Field(
-        default=0.0, ge=0.0, le=100.0, description="time of a motor command on the serial line to the motor board"
-    )
-    open_loop: bool = Field(
-        default=False, description="whether a trial's stimulus drives by time alone, without feedback of its pose"
-    )
+    wheel_radius_cm: Annotated[float, unit("cm")] = Field(default=1.0, ge=0.5, le=1.3)
+    """Radius of a driven wheel (public: 1.0..1.3)."""
+    track_cm: Annotated[float, unit("cm")] = Field(default=3.2, ge=2.0, le=3.6)
+    """Distance between the wheels' mid-planes."""
+    axle_back_cm: Annotated[float, unit("cm")] = Field(default=0.0, ge=0.0, le=0.5)
+    """Distance of the wheels' axle behind the body's centre."""
+    mass_g: Annotated[float, unit("g")] = Field(default=28.0, ge=10.0, le=100.0)
+    """Mass of the whole robot (public: 28)."""
+    motor_gain: Annotated[float, unit("N m s/rad")] = Field(default=2e-4, ge=5e-5, le=5e-4)
+    """Gain of a wheel's velocity servo."""
+    max_speed_cm_s: Annotated[float, unit("cm/s")] = Field(default=35.0, ge=1.0, le=100.0)
+    """Top speed of a wheel's rim (public: 35)."""
+    power_step_cm_s: Annotated[float, unit("cm/s")] = Field(default=0.0, ge=0.0, le=1.0)
+    """Speed of one step of a wheel's 8-bit power; 0: wheel speeds have no steps."""
+    dead_band: Annotated[int, unit("powers")] = Field(default=0, ge=0, le=254)
+    """Power of a motor below which its wheel does not turn."""
+    trim: Annotated[int, unit("powers")] = Field(default=0, ge=-50, le=50)
+    """Power taken off the left wheel to drive straight."""
+    motor_inequality: Annotated[float, unit("powers")] = Field(default=0.0, ge=-50.0, le=50.0)
+    """Power by which the left motor is faster than the right one."""
+    motor_inequality_sd: Annotated[float, unit("powers")] = Field(default=0.0, ge=0.0, le=10.0)
+    """Spread of motor_inequality between trials."""
+    command_slot_ms: Annotated[float, unit("ms")] = Field(default=0.0, ge=0.0, le=1000.0)
+    """Slot of the motor board's queue of commands; 0: commands act at once."""
+    serial_ms: Annotated[float, unit("ms")] = Field(default=0.0, ge=0.0, le=100.0)
+    """Time of a motor command on the serial line to the motor board."""
+    open_loop: bool = False
+    """Whether a trial's stimulus drives by time alone, without feedback of its pose."""
 
     @model_validator(mode="after")
     def _powers_need_steps(self) -> RobotConfig:
@@ -178,144 +158,85 @@ class CameraConfig:
     OmniVision: data sheets of the OV7670 and the OV7675. Public firmware of the Colias (ColiasSenseV4).
     """
 
-    width: Annotated[int, unit("px")] = Field(default=99, ge=8, le=1920, description="columns of a frame")
-    height: Annotated[int, unit("px")] = Field(default=72, ge=8, le=1080, description="rows of a frame")
-    hfov_deg: Annotated[float, unit("degrees")] = Field(
-        default=70.0, ge=10.0, le=150.0, description="horizontal field of view"
-    )
-    fps: Annotated[float, unit("frames/s")] = Field(
-        default=30.0, ge=5.0, le=120.0, description="frame rate of the camera"
-    )
-    forward_cm: Annotated[float, unit("cm")] = Field(
-        default=1.95,
-        ge=0.0,
-        le=2.5,
-        description="distance of the lens in front of the robot's centre (public: 1.7..2.5)",
-    )
-    up_cm: Annotated[float, unit("cm")] = Field(
-        default=2.0, ge=0.5, le=3.0, description="height of the lens above the floor (public: 1.2..2.7)"
-    )
-    exposure_ms: Annotated[float, unit("ms")] = Field(
-        default=8.0, ge=0.0, le=200.0,
-        description="exposure time, at most a frame; 0: an instant; with auto_exposure, where the exposure"
-        " loop starts",
-    )  # fmt: skip
-    exposure_samples: int = Field(
-        default=1, ge=1, le=64,
-        description="renders averaged over the exposure; with auto_exposure the most, one for each two"
-        " physics steps",
-    )  # fmt: skip
-    multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
-    supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
-    supersample_columns: int = Field(
-        default=1, ge=1, le=32, description="rendered pixels per camera pixel along a row, times supersample"
-    )
-    still_background: bool = Field(
-        default=False, description="render only around robots that can move while the camera rests; global shutter only"
-    )
-    shot_noise: Annotated[float, unit("grey levels")] = Field(
-        default=1.28, ge=0.0, le=64.0, description="standard deviation of the photon noise at white"
-    )
-    read_noise: Annotated[float, unit("grey levels")] = Field(
-        default=0.64, ge=0.0, le=64.0, description="standard deviation of the read noise"
-    )
-    row_time_us: Annotated[float, unit("us")] = Field(
-        default=0.0, ge=0.0, le=20000.0,
-        description="time from the read-out of a row of the picture to that of the next row (OV7670: 418); 0:"
-        " a global shutter",
-    )  # fmt: skip
-    row_bands: int = Field(
-        default=6, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
-    )
-    gain: float = Field(
-        default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"
-    )
-    auto_exposure: bool = Field(default=False, description="whether the exposure loop controls the exposure time")
-    ae_target: Annotated[float, unit("grey levels")] = Field(
-        default=108.0,
-        ge=1.0,
-        le=254.0,
-        description="mean grey in the middle of the exposure loop's control zone (OV7670: 108)",
-    )
-    ae_zone: Annotated[float, unit("grey levels")] = Field(
-        default=9.0, gt=0.0, le=127.0, description="half width of the exposure loop's control zone (OV7670: 9)"
-    )
-    ae_step: float = Field(
-        default=0.0625,
-        gt=0.0,
-        le=0.5,
-        description="one step of the exposure loop, as a share of the exposure time (OV9650: 1/16)",
-    )
-    ae_steps: int = Field(
-        default=10, ge=1, le=100, description="most steps of the exposure loop in a frame (OV9650: 10 fast, 1 normal)"
-    )
-    ae_min_ms: Annotated[float, unit("ms")] = Field(
-        default=0.0627, gt=0.0, le=200.0, description="shortest exposure of the exposure loop: 1 VGA row"
-    )
-    ae_max_ms: Annotated[float, unit("ms")] = Field(
-        default=32.0, gt=0.0, le=200.0, description="longest exposure of the exposure loop: 510 VGA rows"
-    )
-    ae_unit_ms: Annotated[float, unit("ms")] = Field(
-        default=8.0, gt=0.0, le=200.0,
-        description="exposure time at which, with gain 1, the exposure loop's picture is as bright as a fixed"
-        " exposure's (assumed)",
-    )  # fmt: skip
-    ae_meter: Literal["light", "luma"] = Field(
-        default="light",
-        description="grey whose mean the exposure loop judges: light, behind the lens and before gamma, contrast and"
-        " brightness, or luma, after them (assumed: no source says which)",
-    )
-    ae_start: Literal["settled", "cold"] = Field(
-        default="settled",
-        description="whether the exposure loop has settled on the still scene at a reset, or starts cold",
-    )
-    blur_px: Annotated[float, unit("px")] = Field(
-        default=0.0,
-        ge=0.0,
-        le=8.0,
-        description="standard deviation of the lens's Gaussian point spread (OV7670 on Colias: 0.31)",
-    )
-    vignetting: float = Field(
-        default=0.0,
-        ge=0.0,
-        le=8.0,
-        description="exponent n of the lens's falloff, the cosine of the angle to the axis to the power n (natural"
-        " falloff: 4); the sensor's correction of lens shading is off",
-    )
-    gamma: bool = Field(default=False, description="whether the sensor's gamma curve is on (OV7670 after a reset: on)")
+    width: Annotated[int, unit("px")] = Field(default=99, ge=8, le=1920)
+    """Columns of a frame."""
+    height: Annotated[int, unit("px")] = Field(default=72, ge=8, le=1080)
+    """Rows of a frame."""
+    hfov_deg: Annotated[float, unit("degrees")] = Field(default=70.0, ge=10.0, le=150.0)
+    """Horizontal field of view."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, ge=5.0, le=120.0)
+    """Frame rate of the camera."""
+    forward_cm: Annotated[float, unit("cm")] = Field(default=1.95, ge=0.0, le=2.5)
+    """Distance of the lens in front of the robot's centre (public: 1.7..2.5)."""
+    up_cm: Annotated[float, unit("cm")] = Field(default=2.0, ge=0.5, le=3.0)
+    """Height of the lens above the floor (public: 1.2..2.7)."""
+    exposure_ms: Annotated[float, unit("ms")] = Field(default=8.0, ge=0.0, le=200.0)
+    """Exposure time, at most a frame; 0: an instant; with auto_exposure, where the exposure loop starts."""
+    exposure_samples: int = Field(default=1, ge=1, le=64)
+    """Renders averaged over the exposure; with auto_exposure the most, one for each two physics steps."""
+    multisample: int = Field(default=4, ge=0, le=16)
+    """OpenGL samples per rendered pixel."""
+    supersample: int = Field(default=1, ge=1, le=32)
+    """Rendered pixels per camera pixel and axis."""
+    supersample_columns: int = Field(default=1, ge=1, le=32)
+    """Rendered pixels per camera pixel along a row, times supersample."""
+    still_background: bool = False
+    """Render only around robots that can move while the camera rests; global shutter only."""
+    shot_noise: Annotated[float, unit("grey levels")] = Field(default=1.28, ge=0.0, le=64.0)
+    """Standard deviation of the photon noise at white."""
+    read_noise: Annotated[float, unit("grey levels")] = Field(default=0.64, ge=0.0, le=64.0)
+    """Standard deviation of the read noise."""
+    row_time_us: Annotated[float, unit("us")] = Field(default=0.0, ge=0.0, le=20000.0)
+    """Time from the read-out of a row of the picture to that of the next row (OV7670: 418); 0: a global shutter."""
+    row_bands: int = Field(default=6, ge=1, le=1080)
+    """Bands of rows, each rendered at its own moment, where row_time_us > 0."""
+    gain: float = Field(default=1.0, ge=0.1, le=16.0)
+    """Fixed gain, on light and noise (OV7670 on Colias: 1.5)."""
+    auto_exposure: bool = False
+    """Whether the exposure loop controls the exposure time."""
+    ae_target: Annotated[float, unit("grey levels")] = Field(default=108.0, ge=1.0, le=254.0)
+    """Mean grey in the middle of the exposure loop's control zone (OV7670: 108)."""
+    ae_zone: Annotated[float, unit("grey levels")] = Field(default=9.0, gt=0.0, le=127.0)
+    """Half width of the exposure loop's control zone (OV7670: 9)."""
+    ae_step: float = Field(default=0.0625, gt=0.0, le=0.5)
+    """One step of the exposure loop, as a share of the exposure time (OV9650: 1/16)."""
+    ae_steps: int = Field(default=10, ge=1, le=100)
+    """Most steps of the exposure loop in a frame (OV9650: 10 fast, 1 normal)."""
+    ae_min_ms: Annotated[float, unit("ms")] = Field(default=0.0627, gt=0.0, le=200.0)
+    """Shortest exposure of the exposure loop: 1 VGA row."""
+    ae_max_ms: Annotated[float, unit("ms")] = Field(default=32.0, gt=0.0, le=200.0)
+    """Longest exposure of the exposure loop: 510 VGA rows."""
+    ae_unit_ms: Annotated[float, unit("ms")] = Field(default=8.0, gt=0.0, le=200.0)
+    """Exposure time at which, with gain 1, the exposure loop's picture is as bright as a fixed exposure's (assumed)."""
+    ae_meter: Literal["light", "luma"] = "light"
+    """Grey whose mean the exposure loop judges: light, behind the lens and before gamma, contrast and brightness, or
+    luma, after them (assumed: no source says which)."""
+    ae_start: Literal["settled", "cold"] = "settled"
+    """Whether the exposure loop has settled on the still scene at a reset, or starts cold."""
+    blur_px: Annotated[float, unit("px")] = Field(default=0.0, ge=0.0, le=8.0)
+    """Standard deviation of the lens's Gaussian point spread (OV7670 on Colias: 0.31)."""
+    vignetting: float = Field(default=0.0, ge=0.0, le=8.0)
+    """Exponent n of the lens's falloff, the cosine of the angle to the axis to the power n (natural falloff: 4); the
+    sensor's correction of lens shading is off."""
+    gamma: bool = False
+    """Whether the sensor's gamma curve is on (OV7670 after a reset: on)."""
     gamma_points: Annotated[tuple[_Register, ...], AfterValidator(_checked_curve)] = Field(
-        default=GAMMA_RESET,
-        json_schema_extra={"minItems": len(GAMMA_RESET), "maxItems": len(GAMMA_RESET)},
-        description="GAM1 to GAM15, the outputs of the gamma curve at inputs 4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96,"
-        " 112, 144, 176 and 208; they do not fall",
+        default=GAMMA_RESET, json_schema_extra={"minItems": len(GAMMA_RESET), "maxItems": len(GAMMA_RESET)}
     )
-    contrast: int = Field(
-        default=UNIT_CONTRAS, ge=0, le=255, description="CONTRAS, the contrast of luma times 64 (OV7670: 64)"
-    )
-    contrast_center: Annotated[int, unit("grey levels")] = Field(
-        default=CONTRAS_CENTER_RESET,
-        ge=0,
-        le=255,
-        description="CONTRAS_CENTER, the luma that contrast leaves as it is (OV7670: 128)",
-    )
-    brightness: Annotated[int, unit("grey levels")] = Field(
-        default=0, ge=-127, le=127, description="BRIGHT with its sign, an offset of luma after contrast (OV7670: 0)"
-    )
-    luma_range: Literal["full", "video"] = Field(
-        default="full", description="range of the luma: full, 0..255, or video, 16..235"
-    )
-    drop_probability: float = Field(
-        default=0.0,
-        ge=0.0,
-        lt=1.0,
-        description="probability that a frame is lost and the frame before it is delivered again",
-    )
-    jitter_ms: Annotated[float, unit("ms")] = Field(
-        default=0.0,
-        ge=0.0,
-        le=3.0,
-        description="standard deviation of the frame clock's jitter, rounded to whole physics steps",
-    )
+    """GAM1 to GAM15, the outputs of the gamma curve at inputs 4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96, 112, 144, 176
+    and 208; they do not fall."""
+    contrast: int = Field(default=UNIT_CONTRAS, ge=0, le=255)
+    """CONTRAS, the contrast of luma times 64 (OV7670: 64)."""
+    contrast_center: Annotated[int, unit("grey levels")] = Field(default=CONTRAS_CENTER_RESET, ge=0, le=255)
+    """CONTRAS_CENTER, the luma that contrast leaves as it is (OV7670: 128)."""
+    brightness: Annotated[int, unit("grey levels")] = Field(default=0, ge=-127, le=127)
+    """BRIGHT with its sign, an offset of luma after contrast (OV7670: 0)."""
+    luma_range: Literal["full", "video"] = "full"
+    """Range of the luma: full, 0..255, or video, 16..235."""
+    drop_probability: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Probability that a frame is lost and the frame before it is delivered again."""
+    jitter_ms: Annotated[float, unit("ms")] = Field(default=0.0, ge=0.0, le=3.0)
+    """Standard deviation of the frame clock's jitter, rounded to whole physics steps."""
 
     @model_validator(mode="after")
     def _check(self) -> CameraConfig:
@@ -414,36 +335,30 @@ class CameraConfig:
 class SceneConfig:
     """Arena, light and the stimulus's shell, and how far the seed of a trial varies them."""
 
-    arena: Annotated[str, AfterValidator(known_arena)] = Field(
-        default="bright",
-        description="an arena: bright, plain, dim, leaves or drum, or the path of an .xml or .py file of one's own",
-    )
-    light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps, times the arena's own")
-    light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of the lamps' strength between trials")
-    turn_wall: bool = Field(default=True, description="turn the wall's texture to a random phase in each trial")
-    shell_grey: float = Field(default=0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell")
-    wall: Annotated[str, AfterValidator(known_picture)] = Field(
-        default="", description="path of a picture around the wall, beside its mirror image; empty: the arena's texture"
-    )
-    wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0, description="contrast of the wall's texture")
-    shell_shape: Literal["cylinder", "sphere", "card"] = Field(
-        default="cylinder", description="shape of the stimulus's shell; a card is 1 mm thick and faces ahead"
-    )
-    shell_width_cm: Annotated[float, unit("cm")] = Field(
-        default=4.0, ge=0.5, le=20.0, description="diameter of the stimulus's shell, or width of a card"
-    )
-    shell_height_cm: Annotated[float, unit("cm")] = Field(
-        default=2.9, ge=0.2, le=30.0, description="height of the stimulus's shell; a sphere is as high as it is wide"
-    )
-    shell_turn_deg: Annotated[float, unit("degrees")] = Field(
-        default=0.0,
-        ge=-180.0,
-        le=180.0,
-        description="angle by which the shell is turned from the heading, left positive; 90: a card's face is sideways",
-    )
-    shell_picture: Annotated[str, AfterValidator(known_picture)] = Field(
-        default="", description="path of a picture on each side of the stimulus's shell; empty: plain shell_grey"
-    )
+    arena: Annotated[str, AfterValidator(known_arena)] = "bright"
+    """An arena: bright, plain, dim, leaves or drum, or the path of an .xml or .py file of one's own."""
+    light: float = Field(default=1.0, ge=0.05, le=2.0)
+    """Strength of all lamps, times the arena's own."""
+    light_sd: float = Field(default=0.03, ge=0.0, le=0.5)
+    """Spread of the lamps' strength between trials."""
+    turn_wall: bool = True
+    """Turn the wall's texture to a random phase in each trial."""
+    shell_grey: float = Field(default=0.02, ge=0.0, le=1.0)
+    """Reflectance of the stimulus's shell."""
+    wall: Annotated[str, AfterValidator(known_picture)] = ""
+    """Path of a picture around the wall, beside its mirror image; empty: the arena's texture."""
+    wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0)
+    """Contrast of the wall's texture."""
+    shell_shape: Literal["cylinder", "sphere", "card"] = "cylinder"
+    """Shape of the stimulus's shell; a card is 1 mm thick and faces ahead."""
+    shell_width_cm: Annotated[float, unit("cm")] = Field(default=4.0, ge=0.5, le=20.0)
+    """Diameter of the stimulus's shell, or width of a card."""
+    shell_height_cm: Annotated[float, unit("cm")] = Field(default=2.9, ge=0.2, le=30.0)
+    """Height of the stimulus's shell; a sphere is as high as it is wide."""
+    shell_turn_deg: Annotated[float, unit("degrees")] = Field(default=0.0, ge=-180.0, le=180.0)
+    """Angle by which the shell is turned from the heading, left positive; 90: a card's face is sideways."""
+    shell_picture: Annotated[str, AfterValidator(known_picture)] = ""
+    """Path of a picture on each side of the stimulus's shell; empty: plain shell_grey."""
 
     @property
     def usual_shell(self) -> bool:

@@ -1,8 +1,4 @@
-"""The unit of a parameter, and the documentation of a parameter class's fields, written into its docstring for `help`.
-
-There are two equal copies of this file, `colias_sim.field_docs` and `dsnn.field_docs`. Neither package imports from the
-other, and there is no package below both, so there is no one place for it. A test keeps the copies equal.
-"""
+"""The unit of a parameter, and the documentation of fields, written into the docstring of their class for `help`."""
 
 from __future__ import annotations
 
@@ -38,13 +34,23 @@ def unit(name: str) -> Any:
     return Field(json_schema_extra={"unit": name})
 
 
+def meaning(cls: type[Any], name: str) -> str:
+    """Return what a field means, in one line: the string below it, or its ``description``, of the class that has one.
+
+    Pydantic gives the strings of a class to its own fields alone, not to those that a subclass inherits.
+    """
+    infos = (vars(base).get("__pydantic_fields__", {}).get(name) for base in cls.__mro__)
+    text = next((info.description for info in infos if info is not None and info.description), "")
+    return " ".join(text.split()).rstrip(".")
+
+
 def with_field_docs(cls: Class) -> Class:
     """Append a numpydoc section ``Parameters`` to the docstring of a pydantic dataclass.
 
     Parameters
     ----------
     cls
-        The class. Each field has a ``description``.
+        The class. Each field has a ``description``, or is documented by the string below it.
 
     Returns
     -------
@@ -59,13 +65,13 @@ def with_field_docs(cls: Class) -> Class:
         legal = _range(info.metadata) or _range_within(info.annotation)
         default = "required" if info.is_required() else f"default {info.default!r}"
         kind = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
-        lines += [f"{field.name} : {kind}", f"    {_sentence(info.description or '')}{_unit(info)}"]
+        lines += [f"{field.name} : {kind}", f"    {_sentence(meaning(cls, field.name))}{_unit(info)}"]
     cls.__doc__ = "\n".join([*lines, *_RAISES]) + "\n"
     return cls
 
 
 def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _unit(info: FieldInfo) -> str:

@@ -18,19 +18,20 @@ from dsnn.params import DSNNParams, Milliseconds
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class HybridParams(DSNNParams):
     """The DSNN's parameters, those of `dsnn.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
 
-    lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of inhibition in the LGMD1")
-    lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of the LGMD1's grouped excitation")
-    lgmd_t_ffi: Annotated[float, unit("grey levels")] = Field(
-        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame that vetoes the LGMD1's spikes"
-    )
-    lgmd_t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the LGMD1's potential k")
-    gate: Milliseconds = Field(
-        default=200.0, description="time after a looming spike for which the spikes of HS and VS are held back"
-    )
+    lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0)
+    """Weight of inhibition in the LGMD1."""
+    lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6)
+    """Threshold of the LGMD1's grouped excitation."""
+    lgmd_t_ffi: Annotated[float, unit("grey levels")] = Field(default=10.0, ge=0.0, le=255.0)
+    """Mean change of the last frame that vetoes the LGMD1's spikes."""
+    lgmd_t_sp: float = Field(default=0.78, gt=0.5, le=1.0)
+    """Spike threshold on the LGMD1's potential k."""
+    gate: Milliseconds = 200.0
+    """Time after a looming spike for which the spikes of HS and VS are held back."""
 
     @property
     def lgmd(self) -> LGMD1Params:

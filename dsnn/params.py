@@ -15,7 +15,7 @@ Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class DSNNParams:
     """Every constant of the network. The defaults are the paper's off-line setting.
 
@@ -27,56 +27,49 @@ class DSNNParams:
     Fu, Bellotto and Yue 2018, arXiv 1808.07692: table ``tableParams``.
     """
 
-    n_p: Annotated[int, unit("frames")] = Field(
-        default=2, ge=0, le=60, description="duration N_p of the residual luminance change (paper: 0..6)"
-    )
-    u: float = Field(default=1.0, ge=0.0, le=100.0, description="decay u of the residual luminance change (paper: 1)")
-    d: Annotated[int, unit("px")] = Field(
-        default=1, ge=1, le=16, description="detector spacing and DoG width (paper: 1..4)"
-    )
-    n_con: int = Field(
-        default=8, ge=1, le=64, description="connected cells per cell and direction, N_con (paper: 4..8)"
-    )
-    w_i: float = Field(default=0.9, ge=0.0, le=1.0, description="weight of inhibition (paper: 0.9)")
-    sigma_l: float = Field(
-        default=0.1, ge=0.0, lt=1.0, description="residue of the lamina's signal from frame to frame (paper: 0.1)"
-    )
-    tau_fast: Milliseconds = Field(default=1.0, description="FDSR time constant on a rise (paper: 1)")
-    tau_slow: Milliseconds = Field(default=100.0, description="FDSR time constant on a fall (paper: 100)")
-    tau_s: tuple[Milliseconds, Milliseconds] = Field(
-        default=(10.0, 200.0), description="correlator delay at the nearest and the farthest pair (paper: 10..200)"
-    )
-    tau_mp: Milliseconds = Field(
-        default=10.0, description="time constant of the membrane potentials' low-pass (paper: 10)"
-    )
-    k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the sigmoid (paper: 0.01)")
-    k_sp: float = Field(default=2.0, ge=0.0, le=20.0, description="spike gain (paper: 1..3)")
-    t_sp: float = Field(default=0.16, ge=0.0, le=1.0, description="spike threshold (paper: 0.16..0.2)")
-    fps: Annotated[float, unit("frames/s")] = Field(
-        default=30.0, gt=0.0, le=10_000.0, description="frame rate (paper: 30)"
-    )
-    on: bool = Field(default=True, description="whether the ON pathway is intact; false blocks it")
-    off: bool = Field(default=True, description="whether the OFF pathway is intact; false blocks it")
-    dog: bool = Field(
-        default=True, description="whether the lamina has its difference of Gaussians; false passes P on as it is"
-    )
-    fdsr: bool = Field(
-        default=True, description="whether fast-depolarising-slow-repolarising adaptation acts; false removes it"
-    )
-    polarity: Literal["common", "centre"] = Field(
-        default="common",
-        description="whose sign LA takes: the one that both Gaussians have in common, and LA is 0 where they differ;"
-        " or the centre's everywhere, as the plain difference has it where they differ (the paper leaves this open)",
-    )
-    rectified: bool = Field(
-        default=True,
-        description="whether F = LA - A is half-wave rectified; false passes it on with its sign (the paper names no"
-        " rectifier)",
-    )
-    lowpass: Literal["backward-euler", "exact"] = Field(
-        default="backward-euler",
-        description="gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper: neither)",
-    )
+    n_p: Annotated[int, unit("frames")] = Field(default=2, ge=0, le=60)
+    """Duration N_p of the residual luminance change (paper: 0..6)."""
+    u: float = Field(default=1.0, ge=0.0, le=100.0)
+    """Decay u of the residual luminance change (paper: 1)."""
+    d: Annotated[int, unit("px")] = Field(default=1, ge=1, le=16)
+    """Detector spacing and DoG width (paper: 1..4)."""
+    n_con: int = Field(default=8, ge=1, le=64)
+    """Connected cells per cell and direction, N_con (paper: 4..8)."""
+    w_i: float = Field(default=0.9, ge=0.0, le=1.0)
+    """Weight of inhibition (paper: 0.9)."""
+    sigma_l: float = Field(default=0.1, ge=0.0, lt=1.0)
+    """Residue of the lamina's signal from frame to frame (paper: 0.1)."""
+    tau_fast: Milliseconds = 1.0
+    """FDSR time constant on a rise (paper: 1)."""
+    tau_slow: Milliseconds = 100.0
+    """FDSR time constant on a fall (paper: 100)."""
+    tau_s: tuple[Milliseconds, Milliseconds] = (10.0, 200.0)
+    """Correlator delay at the nearest and the farthest pair (paper: 10..200)."""
+    tau_mp: Milliseconds = 10.0
+    """Time constant of the membrane potentials' low-pass (paper: 10)."""
+    k_sig: float = Field(default=0.01, gt=0.0, le=1e3)
+    """Scale of the sigmoid (paper: 0.01)."""
+    k_sp: float = Field(default=2.0, ge=0.0, le=20.0)
+    """Spike gain (paper: 1..3)."""
+    t_sp: float = Field(default=0.16, ge=0.0, le=1.0)
+    """Spike threshold (paper: 0.16..0.2)."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate (paper: 30)."""
+    on: bool = True
+    """Whether the ON pathway is intact; false blocks it."""
+    off: bool = True
+    """Whether the OFF pathway is intact; false blocks it."""
+    dog: bool = True
+    """Whether the lamina has its difference of Gaussians; false passes P on as it is."""
+    fdsr: bool = True
+    """Whether fast-depolarising-slow-repolarising adaptation acts; false removes it."""
+    polarity: Literal["common", "centre"] = "common"
+    """Whose sign LA takes: the one that both Gaussians have in common, and LA is 0 where they differ; or the centre's
+    everywhere, as the plain difference has it where they differ (the paper leaves this open)."""
+    rectified: bool = True
+    """Whether F = LA - A is half-wave rectified; false passes it on with its sign (the paper names no rectifier)."""
+    lowpass: Literal["backward-euler", "exact"] = "backward-euler"
+    """Gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper: neither)."""
 
     @classmethod
     def offline(cls, **changes: Any) -> Self:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +16,6 @@ from dsnn.direction.flow import Flow, FlowParams
 from dsnn.direction.network import DSNN, ReferenceDSNN
 from dsnn.direction.t4t5 import T4T5, T4T5Params
 from dsnn.direction.three_arm import ThreeArm, ThreeArmParams
-from dsnn.hints import nearest
 from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.looming.lgmd2 import LGMD2, LGMD2Params
@@ -342,6 +342,7 @@ def model_entry(name: str) -> ModelEntry:
     if not isinstance(name, str):
         raise ValueError(f"a model's name is a {type(name).__name__}: known are {', '.join(MODELS)}")
     if name not in MODELS:
-        near = nearest(name, MODELS, " (", ")")
-        raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)}{near}")
+        near = difflib.get_close_matches(name.lower(), MODELS, 1)
+        hint = f" (nearest: {near[0]})" if near else ""
+        raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)}{hint}")
     return MODELS[name]

@@ -1,8 +1,4 @@
-"""The known name that a mistyped one may have been meant for.
-
-There are two equal copies of this file, `scenes.hints` and `dsnn.hints`. Neither package imports from the other, and
-there is no package below both, so there is no one place for it. A test keeps the copies equal.
-"""
+"""The known name that a mistyped one may have been meant for."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ from colias_sim.envs.measures import COLLISIONS_PER_METRE, COLLISIONS_PER_MINUTE
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.world import OBSERVER, parked_robots
-from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
+from dsnn.field_docs import unit, with_field_docs
 
 ENTRY = EnvEntry(
     "colias_sim.envs.avoidance:Avoidance",
@@ -35,14 +35,14 @@ ENTRY = EnvEntry(
 class AvoidanceOptions(EnvOptions):
     """The keyword arguments of `Avoidance`."""
 
-    arena: Arena = Field(default="leaves", description="an arena of scenes, or a file of one's own")
-    robots: int = Field(default=10, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
-    moving: int = Field(
-        default=5, ge=0, le=MOST_ROBOTS, description="number of the other robots that move; at most all"
-    )
-    speed_cm_s: Annotated[float, unit("cm/s")] = Field(
-        default=8.0, ge=0.0, le=20.0, description="speed of the other robots that move"
-    )
+    arena: Arena = "leaves"
+    """An arena of scenes, or a file of one's own."""
+    robots: int = Field(default=10, ge=1, le=MOST_ROBOTS)
+    """Other robots, moving and parked."""
+    moving: int = Field(default=5, ge=0, le=MOST_ROBOTS)
+    """Number of the other robots that move; at most all."""
+    speed_cm_s: Annotated[float, unit("cm/s")] = Field(default=8.0, ge=0.0, le=20.0)
+    """Speed of the other robots that move."""
 
 
 @documented

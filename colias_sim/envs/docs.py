@@ -13,6 +13,7 @@ from colias_sim.config import CameraConfig, RobotConfig
 from colias_sim.envs.actions import MANOEUVRES
 from colias_sim.envs.factors import FACTORS, PRESETS
 from colias_sim.envs.options import bounds, options_of
+from dsnn.field_docs import meaning
 from scenes import ARENAS
 
 Env = TypeVar("Env", bound=type[Any])
@@ -138,7 +139,7 @@ def arguments(options: type[Any]) -> str:
     rows = ["| Argument | Default | Legal | Meaning |", "|---|---|---|---|"]
     for name, option in options_of(options).items():
         default = f'"{option.default}"' if isinstance(option.default, str) else repr(option.default)
-        rows.append(f"| `{name}` | `{default}` | {_legal(name, option)} | {option.description} |")
+        rows.append(f"| `{name}` | `{default}` | {_legal(name, option)} | {meaning(options, name)} |")
     return "\n".join(rows)
 
 

@@ -18,8 +18,8 @@ from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arg
 from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
-from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
+from dsnn.field_docs import unit, with_field_docs
 
 ENTRY = EnvEntry(
     "colias_sim.envs.fixation:Fixation",
@@ -41,19 +41,16 @@ ENTRY = EnvEntry(
 class FixationOptions(EnvOptions):
     """The keyword arguments of `Fixation`."""
 
-    robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
-    follow: bool = Field(
-        default=False, description="whether the observer may drive about; otherwise it only turns on the spot"
-    )
-    orbit_cm: Annotated[float, unit("cm")] = Field(
-        default=15.0, ge=8.0, le=35.0, description="distance from the observer's start to the target's path"
-    )
-    slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(
-        default=10.0, ge=0.0, le=120.0, description="least angular rate of the target"
-    )
-    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(
-        default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target"
-    )
+    robots: int = Field(default=1, ge=1, le=MOST_ROBOTS)
+    """Other robots: the target, the rest parked."""
+    follow: bool = False
+    """Whether the observer may drive about; otherwise it only turns on the spot."""
+    orbit_cm: Annotated[float, unit("cm")] = Field(default=15.0, ge=8.0, le=35.0)
+    """Distance from the observer's start to the target's path."""
+    slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=10.0, ge=0.0, le=120.0)
+    """Least angular rate of the target."""
+    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=35.0, ge=0.0, le=120.0)
+    """Greatest angular rate of the target."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

@@ -16,11 +16,11 @@ from colias_sim.config import CameraConfig, RobotConfig, known_arena
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import PRESET, Range, checked_randomise, ends_of, ranges_of, reason
 from colias_sim.envs.flags import is_flag
-from colias_sim.field_docs import unit, with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from scenes.hints import nearest
 
 MOST_ROBOTS = 20
-STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True, arbitrary_types_allowed=True)
 """The pydantic configuration of every options class; these are keyword-only dataclasses too."""
 Arena = Annotated[str, AfterValidator(known_arena)]
 """The name of a registered arena, or the path of a file of one's own."""
@@ -74,34 +74,34 @@ Randomise = Annotated[float | str | Mapping[str, Range | str], PlainValidator(ch
 class EnvOptions:
     """The keyword arguments that every env takes."""
 
-    observation: Observation = Field(default="pixels", description="what the agent observes")
-    actions: Actions = Field(default="wheels", description="two wheel speeds, or one of seven manoeuvres")
-    frame_skip: int = Field(default=1, ge=1, le=30, description="camera frames, of 1/30 s, that an action lasts")
-    robots: int = Field(default=1, ge=0, le=MOST_ROBOTS, description="other robots in the arena")
-    arena: Arena = Field(default="bright", description="an arena of scenes, or a file of one's own")
-    camera: Camera = Field(
-        default="default", validate_default=True, description="the observer's eye: a preset, or settings by name"
-    )
-    robot: Wheels = Field(
-        default="default",
-        validate_default=True,
-        description="body and wheels of all robots: a preset, or settings by name",
-    )
-    noise: float = Field(default=1.0, ge=0.0, le=10.0, description="camera noise, times the camera's own")
-    randomise: Randomise = Field(
-        default=0.0, description="domain randomisation: 0 none .. 1, a preset, or a range for each factor"
-    )
-    model: Any = Field(
-        default="hybrid", description="vision model of neural observations: a name, a .py file, an entry, or a factory"
-    )
-    render_mode: RenderMode | None = Field(default=None, description="how render() shows the scene")
-    render_view: View = Field(default="arena", description="where render() looks from")
-    render_width: Annotated[int, unit("px")] = Field(
-        default=480, ge=16, le=1920, description="width of render()'s picture"
-    )
-    render_height: Annotated[int, unit("px")] = Field(
-        default=360, ge=16, le=1080, description="height of render()'s picture"
-    )
+    observation: Observation = "pixels"
+    """What the agent observes."""
+    actions: Actions = "wheels"
+    """Two wheel speeds, or one of seven manoeuvres."""
+    frame_skip: int = Field(default=1, ge=1, le=30)
+    """Camera frames, of 1/30 s, that an action lasts."""
+    robots: int = Field(default=1, ge=0, le=MOST_ROBOTS)
+    """Other robots in the arena."""
+    arena: Arena = "bright"
+    """An arena of scenes, or a file of one's own."""
+    camera: Camera = Field(default="default", validate_default=True)
+    """The observer's eye: a preset, or settings by name."""
+    robot: Wheels = Field(default="default", validate_default=True)
+    """Body and wheels of all robots: a preset, or settings by name."""
+    noise: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Camera noise, times the camera's own."""
+    randomise: Randomise = 0.0
+    """Domain randomisation: 0 none .. 1, a preset, or a range for each factor."""
+    model: Any = "hybrid"
+    """Vision model of neural observations: a name, a .py file, an entry, or a factory."""
+    render_mode: RenderMode | None = None
+    """How render() shows the scene."""
+    render_view: View = "arena"
+    """Where render() looks from."""
+    render_width: Annotated[int, unit("px")] = Field(default=480, ge=16, le=1920)
+    """Width of render()'s picture."""
+    render_height: Annotated[int, unit("px")] = Field(default=360, ge=16, le=1080)
+    """Height of render()'s picture."""
 
     @model_validator(mode="after")
     def _apparatus_can_be_had(self) -> Self:

@@ -17,8 +17,8 @@ from colias_sim.envs.measures import EnvEntry, EpisodeColumn, Measure
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
-from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
+from dsnn.field_docs import unit, with_field_docs
 
 ENTRY = EnvEntry(
     "colias_sim.envs.optomotor:Optomotor",
@@ -51,17 +51,16 @@ The motors yield to the torque. From 4e-3 N m on the tyres slip too.
 class OptomotorOptions(EnvOptions):
     """The keyword arguments of `Optomotor`."""
 
-    robots: int = Field(default=0, ge=0, le=MOST_ROBOTS, description="other robots, parked")
-    arena: Arena = Field(default="drum", description="an arena of scenes, or a file of one's own")
-    disturbance: Literal["drum", "push"] = Field(
-        default="drum", description="what disturbs the robot: the wall turns (drum), or a torque turns the robot (push)"
-    )
-    slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(
-        default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance"
-    )
-    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(
-        default=90.0, ge=0.0, le=360.0, description="greatest rate of the disturbance; of a push at most 180"
-    )
+    robots: int = Field(default=0, ge=0, le=MOST_ROBOTS)
+    """Other robots, parked."""
+    arena: Arena = "drum"
+    """An arena of scenes, or a file of one's own."""
+    disturbance: Literal["drum", "push"] = "drum"
+    """What disturbs the robot: the wall turns (drum), or a torque turns the robot (push)."""
+    slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=20.0, ge=0.0, le=360.0)
+    """Least rate of the disturbance."""
+    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=90.0, ge=0.0, le=360.0)
+    """Greatest rate of the disturbance; of a push at most 180."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

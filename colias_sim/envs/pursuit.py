@@ -25,8 +25,8 @@ from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arg
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
-from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
+from dsnn.field_docs import unit, with_field_docs
 
 ENTRY = EnvEntry(
     "colias_sim.envs.pursuit:Pursuit",
@@ -49,13 +49,12 @@ ENTRY = EnvEntry(
 class PursuitOptions(EnvOptions):
     """The keyword arguments of `Pursuit`."""
 
-    robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
-    distance_cm: Annotated[float, unit("cm")] = Field(
-        default=10.0, ge=2.0, le=30.0, description="gap between the hulls to be kept"
-    )
-    target_speed_cm_s: Annotated[float, unit("cm/s")] = Field(
-        default=6.0, ge=0.0, le=20.0, description="speed of the target"
-    )
+    robots: int = Field(default=1, ge=1, le=MOST_ROBOTS)
+    """Other robots: the target, the rest parked."""
+    distance_cm: Annotated[float, unit("cm")] = Field(default=10.0, ge=2.0, le=30.0)
+    """Gap between the hulls to be kept."""
+    target_speed_cm_s: Annotated[float, unit("cm/s")] = Field(default=6.0, ge=0.0, le=20.0)
+    """Speed of the target."""
 
 
 @documented

@@ -23,29 +23,22 @@ FULL_SCALE = 255.0**2
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class EMDParams:
     """Every constant of the array. Iida's own could not be read: these are assumed."""
 
-    tau_hp: Milliseconds = Field(
-        default=250.0, description="time constant of the luminance's temporal high-pass; 0 leaves it out (assumed)"
-    )
-    tau_lp: Milliseconds = Field(
-        default=50.0, description="time constant of the low-pass that delays a detector's arm (assumed)"
-    )
-    spacing: Annotated[int, unit("px")] = Field(
-        default=1, ge=1, le=64, description="distance between a detector's two arms (assumed)"
-    )
-    log: bool = Field(
-        default=True, description="whether potentials are logarithmic, as the paper plots them; false: linear"
-    )
-    gain: float = Field(
-        default=1.0,
-        gt=0.0,
-        le=1e3,
-        description="gain of the output, behind the logarithm where there is one",
-    )
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    tau_hp: Milliseconds = 250.0
+    """Time constant of the luminance's temporal high-pass; 0 leaves it out (assumed)."""
+    tau_lp: Milliseconds = 50.0
+    """Time constant of the low-pass that delays a detector's arm (assumed)."""
+    spacing: Annotated[int, unit("px")] = Field(default=1, ge=1, le=64)
+    """Distance between a detector's two arms (assumed)."""
+    log: bool = True
+    """Whether potentials are logarithmic, as the paper plots them; false: linear."""
+    gain: float = Field(default=1.0, gt=0.0, le=1e3)
+    """Gain of the output, behind the logarithm where there is one."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
 
 class EMD(Model):

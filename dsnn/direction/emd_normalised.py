@@ -19,20 +19,22 @@ from dsnn.retina import Floats, Retina
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class EMDNormalisedParams:
     """Every constant of the array; those that are assumed say so."""
 
-    tau_hp: Milliseconds = Field(default=250.0, description="time constant of the luminance's temporal high-pass")
-    tau_lp: Milliseconds = Field(default=50.0, description="time constant of the low-pass that delays a detector's arm")
-    pool: Annotated[int, unit("px")] = Field(
-        default=11, ge=1, le=63, description="side of the square that normalises; even: the next odd number"
-    )
-    kappa: Annotated[float, unit("grey levels")] = Field(
-        default=10.0, gt=0.0, le=255.0, description="baseline of the normalisation (assumed)"
-    )
-    gain: float = Field(default=100.0, gt=0.0, le=1e4, description="gain of the output (assumed)")
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    tau_hp: Milliseconds = 250.0
+    """Time constant of the luminance's temporal high-pass."""
+    tau_lp: Milliseconds = 50.0
+    """Time constant of the low-pass that delays a detector's arm."""
+    pool: Annotated[int, unit("px")] = Field(default=11, ge=1, le=63)
+    """Side of the square that normalises; even: the next odd number."""
+    kappa: Annotated[float, unit("grey levels")] = Field(default=10.0, gt=0.0, le=255.0)
+    """Baseline of the normalisation (assumed)."""
+    gain: float = Field(default=100.0, gt=0.0, le=1e4)
+    """Gain of the output (assumed)."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
 
 class EMDNormalised(Model):

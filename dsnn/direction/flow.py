@@ -7,7 +7,7 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
@@ -28,13 +28,12 @@ quarter size).
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class FlowParams:
     """Choice among OpenCV's settings of DIS."""
 
-    preset: Literal["ultrafast", "fast", "medium"] = Field(
-        default="ultrafast", description="OpenCV's preset of DIS, from coarse and quick to fine and slow"
-    )
+    preset: Literal["ultrafast", "fast", "medium"] = "ultrafast"
+    """OpenCV's preset of DIS, from coarse and quick to fine and slow."""
 
 
 class Flow(Model):

@@ -26,46 +26,46 @@ NO_CHANGE = np.float32(1e-3)
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class LocalMotionParams:
     """The constants of T4 and T5 cells; the defaults are the literature's."""
 
-    width_exc: Annotated[int, unit("px")] = Field(
-        default=3, ge=1, le=63, description="side of the excitatory field, odd"
-    )
-    width_inh: Annotated[int, unit("px")] = Field(
-        default=5, ge=1, le=63, description="side of the inhibitory field, odd"
-    )
-    width_cn: Annotated[int, unit("px")] = Field(
-        default=5, ge=1, le=63, description="side of the field that normalises contrast, odd"
-    )
-    std_exc: Annotated[float, unit("px")] = Field(
-        default=10.0, gt=0.0, le=1e3, description="sigma of the excitatory field"
-    )
-    std_inh: Annotated[float, unit("px")] = Field(
-        default=20.0, gt=0.0, le=1e3, description="sigma of the inhibitory field"
-    )
-    std_cn: Annotated[float, unit("px")] = Field(
-        default=20.0, gt=0.0, le=1e3, description="sigma of the field that normalises contrast"
-    )
-    coe_inh: float = Field(default=1.2, ge=0.0, le=10.0, description="weight of the inhibitory field")
-    remain_rec: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
-    coe_cn: Annotated[float, unit("grey levels")] = Field(
-        default=0.2, gt=0.0, le=255.0, description="baseline of the normalisation"
-    )
-    cn_threshold: float = Field(
-        default=0.75, ge=0.0, lt=1.0, description="threshold below which a normalised signal is 0"
-    )
-    sd: Annotated[int, unit("px")] = Field(default=1, ge=1, le=16, description="sampling distance")
-    n_con: int = Field(default=5, ge=1, le=32, description="connected cells per cell and direction")
-    tau_d: tuple[Milliseconds, Milliseconds] = Field(
-        default=(80.0, 40.0), description="delay at the nearest and the farthest pair of cells"
-    )
-    emd_bias: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the null direction (1.5 in one build)")
-    tau_t: Milliseconds = Field(default=30.0, description="time constant of the low-pass of T4 and T5 cells")
-    exp_on: float = Field(default=0.9, gt=0.0, le=4.0, description="exponent of T4 cells")
-    exp_off: float = Field(default=0.5, gt=0.0, le=4.0, description="exponent of T5 cells")
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    width_exc: Annotated[int, unit("px")] = Field(default=3, ge=1, le=63)
+    """Side of the excitatory field, odd."""
+    width_inh: Annotated[int, unit("px")] = Field(default=5, ge=1, le=63)
+    """Side of the inhibitory field, odd."""
+    width_cn: Annotated[int, unit("px")] = Field(default=5, ge=1, le=63)
+    """Side of the field that normalises contrast, odd."""
+    std_exc: Annotated[float, unit("px")] = Field(default=10.0, gt=0.0, le=1e3)
+    """Sigma of the excitatory field."""
+    std_inh: Annotated[float, unit("px")] = Field(default=20.0, gt=0.0, le=1e3)
+    """Sigma of the inhibitory field."""
+    std_cn: Annotated[float, unit("px")] = Field(default=20.0, gt=0.0, le=1e3)
+    """Sigma of the field that normalises contrast."""
+    coe_inh: float = Field(default=1.2, ge=0.0, le=10.0)
+    """Weight of the inhibitory field."""
+    remain_rec: float = Field(default=0.1, ge=0.0, lt=1.0)
+    """Residue of the ON and OFF signals."""
+    coe_cn: Annotated[float, unit("grey levels")] = Field(default=0.2, gt=0.0, le=255.0)
+    """Baseline of the normalisation."""
+    cn_threshold: float = Field(default=0.75, ge=0.0, lt=1.0)
+    """Threshold below which a normalised signal is 0."""
+    sd: Annotated[int, unit("px")] = Field(default=1, ge=1, le=16)
+    """Sampling distance."""
+    n_con: int = Field(default=5, ge=1, le=32)
+    """Connected cells per cell and direction."""
+    tau_d: tuple[Milliseconds, Milliseconds] = (80.0, 40.0)
+    """Delay at the nearest and the farthest pair of cells."""
+    emd_bias: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Weight of the null direction (1.5 in one build)."""
+    tau_t: Milliseconds = 30.0
+    """Time constant of the low-pass of T4 and T5 cells."""
+    exp_on: float = Field(default=0.9, gt=0.0, le=4.0)
+    """Exponent of T4 cells."""
+    exp_off: float = Field(default=0.5, gt=0.0, le=4.0)
+    """Exponent of T5 cells."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
     def delays(self) -> tuple[float, ...]:
         """Compute the delay of each spacing, linear from the nearest pair to the farthest.

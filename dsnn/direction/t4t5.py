@@ -17,13 +17,12 @@ from dsnn.model import Model, Response
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class T4T5Params(LocalMotionParams):
     """The constants of the T4 and T5 cells, and the scale of the sum over the field."""
 
-    k_sig: float = Field(
-        default=0.01, gt=0.0, le=1e3, description="scale of the sigmoid, as a share of the number of cells (assumed)"
-    )
+    k_sig: float = Field(default=0.01, gt=0.0, le=1e3)
+    """Scale of the sigmoid, as a share of the number of cells (assumed)."""
 
 
 class T4T5(Model):

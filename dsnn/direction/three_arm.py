@@ -22,20 +22,22 @@ FULL_SCALE = 255.0
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class ThreeArmParams:
     """Every constant of the array; those that are assumed say so."""
 
-    tau_hp: Milliseconds = Field(default=250.0, description="time constant of the luminance's temporal high-pass")
-    tau_lp: Milliseconds = Field(default=50.0, description="time constant of the low-pass that delays a detector's arm")
-    baseline: float = Field(
-        default=0.1, gt=0.0, le=10.0, description="baseline of the suppressing arm, of a luminance of 0..1"
-    )
-    quadrants: Literal[2, 4] = Field(
-        default=2, description="2: ON meets ON, and OFF meets OFF; 4: both polarities meet either"
-    )
-    gain: float = Field(default=10.0, gt=0.0, le=1e4, description="gain of the output (assumed)")
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    tau_hp: Milliseconds = 250.0
+    """Time constant of the luminance's temporal high-pass."""
+    tau_lp: Milliseconds = 50.0
+    """Time constant of the low-pass that delays a detector's arm."""
+    baseline: float = Field(default=0.1, gt=0.0, le=10.0)
+    """Baseline of the suppressing arm, of a luminance of 0..1."""
+    quadrants: Literal[2, 4] = 2
+    """2: ON meets ON, and OFF meets OFF; 4: both polarities meet either."""
+    gain: float = Field(default=10.0, gt=0.0, le=1e4)
+    """Gain of the output (assumed)."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
 
 class ThreeArm(Model):

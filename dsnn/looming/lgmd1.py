@@ -22,29 +22,28 @@ from dsnn.retina import Floats, Retina
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class LGMD1Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels."""
 
-    w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of inhibition")
-    w_side: float = Field(
-        default=0.25, ge=0.0, le=10.0, description="weight of the inhibition from each of a cell's four sides"
-    )
-    w_corner: float = Field(
-        default=0.125, ge=0.0, le=10.0, description="weight of the inhibition from each of a cell's four corners"
-    )
-    c_w: float = Field(
-        default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the scale of the grouping"
-    )
-    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the grouping where nothing is excited")
-    t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of the grouped excitation")
-    t_ffi: Annotated[float, unit("grey levels")] = Field(
-        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame that vetoes spikes"
-    )
-    t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the potential k")
-    n_sp: Annotated[int, unit("frames")] = Field(
-        default=5, ge=1, le=1000, description="number of frames in a row with a spike that mean a collision"
-    )
+    w_i: float = Field(default=0.6, ge=0.0, le=10.0)
+    """Weight of inhibition."""
+    w_side: float = Field(default=0.25, ge=0.0, le=10.0)
+    """Weight of the inhibition from each of a cell's four sides."""
+    w_corner: float = Field(default=0.125, ge=0.0, le=10.0)
+    """Weight of the inhibition from each of a cell's four corners."""
+    c_w: float = Field(default=4.0, gt=0.0, le=1e3)
+    """Divisor of the largest group in the scale of the grouping."""
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3)
+    """Scale of the grouping where nothing is excited."""
+    t_g: float = Field(default=30.0, ge=0.0, le=1e6)
+    """Threshold of the grouped excitation."""
+    t_ffi: Annotated[float, unit("grey levels")] = Field(default=10.0, ge=0.0, le=255.0)
+    """Mean change of the last frame that vetoes spikes."""
+    t_sp: float = Field(default=0.78, gt=0.5, le=1.0)
+    """Spike threshold on the potential k."""
+    n_sp: Annotated[int, unit("frames")] = Field(default=5, ge=1, le=1000)
+    """Number of frames in a row with a spike that mean a collision."""
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD1Params]:

@@ -26,51 +26,51 @@ Delays = tuple[Milliseconds, Milliseconds, Milliseconds]
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class LGMD2Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels.
 
     Triples are of a cell itself, each of its four sides, each of its four corners.
     """
 
-    sigma: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
-    w_on: Ring = Field(
-        default=(2.0, 0.5, 0.25), description="weights of inhibition in the ON pathway: centre, side, corner"
-    )
-    w_off: Ring = Field(
-        default=(1.0, 0.25, 0.125), description="weights of inhibition in the OFF pathway: centre, side, corner"
-    )
-    tau_on: Delays = Field(
-        default=(15.0, 30.0, 45.0), description="delays of inhibition in the ON pathway: centre, side, corner"
-    )
-    tau_off: Delays = Field(
-        default=(60.0, 120.0, 180.0), description="delays of inhibition in the OFF pathway: centre, side, corner"
-    )
-    tau_pm: Milliseconds = Field(default=90.0, description="time constant of the low-pass of the mean change PM")
-    t_pm: Annotated[float, unit("grey levels")] = Field(
-        default=8.0, gt=0.0, le=255.0, description="mean change PM from which it weighs inhibition up"
-    )
-    least_on: float = Field(default=1.0, ge=0.0, le=10.0, description="least weight of inhibition in the ON pathway")
-    least_off: float = Field(default=0.5, ge=0.0, le=10.0, description="least weight of inhibition in the OFF pathway")
-    c_w: float = Field(
-        default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the scale of the grouping"
-    )
-    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the grouping where nothing is excited")
-    c_g: float = Field(default=0.5, gt=0.0, le=10.0, description="decay of the grouped excitation before its threshold")
-    t_g: float = Field(default=15.0, ge=0.0, le=1e6, description="threshold of the grouped excitation after its decay")
-    tau_sfa: Milliseconds = Field(default=800.0, description="time constant of spike-frequency adaptation")
-    t_sfa: float = Field(
-        default=0.003, ge=0.0, le=1.0, description="rise of the potential k in a frame above which nothing adapts"
-    )
-    k_sp: float = Field(default=4.0, gt=0.0, le=20.0, description="spike gain")
-    t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the adapted potential")
-    n_sp: int = Field(
-        default=8,
-        ge=1,
-        le=1000,
-        description="number of spikes without a silent frame between them that mean a collision",
-    )
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    sigma: float = Field(default=0.1, ge=0.0, lt=1.0)
+    """Residue of the ON and OFF signals."""
+    w_on: Ring = (2.0, 0.5, 0.25)
+    """Weights of inhibition in the ON pathway: centre, side, corner."""
+    w_off: Ring = (1.0, 0.25, 0.125)
+    """Weights of inhibition in the OFF pathway: centre, side, corner."""
+    tau_on: Delays = (15.0, 30.0, 45.0)
+    """Delays of inhibition in the ON pathway: centre, side, corner."""
+    tau_off: Delays = (60.0, 120.0, 180.0)
+    """Delays of inhibition in the OFF pathway: centre, side, corner."""
+    tau_pm: Milliseconds = 90.0
+    """Time constant of the low-pass of the mean change PM."""
+    t_pm: Annotated[float, unit("grey levels")] = Field(default=8.0, gt=0.0, le=255.0)
+    """Mean change PM from which it weighs inhibition up."""
+    least_on: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Least weight of inhibition in the ON pathway."""
+    least_off: float = Field(default=0.5, ge=0.0, le=10.0)
+    """Least weight of inhibition in the OFF pathway."""
+    c_w: float = Field(default=4.0, gt=0.0, le=1e3)
+    """Divisor of the largest group in the scale of the grouping."""
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3)
+    """Scale of the grouping where nothing is excited."""
+    c_g: float = Field(default=0.5, gt=0.0, le=10.0)
+    """Decay of the grouped excitation before its threshold."""
+    t_g: float = Field(default=15.0, ge=0.0, le=1e6)
+    """Threshold of the grouped excitation after its decay."""
+    tau_sfa: Milliseconds = 800.0
+    """Time constant of spike-frequency adaptation."""
+    t_sfa: float = Field(default=0.003, ge=0.0, le=1.0)
+    """Rise of the potential k in a frame above which nothing adapts."""
+    k_sp: float = Field(default=4.0, gt=0.0, le=20.0)
+    """Spike gain."""
+    t_sp: float = Field(default=0.78, gt=0.5, le=1.0)
+    """Spike threshold on the adapted potential."""
+    n_sp: int = Field(default=8, ge=1, le=1000)
+    """Number of spikes without a silent frame between them that mean a collision."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD2Params]:

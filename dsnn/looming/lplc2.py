@@ -23,43 +23,42 @@ from dsnn.retina import Floats, Retina
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class LPLC2Params:
     """Every constant of the detector; those that are assumed, or in the authors' program alone, say so."""
 
-    sigma_e: Annotated[float, unit("px")] = Field(
-        default=1.0, gt=0.0, le=100.0, description="sigma of the excitatory field, 3x3 px (the authors' program)"
-    )
-    sigma_i: Annotated[float, unit("px")] = Field(
-        default=2.0, gt=0.0, le=100.0, description="sigma of the inhibitory field, 5x5 px (the authors' program)"
-    )
-    sigma_c: Annotated[float, unit("px")] = Field(
-        default=5.0, gt=0.0, le=100.0, description="sigma of the normalising field, 11x11 px (the authors' program)"
-    )
-    residue: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
-    c_base: Annotated[float, unit("grey levels")] = Field(
-        default=10.0,
-        gt=0.0,
-        le=255.0,
-        description="baseline of the normalisation (assumed: a switched-off line of the authors' program has it)",
-    )
-    tau_lp: Milliseconds = Field(default=30.0, description="delay of a detector's arm")
-    tau_t: Milliseconds = Field(default=30.0, description="time constant of the low-pass of T4 and T5 cells")
-    spread: float = Field(
-        default=1 / 6, gt=0.0, le=10.0, description="sigma of the radial bias, as a share of the frame's side (assumed)"
-    )
-    coe_contrast: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the change of contrast")
-    exp_on: float = Field(default=0.9, gt=0.0, le=4.0, description="exponent of T4 cells")
-    exp_off: float = Field(default=0.5, gt=0.0, le=4.0, description="exponent of T5 cells")
-    length: Annotated[int, unit("frames")] = Field(
-        default=10, ge=1, le=1000, description="number of frames that the output is averaged over"
-    )
-    k_sig: float = Field(
-        default=0.001, gt=0.0, le=1e3, description="scale of the sigmoid, as a share of a quadrant's cells (assumed)"
-    )
-    t_sp: float = Field(default=0.7, gt=0.5, le=1.0, description="spike threshold on the potential")
-    n_sp: int = Field(default=7, ge=1, le=1000, description="number of spikes in a row that mean a collision")
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    sigma_e: Annotated[float, unit("px")] = Field(default=1.0, gt=0.0, le=100.0)
+    """Sigma of the excitatory field, 3x3 px (the authors' program)."""
+    sigma_i: Annotated[float, unit("px")] = Field(default=2.0, gt=0.0, le=100.0)
+    """Sigma of the inhibitory field, 5x5 px (the authors' program)."""
+    sigma_c: Annotated[float, unit("px")] = Field(default=5.0, gt=0.0, le=100.0)
+    """Sigma of the normalising field, 11x11 px (the authors' program)."""
+    residue: float = Field(default=0.1, ge=0.0, lt=1.0)
+    """Residue of the ON and OFF signals."""
+    c_base: Annotated[float, unit("grey levels")] = Field(default=10.0, gt=0.0, le=255.0)
+    """Baseline of the normalisation (assumed: a switched-off line of the authors' program has it)."""
+    tau_lp: Milliseconds = 30.0
+    """Delay of a detector's arm."""
+    tau_t: Milliseconds = 30.0
+    """Time constant of the low-pass of T4 and T5 cells."""
+    spread: float = Field(default=1 / 6, gt=0.0, le=10.0)
+    """Sigma of the radial bias, as a share of the frame's side (assumed)."""
+    coe_contrast: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Weight of the change of contrast."""
+    exp_on: float = Field(default=0.9, gt=0.0, le=4.0)
+    """Exponent of T4 cells."""
+    exp_off: float = Field(default=0.5, gt=0.0, le=4.0)
+    """Exponent of T5 cells."""
+    length: Annotated[int, unit("frames")] = Field(default=10, ge=1, le=1000)
+    """Number of frames that the output is averaged over."""
+    k_sig: float = Field(default=0.001, gt=0.0, le=1e3)
+    """Scale of the sigmoid, as a share of a quadrant's cells (assumed)."""
+    t_sp: float = Field(default=0.7, gt=0.5, le=1.0)
+    """Spike threshold on the potential."""
+    n_sp: int = Field(default=7, ge=1, le=1000)
+    """Number of spikes in a row that mean a collision."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
 
 class LPLC2(Detector):

@@ -27,48 +27,44 @@ FITTING_SIDE = 60
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class LPLC2GFParams:
     """Every constant of the detector; the defaults are the literature's, for frames of 200x150 px."""
 
-    tau_hp: Milliseconds = Field(default=250.0, description="time constant of the luminance's temporal high-pass")
-    tau_lp: Milliseconds = Field(default=50.0, description="delay of a detector's arm")
-    t_off: float = Field(
-        default=0.05, ge=0.0, le=1.0, description="threshold of the OFF signal, of a luminance of 0..1"
-    )
-    side: Annotated[int, unit("px")] = Field(
-        default=100, ge=2, le=1000, description="side of a receptive field, an even number; two arms long"
-    )
-    width: Annotated[int, unit("px")] = Field(
-        default=40, ge=2, le=1000, description="width of a receptive field's arms, an even number"
-    )
-    t_arm: float = Field(
-        default=2.0, ge=0.0, le=1e6, description="summed outward motion that each arm of a receptive field needs"
-    )
-    rate: Annotated[float, unit("1/s")] = Field(
-        default=57.6,
-        gt=0.0,
-        le=1e9,
-        description="rise of the share of active cells that counts as 1 (the authors' program)",
-    )
-    gain: float = Field(
-        default=250.0, ge=0.0, le=1e9, description="current for a share of active cells of 1 that rises at a rate of 1"
-    )
-    tau_m: Milliseconds = Field(default=300.0, description="time constant of the membrane")
-    r_m: Annotated[float, unit("mV for a current of 1")] = Field(
-        default=10.0, gt=0.0, le=1e6, description="resistance of the membrane"
-    )
-    v_rest: Annotated[float, unit("mV")] = Field(default=-60.0, ge=-200.0, le=200.0, description="resting potential")
-    v_th: Annotated[float, unit("mV")] = Field(
-        default=-50.0, ge=-200.0, le=200.0, description="spike threshold of the membrane potential"
-    )
-    v_reset: Annotated[float, unit("mV")] = Field(
-        default=-70.0, ge=-200.0, le=200.0, description="potential after a spike"
-    )
-    v_spike: Annotated[float, unit("mV")] = Field(default=20.0, ge=-200.0, le=200.0, description="potential of a spike")
-    substeps: int = Field(default=20, ge=1, le=10_000, description="steps of the membrane's equation in 10 ms")
-    n_sp: int = Field(default=1, ge=1, le=1000, description="number of spikes that mean a collision")
-    fps: Annotated[float, unit("frames/s")] = Field(default=100.0, gt=0.0, le=10_000.0, description="frame rate")
+    tau_hp: Milliseconds = 250.0
+    """Time constant of the luminance's temporal high-pass."""
+    tau_lp: Milliseconds = 50.0
+    """Delay of a detector's arm."""
+    t_off: float = Field(default=0.05, ge=0.0, le=1.0)
+    """Threshold of the OFF signal, of a luminance of 0..1."""
+    side: Annotated[int, unit("px")] = Field(default=100, ge=2, le=1000)
+    """Side of a receptive field, an even number; two arms long."""
+    width: Annotated[int, unit("px")] = Field(default=40, ge=2, le=1000)
+    """Width of a receptive field's arms, an even number."""
+    t_arm: float = Field(default=2.0, ge=0.0, le=1e6)
+    """Summed outward motion that each arm of a receptive field needs."""
+    rate: Annotated[float, unit("1/s")] = Field(default=57.6, gt=0.0, le=1e9)
+    """Rise of the share of active cells that counts as 1 (the authors' program)."""
+    gain: float = Field(default=250.0, ge=0.0, le=1e9)
+    """Current for a share of active cells of 1 that rises at a rate of 1."""
+    tau_m: Milliseconds = 300.0
+    """Time constant of the membrane."""
+    r_m: Annotated[float, unit("mV for a current of 1")] = Field(default=10.0, gt=0.0, le=1e6)
+    """Resistance of the membrane."""
+    v_rest: Annotated[float, unit("mV")] = Field(default=-60.0, ge=-200.0, le=200.0)
+    """Resting potential."""
+    v_th: Annotated[float, unit("mV")] = Field(default=-50.0, ge=-200.0, le=200.0)
+    """Spike threshold of the membrane potential."""
+    v_reset: Annotated[float, unit("mV")] = Field(default=-70.0, ge=-200.0, le=200.0)
+    """Potential after a spike."""
+    v_spike: Annotated[float, unit("mV")] = Field(default=20.0, ge=-200.0, le=200.0)
+    """Potential of a spike."""
+    substeps: int = Field(default=20, ge=1, le=10_000)
+    """Steps of the membrane's equation in 10 ms."""
+    n_sp: int = Field(default=1, ge=1, le=1000)
+    """Number of spikes that mean a collision."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=100.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
     def __post_init__(self) -> None:
         if not self.v_rest < self.v_th < self.v_spike:

@@ -21,17 +21,20 @@ from dsnn.retina import Floats
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class MLPLC2Params(LocalMotionParams):
     """The constants of the T4 and T5 cells, and those of the quadrants."""
 
-    leak: float = Field(default=0.01, ge=0.0, le=1.0, description="share of inward motion that counts (assumed)")
-    t_lplc2: float = Field(default=50.0, ge=0.0, le=1e6, description="summed outward motion that each quadrant needs")
-    length: Annotated[int, unit("frames")] = Field(
-        default=5, ge=1, le=1000, description="number of frames that the output is summed over"
-    )
-    t_collision: float = Field(default=1000.0, gt=0.0, le=1e9, description="summed output that means a collision")
-    n_sp: int = Field(default=1, ge=1, le=1000, description="number of spikes in a row that mean a collision")
+    leak: float = Field(default=0.01, ge=0.0, le=1.0)
+    """Share of inward motion that counts (assumed)."""
+    t_lplc2: float = Field(default=50.0, ge=0.0, le=1e6)
+    """Summed outward motion that each quadrant needs."""
+    length: Annotated[int, unit("frames")] = Field(default=5, ge=1, le=1000)
+    """Number of frames that the output is summed over."""
+    t_collision: float = Field(default=1000.0, gt=0.0, le=1e9)
+    """Summed output that means a collision."""
+    n_sp: int = Field(default=1, ge=1, le=1000)
+    """Number of spikes in a row that mean a collision."""
 
     @property
     def t_sp(self) -> float:

@@ -19,41 +19,40 @@ from dsnn.retina import Floats, Retina
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class PONLGMDParams:
     """Every constant of the detector; the defaults are the literature's, but for the spiking thresholds."""
 
-    alpha_1: Annotated[float, unit("grey levels")] = Field(
-        default=3.0, gt=0.0, le=255.0, description="baseline of the normalisation"
-    )
-    gauss_size: Annotated[int, unit("px")] = Field(
-        default=9, ge=3, le=63, description="side of the normalisation's surround; even: the next odd number"
-    )
-    gauss_div: Annotated[float, unit("px")] = Field(
-        default=5.0, gt=0.0, le=100.0, description="sigma of the normalisation's surround"
-    )
-    beta: float = Field(default=0.4, ge=0.0, le=10.0, description="weight of lateral inhibition")
-    w_side: float = Field(
-        default=0.25, ge=0.0, le=10.0, description="weight of the inhibition from each of a cell's four sides"
-    )
-    w_corner: float = Field(
-        default=0.125, ge=0.0, le=10.0, description="weight of the inhibition from each of a cell's four corners"
-    )
-    alpha_c: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of contrast, taken off motion")
-    theta_3: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the product of ON and OFF")
-    c_w: float = Field(
-        default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the scale of the grouping"
-    )
-    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the grouping where nothing is excited")
-    c_de: float = Field(default=0.5, gt=0.0, le=10.0, description="decay of the grouped excitation")
-    t_de: float = Field(default=0.7, ge=0.0, le=1e3, description="threshold of the decayed excitation")
-    k_sig: float = Field(
-        default=0.1, gt=0.0, le=1e3, description="scale of the sigmoid, as a share of the number of cells"
-    )
-    t_sp: float = Field(default=0.55, gt=0.5, le=1.0, description="spike threshold on the potential (assumed)")
-    n_sp: int = Field(
-        default=5, ge=1, le=1000, description="number of spikes in a row that mean a collision (assumed: LGMD1's)"
-    )
+    alpha_1: Annotated[float, unit("grey levels")] = Field(default=3.0, gt=0.0, le=255.0)
+    """Baseline of the normalisation."""
+    gauss_size: Annotated[int, unit("px")] = Field(default=9, ge=3, le=63)
+    """Side of the normalisation's surround; even: the next odd number."""
+    gauss_div: Annotated[float, unit("px")] = Field(default=5.0, gt=0.0, le=100.0)
+    """Sigma of the normalisation's surround."""
+    beta: float = Field(default=0.4, ge=0.0, le=10.0)
+    """Weight of lateral inhibition."""
+    w_side: float = Field(default=0.25, ge=0.0, le=10.0)
+    """Weight of the inhibition from each of a cell's four sides."""
+    w_corner: float = Field(default=0.125, ge=0.0, le=10.0)
+    """Weight of the inhibition from each of a cell's four corners."""
+    alpha_c: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Weight of contrast, taken off motion."""
+    theta_3: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Weight of the product of ON and OFF."""
+    c_w: float = Field(default=4.0, gt=0.0, le=1e3)
+    """Divisor of the largest group in the scale of the grouping."""
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3)
+    """Scale of the grouping where nothing is excited."""
+    c_de: float = Field(default=0.5, gt=0.0, le=10.0)
+    """Decay of the grouped excitation."""
+    t_de: float = Field(default=0.7, ge=0.0, le=1e3)
+    """Threshold of the decayed excitation."""
+    k_sig: float = Field(default=0.1, gt=0.0, le=1e3)
+    """Scale of the sigmoid, as a share of the number of cells."""
+    t_sp: float = Field(default=0.55, gt=0.5, le=1.0)
+    """Spike threshold on the potential (assumed)."""
+    n_sp: int = Field(default=5, ge=1, le=1000)
+    """Number of spikes in a row that mean a collision (assumed: LGMD1's)."""
 
 
 class PONLGMD(Detector):

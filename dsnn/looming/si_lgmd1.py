@@ -22,35 +22,36 @@ from dsnn.retina import Floats, Retina
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class SILGMD1Params:
     """Every constant of the detector; all are its firmware's. Changes of luminance are halved."""
 
-    tau_e: Milliseconds = Field(default=6.0, description="delay of the excitation that inhibits laterally")
-    tau_p: Milliseconds = Field(default=4.0, description="delay of the signal that inhibits itself")
-    beta_1: float = Field(default=0.3, ge=0.0, le=10.0, description="weight of lateral inhibition")
-    beta_2: float = Field(
-        default=0.04, ge=0.0, le=10.0, description="share of self-inhibition that is left in a block that moves"
-    )
-    beta_3: float = Field(default=5.0, ge=0.0, le=100.0, description="weight of self-inhibition; 0 removes it")
-    t_az: Annotated[float, unit("halved grey levels")] = Field(
-        default=3.0, ge=0.0, le=2550.0, description="sum of the changes above which a block of 3x3 cells moves"
-    )
-    t_s: Annotated[float, unit("halved grey levels")] = Field(
-        default=3.0, ge=0.0, le=255.0, description="threshold of a summed cell"
-    )
-    t_ffi: Annotated[float, unit("halved grey levels")] = Field(
-        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame above which the model is silenced"
-    )
-    k_spi: Annotated[float, unit("halved grey levels a cell")] = Field(
-        default=1.0, gt=0.0, le=1e3, description="scale of the sigmoid"
-    )
-    t_sp: float = Field(default=0.72, gt=0.5, le=1.0, description="spike threshold on the potential (arena: 0.65)")
-    n_sp: int = Field(default=4, ge=1, le=1000, description="number of spikes in a row that mean a collision")
-    integer: bool = Field(
-        default=False, description="whether numbers are bytes, truncated at every step; false: floating point"
-    )
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    tau_e: Milliseconds = 6.0
+    """Delay of the excitation that inhibits laterally."""
+    tau_p: Milliseconds = 4.0
+    """Delay of the signal that inhibits itself."""
+    beta_1: float = Field(default=0.3, ge=0.0, le=10.0)
+    """Weight of lateral inhibition."""
+    beta_2: float = Field(default=0.04, ge=0.0, le=10.0)
+    """Share of self-inhibition that is left in a block that moves."""
+    beta_3: float = Field(default=5.0, ge=0.0, le=100.0)
+    """Weight of self-inhibition; 0 removes it."""
+    t_az: Annotated[float, unit("halved grey levels")] = Field(default=3.0, ge=0.0, le=2550.0)
+    """Sum of the changes above which a block of 3x3 cells moves."""
+    t_s: Annotated[float, unit("halved grey levels")] = Field(default=3.0, ge=0.0, le=255.0)
+    """Threshold of a summed cell."""
+    t_ffi: Annotated[float, unit("halved grey levels")] = Field(default=10.0, ge=0.0, le=255.0)
+    """Mean change of the last frame above which the model is silenced."""
+    k_spi: Annotated[float, unit("halved grey levels a cell")] = Field(default=1.0, gt=0.0, le=1e3)
+    """Scale of the sigmoid."""
+    t_sp: float = Field(default=0.72, gt=0.5, le=1.0)
+    """Spike threshold on the potential (arena: 0.65)."""
+    n_sp: int = Field(default=4, ge=1, le=1000)
+    """Number of spikes in a row that mean a collision."""
+    integer: bool = False
+    """Whether numbers are bytes, truncated at every step; false: floating point."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
     @classmethod
     def paper(cls, **changes: Any) -> SILGMD1Params:

@@ -25,82 +25,68 @@ from dsnn.retina import Floats, Retina
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class SILGMD2Params:
     """Every constant of the detector; the defaults are its firmware's. Changes of luminance are halved."""
 
-    tau_on: Milliseconds = Field(
-        default=15.0,
-        description="delay of lateral inhibition in the ON pathway; sides twice, corners three times as long",
-    )
-    tau_off: Milliseconds = Field(
-        default=60.0,
-        description="delay of lateral inhibition in the OFF pathway; sides twice, corners three times as long",
-    )
-    tau_si_on: Milliseconds = Field(default=5.0, description="delay of self-inhibition in the ON pathway")
-    tau_si_off: Milliseconds = Field(default=20.0, description="delay of self-inhibition in the OFF pathway")
-    w_on: float = Field(
-        default=2.0,
-        ge=0.0,
-        le=10.0,
-        description="weight of the inhibition by a cell itself in the ON pathway; sides 1/4, corners 1/8 of it",
-    )
-    w_off: float = Field(
-        default=1.0,
-        ge=0.0,
-        le=10.0,
-        description="weight of the inhibition by a cell itself in the OFF pathway; sides 1/4, corners 1/8 of it",
-    )
-    tau_pm: Milliseconds = Field(default=90.0, description="delay of the mean change PM")
-    t_pm: Annotated[float, unit("grey levels")] = Field(
-        default=20.0, gt=0.0, le=255.0, description="mean change PM from which it weighs inhibition up"
-    )
-    least_on: float = Field(
-        default=1.0, ge=0.0, le=10.0, description="least weight of lateral inhibition in the ON pathway"
-    )
-    least_off: float = Field(
-        default=0.5, ge=0.0, le=10.0, description="least weight of lateral inhibition in the OFF pathway"
-    )
-    o_on: float = Field(default=0.5, ge=0.0, le=10.0, description="weight of the ON pathway in the sum")
-    o_off: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the OFF pathway in the sum")
-    beta_1: float = Field(
-        default=0.3, ge=0.0, le=10.0, description="share of self-inhibition that is left in a moving block, ON pathway"
-    )
-    beta_2: float = Field(
-        default=0.1, ge=0.0, le=10.0, description="share of self-inhibition that is left in a moving block, OFF pathway"
-    )
-    beta_3: float = Field(default=3.0, ge=0.0, le=100.0, description="weight of self-inhibition in the ON pathway")
-    beta_4: float = Field(default=4.0, ge=0.0, le=100.0, description="weight of self-inhibition in the OFF pathway")
-    r_1: Annotated[float, unit("halved grey levels")] = Field(
-        default=3.0, ge=0.0, le=2550.0, description="sum of a block's ON signals above which the block moves"
-    )
-    r_2: Annotated[float, unit("halved grey levels")] = Field(
-        default=0.005, ge=0.0, le=2550.0, description="sum of a block's OFF signals above which the block moves"
-    )
-    c_w: float = Field(
-        default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the scale of the grouping"
-    )
-    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the grouping where nothing is excited")
-    t_g: float = Field(default=35.0, ge=0.0, le=1e6, description="threshold of the grouped excitation")
-    k_spi: Annotated[float, unit("halved grey levels a cell")] = Field(
-        default=0.5, gt=0.0, le=1e3, description="scale of the sigmoid"
-    )
-    tau_sfa: Milliseconds = Field(default=500.0, description="time constant of spike-frequency adaptation")
-    t_sfa: float = Field(
-        default=0.003, ge=0.0, le=1.0, description="rise of the potential k in a frame above which nothing adapts"
-    )
-    k_sp: float = Field(default=4.0, gt=0.0, le=20.0, description="spike gain")
-    t_sp: float = Field(default=0.64, gt=0.5, le=1.0, description="spike threshold on the adapted potential")
-    n_sp: int = Field(
-        default=4,
-        ge=1,
-        le=1000,
-        description="number of spikes without a silent frame between them that mean a collision",
-    )
-    integer: bool = Field(
-        default=True, description="whether numbers are bytes, truncated at every step; false: floating point"
-    )
-    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
+    tau_on: Milliseconds = 15.0
+    """Delay of lateral inhibition in the ON pathway; sides twice, corners three times as long."""
+    tau_off: Milliseconds = 60.0
+    """Delay of lateral inhibition in the OFF pathway; sides twice, corners three times as long."""
+    tau_si_on: Milliseconds = 5.0
+    """Delay of self-inhibition in the ON pathway."""
+    tau_si_off: Milliseconds = 20.0
+    """Delay of self-inhibition in the OFF pathway."""
+    w_on: float = Field(default=2.0, ge=0.0, le=10.0)
+    """Weight of the inhibition by a cell itself in the ON pathway; sides 1/4, corners 1/8 of it."""
+    w_off: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Weight of the inhibition by a cell itself in the OFF pathway; sides 1/4, corners 1/8 of it."""
+    tau_pm: Milliseconds = 90.0
+    """Delay of the mean change PM."""
+    t_pm: Annotated[float, unit("grey levels")] = Field(default=20.0, gt=0.0, le=255.0)
+    """Mean change PM from which it weighs inhibition up."""
+    least_on: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Least weight of lateral inhibition in the ON pathway."""
+    least_off: float = Field(default=0.5, ge=0.0, le=10.0)
+    """Least weight of lateral inhibition in the OFF pathway."""
+    o_on: float = Field(default=0.5, ge=0.0, le=10.0)
+    """Weight of the ON pathway in the sum."""
+    o_off: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Weight of the OFF pathway in the sum."""
+    beta_1: float = Field(default=0.3, ge=0.0, le=10.0)
+    """Share of self-inhibition that is left in a moving block, ON pathway."""
+    beta_2: float = Field(default=0.1, ge=0.0, le=10.0)
+    """Share of self-inhibition that is left in a moving block, OFF pathway."""
+    beta_3: float = Field(default=3.0, ge=0.0, le=100.0)
+    """Weight of self-inhibition in the ON pathway."""
+    beta_4: float = Field(default=4.0, ge=0.0, le=100.0)
+    """Weight of self-inhibition in the OFF pathway."""
+    r_1: Annotated[float, unit("halved grey levels")] = Field(default=3.0, ge=0.0, le=2550.0)
+    """Sum of a block's ON signals above which the block moves."""
+    r_2: Annotated[float, unit("halved grey levels")] = Field(default=0.005, ge=0.0, le=2550.0)
+    """Sum of a block's OFF signals above which the block moves."""
+    c_w: float = Field(default=4.0, gt=0.0, le=1e3)
+    """Divisor of the largest group in the scale of the grouping."""
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3)
+    """Scale of the grouping where nothing is excited."""
+    t_g: float = Field(default=35.0, ge=0.0, le=1e6)
+    """Threshold of the grouped excitation."""
+    k_spi: Annotated[float, unit("halved grey levels a cell")] = Field(default=0.5, gt=0.0, le=1e3)
+    """Scale of the sigmoid."""
+    tau_sfa: Milliseconds = 500.0
+    """Time constant of spike-frequency adaptation."""
+    t_sfa: float = Field(default=0.003, ge=0.0, le=1.0)
+    """Rise of the potential k in a frame above which nothing adapts."""
+    k_sp: float = Field(default=4.0, gt=0.0, le=20.0)
+    """Spike gain."""
+    t_sp: float = Field(default=0.64, gt=0.5, le=1.0)
+    """Spike threshold on the adapted potential."""
+    n_sp: int = Field(default=4, ge=1, le=1000)
+    """Number of spikes without a silent frame between them that mean a collision."""
+    integer: bool = True
+    """Whether numbers are bytes, truncated at every step; false: floating point."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
+    """Frame rate."""
 
     @classmethod
     def firmware(cls, **changes: Any) -> SILGMD2Params:

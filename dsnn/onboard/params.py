@@ -25,7 +25,7 @@ LEAST_ALPHA = 0.5 / 32768.0
 
 
 @with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class OnboardParams(DSNNParams):
     """The DSNN's parameters, and the formats of the numbers that it computes with.
 
@@ -33,42 +33,24 @@ class OnboardParams(DSNNParams):
     robot's memory at 99x72, beside three frames of its camera and 16 kB of other use (``colias firmware budget``).
     """
 
-    state_bits: Annotated[Literal[8, 16], unit("bits")] = Field(
-        default=8,
-        description="width of a delayed signal D; 2 n_con of them a cell are most of the memory, and with"
-        " n_con = 8 only those of 8 bits fit into 256 kB beside the camera's frames",
-    )
-    companding: bool = Field(
-        default=True,
-        description="whether an 8-bit D has segments whose step doubles from one to the next, as G.711 codes"
-        " speech: equal steps lose the small values from which a slow low-pass rises and to which"
-        " it falls; of no effect on 16 bits",
-    )
-    lamina_bits: Annotated[Literal[8, 16], unit("bits")] = Field(
-        default=8,
-        description="width of the LA that is kept for the next frame; with 8 it is a whole number of grey"
-        " levels that saturates at 255. 16 take two bytes a cell more: with n_con = 8 they fit"
-        " beside two camera frames, not three",
-    )
-    f_bits: Annotated[int | None, unit("bits")] = Field(
-        default=None,
-        ge=0,
-        le=15,
-        description="fractional part of F, which saturates at some 32,000 steps; None: as many as the largest"
-        " F that a rise of LA gives leaves, since F is tau_fast / (dt + tau_fast) of it, under 9"
-        " grey levels at 30 fps",
-    )
-    rounding: Literal["nearest", "truncate"] = Field(
-        default="nearest",
-        description="how a number loses its lowest bits; truncating, as the public firmware does, drops half a step"
-        " at each frame, by which every low-pass falls too fast",
-    )
-    halved: bool = Field(
-        default=False,
-        description="whether the change of luminance is halved, without its lowest bit and clipped to"
-        " -127..127, as in the public firmware, where it fits a byte; counted in steps of two grey"
-        " levels, so that thresholds stay as they are",
-    )
+    state_bits: Annotated[Literal[8, 16], unit("bits")] = 8
+    """Width of a delayed signal D; 2 n_con of them a cell are most of the memory, and with n_con = 8 only those of 8
+    bits fit into 256 kB beside the camera's frames."""
+    companding: bool = True
+    """Whether an 8-bit D has segments whose step doubles from one to the next, as G.711 codes speech: equal steps lose
+    the small values from which a slow low-pass rises and to which it falls; of no effect on 16 bits."""
+    lamina_bits: Annotated[Literal[8, 16], unit("bits")] = 8
+    """Width of the LA that is kept for the next frame; with 8 it is a whole number of grey levels that saturates at
+    255. 16 take two bytes a cell more: with n_con = 8 they fit beside two camera frames, not three."""
+    f_bits: Annotated[int | None, unit("bits")] = Field(default=None, ge=0, le=15)
+    """Fractional part of F, which saturates at some 32,000 steps; None: as many as the largest F that a rise of LA
+    gives leaves, since F is tau_fast / (dt + tau_fast) of it, under 9 grey levels at 30 fps."""
+    rounding: Literal["nearest", "truncate"] = "nearest"
+    """How a number loses its lowest bits; truncating, as the public firmware does, drops half a step at each frame, by
+    which every low-pass falls too fast."""
+    halved: bool = False
+    """Whether the change of luminance is halved, without its lowest bit and clipped to -127..127, as in the public
+    firmware, where it fits a byte; counted in steps of two grey levels, so that thresholds stay as they are."""
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

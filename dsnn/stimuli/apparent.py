@@ -29,30 +29,26 @@ class ApparentParams(ClipParams):
     stand ``period_px`` apart, so that the field is filled and one pair does not reach another.
     """
 
-    motion: Direction = Field(default="rightward", description="direction from the first bar to the second")
-    polarity: Pair = Field(default="on-on", description="polarity of the first step and of the second; on: brightening")
-    width_px: Annotated[int, unit("px")] = Field(
-        default=2, ge=1, le=4096, description="width of a bar along the motion"
-    )
-    spacing_px: Annotated[int, unit("px")] = Field(
-        default=4, ge=1, le=4096, description="distance from bar to bar, centre to centre"
-    )
-    delay_frames: Annotated[int, unit("frames")] = Field(
-        default=1, ge=1, le=1000, description="time from the first step to the second"
-    )
-    period_px: Annotated[int, unit("px")] = Field(default=40, ge=2, le=4096, description="distance from pair to pair")
-    ground_grey: Annotated[float, unit("grey levels")] = Field(
-        default=120.0, ge=0.0, le=255.0, description="grey level before the steps"
-    )
-    amplitude: Annotated[float, unit("grey levels")] = Field(
-        default=80.0, ge=0.0, le=127.5, description="height of a step"
-    )
-    rest_s: Annotated[float, unit("s")] = Field(
-        default=0.3, ge=0.0, le=60.0, description="stillness before the first step"
-    )
-    after_s: Annotated[float, unit("s")] = Field(
-        default=0.7, gt=0.0, le=60.0, description="stillness from the second step on"
-    )
+    motion: Direction = "rightward"
+    """Direction from the first bar to the second."""
+    polarity: Pair = "on-on"
+    """Polarity of the first step and of the second; on: brightening."""
+    width_px: Annotated[int, unit("px")] = Field(default=2, ge=1, le=4096)
+    """Width of a bar along the motion."""
+    spacing_px: Annotated[int, unit("px")] = Field(default=4, ge=1, le=4096)
+    """Distance from bar to bar, centre to centre."""
+    delay_frames: Annotated[int, unit("frames")] = Field(default=1, ge=1, le=1000)
+    """Time from the first step to the second."""
+    period_px: Annotated[int, unit("px")] = Field(default=40, ge=2, le=4096)
+    """Distance from pair to pair."""
+    ground_grey: Annotated[float, unit("grey levels")] = Field(default=120.0, ge=0.0, le=255.0)
+    """Grey level before the steps."""
+    amplitude: Annotated[float, unit("grey levels")] = Field(default=80.0, ge=0.0, le=127.5)
+    """Height of a step."""
+    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
+    """Stillness before the first step."""
+    after_s: Annotated[float, unit("s")] = Field(default=0.7, gt=0.0, le=60.0)
+    """Stillness from the second step on."""
 
 
 class Apparent(Stimulus[ApparentParams]):

@@ -24,28 +24,21 @@ class ClutteredParams(ObjectParams):
     would cross the frame in a few steps.
     """
 
-    columns: Annotated[int, unit("px")] = Field(
-        default=540, ge=8, le=4096, description="columns of a frame (paper: 540)"
-    )
-    grey: Annotated[float, unit("grey levels")] = Field(
-        default=0.0, ge=0.0, le=255.0, description="grey level of the object; black is darker than all that it passes"
-    )
-    background: Annotated[str, AfterValidator(known_background)] = Field(
-        default=PHOTOGRAPH,
-        description="what is behind the object: photograph (palm leaves); dead-leaves, pink, foliage or street, scenes"
-        " that the seed makes; or the path of a picture. In replicate r of an experiment that names none, scene r",
-    )
-    background_speed: Annotated[float, unit("speed_unit")] = Field(
-        default=-8.0, ge=-10_000.0, le=10_000.0, description="speed of the background, rightward positive"
-    )
+    columns: Annotated[int, unit("px")] = Field(default=540, ge=8, le=4096)
+    """Columns of a frame (paper: 540)."""
+    grey: Annotated[float, unit("grey levels")] = Field(default=0.0, ge=0.0, le=255.0)
+    """Grey level of the object; black is darker than all that it passes."""
+    background: Annotated[str, AfterValidator(known_background)] = PHOTOGRAPH
+    """What is behind the object: photograph (palm leaves); dead-leaves, pink, foliage or street, scenes that the seed
+    makes; or the path of a picture. In replicate r of an experiment that names none, scene r."""
+    background_speed: Annotated[float, unit("speed_unit")] = Field(default=-8.0, ge=-10_000.0, le=10_000.0)
+    """Speed of the background, rightward positive."""
     start: Annotated[float | None, unit("px")] = Field(
         default=None, ge=0.0, le=8192.0,
         description="column of the background at the first frame's left border; None: the seed chooses it",
     )  # fmt: skip
-    object: Literal["present", "absent"] = Field(
-        default="present",
-        description="whether the object is there; absent: the background alone, for as long as the object would take",
-    )
+    object: Literal["present", "absent"] = "present"
+    """Whether the object is there; absent: the background alone, for as long as the object would take."""
 
 
 class Cluttered(Stimulus[ClutteredParams]):

@@ -23,17 +23,20 @@ Floats = npt.NDArray[np.float64]
 class DotsParams(TimedParams):
     """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""
 
-    count: int = Field(default=60, ge=1, le=20_000, description="number of dots in the frame")
-    size: Annotated[float, unit("px")] = Field(default=4.0, gt=0.0, le=64.0, description="side of a dot")
-    coherence: float = Field(default=1.0, ge=0.0, le=1.0, description="share of the dots that move together")
-    motion: Direction = Field(default="rightward", description="direction of the dots that move together")
-    speed: Annotated[float, unit("px/s")] = Field(default=120.0, ge=0.0, le=10_000.0, description="speed of the dots")
-    grey: Annotated[float, unit("grey levels")] = Field(
-        default=40.0, ge=0.0, le=255.0, description="grey level of the dots"
-    )
-    background_grey: Annotated[float, unit("grey levels")] = Field(
-        default=200.0, ge=0.0, le=255.0, description="grey level of the background"
-    )
+    count: int = Field(default=60, ge=1, le=20_000)
+    """Number of dots in the frame."""
+    size: Annotated[float, unit("px")] = Field(default=4.0, gt=0.0, le=64.0)
+    """Side of a dot."""
+    coherence: float = Field(default=1.0, ge=0.0, le=1.0)
+    """Share of the dots that move together."""
+    motion: Direction = "rightward"
+    """Direction of the dots that move together."""
+    speed: Annotated[float, unit("px/s")] = Field(default=120.0, ge=0.0, le=10_000.0)
+    """Speed of the dots."""
+    grey: Annotated[float, unit("grey levels")] = Field(default=40.0, ge=0.0, le=255.0)
+    """Grey level of the dots."""
+    background_grey: Annotated[float, unit("grey levels")] = Field(default=200.0, ge=0.0, le=255.0)
+    """Grey level of the background."""
 
 
 class Dots(Stimulus[DotsParams]):

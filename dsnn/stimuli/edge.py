@@ -23,18 +23,18 @@ class EdgeParams(ClipParams):
     ``on`` brightens every pixel that it passes and darkens none; ``off`` the other way about.
     """
 
-    motion: Direction = Field(default="rightward", description="direction in which the edge moves")
-    polarity: Polarity = Field(default="on", description="change that the edge brings; on: brightening, off: darkening")
-    speed: Annotated[float, unit("px/s")] = Field(default=120.0, gt=0.0, le=10_000.0, description="speed of the edge")
-    dark_grey: Annotated[float, unit("grey levels")] = Field(
-        default=40.0, ge=0.0, le=255.0, description="grey level of the dark side"
-    )
-    light_grey: Annotated[float, unit("grey levels")] = Field(
-        default=200.0, ge=0.0, le=255.0, description="grey level of the light side"
-    )
-    rest_s: Annotated[float, unit("s")] = Field(
-        default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion"
-    )
+    motion: Direction = "rightward"
+    """Direction in which the edge moves."""
+    polarity: Polarity = "on"
+    """Change that the edge brings; on: brightening, off: darkening."""
+    speed: Annotated[float, unit("px/s")] = Field(default=120.0, gt=0.0, le=10_000.0)
+    """Speed of the edge."""
+    dark_grey: Annotated[float, unit("grey levels")] = Field(default=40.0, ge=0.0, le=255.0)
+    """Grey level of the dark side."""
+    light_grey: Annotated[float, unit("grey levels")] = Field(default=200.0, ge=0.0, le=255.0)
+    """Grey level of the light side."""
+    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
+    """Stillness before and after the motion."""
 
 
 @with_field_docs
@@ -42,9 +42,8 @@ class EdgeParams(ClipParams):
 class BarParams(EdgeParams):
     """A bar as long as the field is wide: its two edges are of opposite polarity, the leading one of ``polarity``."""
 
-    thickness: Annotated[float, unit("px")] = Field(
-        default=20.0, gt=0.0, le=4096.0, description="thickness of the bar along its motion"
-    )
+    thickness: Annotated[float, unit("px")] = Field(default=20.0, gt=0.0, le=4096.0)
+    """Thickness of the bar along its motion."""
 
 
 class _Sweep(Stimulus[EdgeParams]):

@@ -83,16 +83,14 @@ def check_band(low_hz: float, high_hz: float) -> None:
 class FoliageParams(TimedParams):
     """Neighbouring leaves sway together, distant ones independently; on the average nothing moves anywhere."""
 
-    amplitude_px: tuple[Amplitude, Amplitude] = Field(default=(2.0, 0.5), description="rms displacement along x and y")
-    low_hz: Annotated[float, unit("Hz")] = Field(
-        default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway"
-    )
-    high_hz: Annotated[float, unit("Hz")] = Field(
-        default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway"
-    )
-    patch_px: Annotated[float, unit("px")] = Field(
-        default=30.0, ge=1.0, le=1000.0, description="distance over which leaves sway together"
-    )
+    amplitude_px: tuple[Amplitude, Amplitude] = (2.0, 0.5)
+    """Rms displacement along x and y."""
+    low_hz: Annotated[float, unit("Hz")] = Field(default=0.5, gt=0.0, le=500.0)
+    """Lowest frequency of the sway."""
+    high_hz: Annotated[float, unit("Hz")] = Field(default=3.0, gt=0.0, le=500.0)
+    """Highest frequency of the sway."""
+    patch_px: Annotated[float, unit("px")] = Field(default=30.0, ge=1.0, le=1000.0)
+    """Distance over which leaves sway together."""
 
 
 class Foliage(Stimulus[FoliageParams]):

@@ -24,20 +24,18 @@ STEPS = 4096
 class GratingParams(TimedParams):
     """A grating that fills the frame, stands for the rest and then drifts."""
 
-    waveform: Literal["sine", "square"] = Field(default="sine", description="profile of grey along the period")
-    period_px: Annotated[float, unit("px")] = Field(
-        default=20.0, ge=2.0, le=10_000.0, description="wavelength; 1 / spatial frequency"
-    )
-    temporal_hz: Annotated[float, unit("Hz")] = Field(
-        default=2.0, ge=0.0, le=500.0, description="number of periods that pass a pixel in a second"
-    )
-    direction_deg: Annotated[float, unit("degrees")] = Field(
-        default=0.0, ge=-360.0, le=360.0, description="direction of the drift: 0 rightward, 90 downward"
-    )
-    contrast: float = Field(default=0.8, ge=0.0, le=1.0, description="Michelson contrast, (max - min) / (max + min)")
-    mean_grey: Annotated[float, unit("grey levels")] = Field(
-        default=127.5, ge=0.0, le=127.5, description="mean grey level"
-    )
+    waveform: Literal["sine", "square"] = "sine"
+    """Profile of grey along the period."""
+    period_px: Annotated[float, unit("px")] = Field(default=20.0, ge=2.0, le=10_000.0)
+    """Wavelength; 1 / spatial frequency."""
+    temporal_hz: Annotated[float, unit("Hz")] = Field(default=2.0, ge=0.0, le=500.0)
+    """Number of periods that pass a pixel in a second."""
+    direction_deg: Annotated[float, unit("degrees")] = Field(default=0.0, ge=-360.0, le=360.0)
+    """Direction of the drift: 0 rightward, 90 downward."""
+    contrast: float = Field(default=0.8, ge=0.0, le=1.0)
+    """Michelson contrast, (max - min) / (max + min)."""
+    mean_grey: Annotated[float, unit("grey levels")] = Field(default=127.5, ge=0.0, le=127.5)
+    """Mean grey level."""
 
 
 class Grating(Stimulus[GratingParams]):

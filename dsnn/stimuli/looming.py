@@ -34,58 +34,47 @@ class LoomingParams(ClipParams):
     the near end throughout, has its speed, and passes the direction that ``azimuth_deg`` and ``elevation_deg`` say.
     """
 
-    rows: Annotated[int, unit("px")] = Field(default=72, ge=8, le=4096, description="rows of a frame")
-    columns: Annotated[int, unit("px")] = Field(default=99, ge=8, le=4096, description="columns of a frame")
-    motion: Motion = Field(
-        default="looming",
-        description="way of the motion; receding: the frames of looming backward; rightward and others: across the view"
-        " at the size of the near end",
-    )
-    outline: Literal["square", "disc"] = Field(
-        default="square", description="outline of what moves; a disc is as wide as the square"
-    )
-    l_over_v_s: Annotated[float, unit("s")] = Field(
-        default=0.16, gt=0.0, le=100.0, description="half-size of the square over its speed"
-    )
-    azimuth_deg: Degrees = Field(default=0.0, description="direction that the square comes from, right of the axis")
-    elevation_deg: Degrees = Field(default=0.0, description="direction that the square comes from, below the axis")
-    miss: Annotated[float, unit("half-sizes")] = Field(
-        default=0.0,
-        ge=-100.0,
-        le=100.0,
-        description="distance to the right of the eye at which the square passes; 0: it hits",
-    )
-    start_deg: AngularSize = Field(default=8.0, description="full angle that the square subtends at the far end")
-    end_deg: AngularSize = Field(default=60.0, description="full angle that the square subtends at the near end")
-    focal_px: Annotated[float, unit("px")] = Field(
-        default=70.7, gt=0.0, le=10_000.0, description="focal length (the robot's: 70.7)"
-    )
-    grey: Annotated[float, unit("grey levels")] = Field(
-        default=40.0, ge=0.0, le=255.0, description="grey level of the square"
-    )
-    background_grey: Annotated[float, unit("grey levels")] = Field(
-        default=200.0, ge=0.0, le=255.0, description="mean grey level behind the square"
-    )
-    background: Literal["even", "grating"] = Field(
-        default="even", description="what is behind the square; a grating drifts from the first frame to the last"
-    )
-    period_px: Annotated[float, unit("px")] = Field(
-        default=16.0, ge=2.0, le=10_000.0, description="wavelength of the grating"
-    )
-    temporal_hz: Annotated[float, unit("Hz")] = Field(
-        default=2.0, ge=0.0, le=500.0, description="number of the grating's periods that pass a pixel in a second"
-    )
-    direction_deg: Annotated[float, unit("degrees")] = Field(
-        default=0.0, ge=-360.0, le=360.0, description="direction of the grating's drift: 0 rightward, 90 downward"
-    )
-    contrast: float = Field(default=0.4, ge=0.0, le=1.0, description="Michelson contrast of the grating")
-    object: Literal["present", "absent"] = Field(
-        default="present",
-        description="whether the square is there; absent: the background alone, for as long as the square would take",
-    )
-    rest_s: Annotated[float, unit("s")] = Field(
-        default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion"
-    )
+    rows: Annotated[int, unit("px")] = Field(default=72, ge=8, le=4096)
+    """Rows of a frame."""
+    columns: Annotated[int, unit("px")] = Field(default=99, ge=8, le=4096)
+    """Columns of a frame."""
+    motion: Motion = "looming"
+    """Way of the motion; receding: the frames of looming backward; rightward and others: across the view at the size of
+    the near end."""
+    outline: Literal["square", "disc"] = "square"
+    """Outline of what moves; a disc is as wide as the square."""
+    l_over_v_s: Annotated[float, unit("s")] = Field(default=0.16, gt=0.0, le=100.0)
+    """Half-size of the square over its speed."""
+    azimuth_deg: Degrees = 0.0
+    """Direction that the square comes from, right of the axis."""
+    elevation_deg: Degrees = 0.0
+    """Direction that the square comes from, below the axis."""
+    miss: Annotated[float, unit("half-sizes")] = Field(default=0.0, ge=-100.0, le=100.0)
+    """Distance to the right of the eye at which the square passes; 0: it hits."""
+    start_deg: AngularSize = 8.0
+    """Full angle that the square subtends at the far end."""
+    end_deg: AngularSize = 60.0
+    """Full angle that the square subtends at the near end."""
+    focal_px: Annotated[float, unit("px")] = Field(default=70.7, gt=0.0, le=10_000.0)
+    """Focal length (the robot's: 70.7)."""
+    grey: Annotated[float, unit("grey levels")] = Field(default=40.0, ge=0.0, le=255.0)
+    """Grey level of the square."""
+    background_grey: Annotated[float, unit("grey levels")] = Field(default=200.0, ge=0.0, le=255.0)
+    """Mean grey level behind the square."""
+    background: Literal["even", "grating"] = "even"
+    """What is behind the square; a grating drifts from the first frame to the last."""
+    period_px: Annotated[float, unit("px")] = Field(default=16.0, ge=2.0, le=10_000.0)
+    """Wavelength of the grating."""
+    temporal_hz: Annotated[float, unit("Hz")] = Field(default=2.0, ge=0.0, le=500.0)
+    """Number of the grating's periods that pass a pixel in a second."""
+    direction_deg: Annotated[float, unit("degrees")] = Field(default=0.0, ge=-360.0, le=360.0)
+    """Direction of the grating's drift: 0 rightward, 90 downward."""
+    contrast: float = Field(default=0.4, ge=0.0, le=1.0)
+    """Michelson contrast of the grating."""
+    object: Literal["present", "absent"] = "present"
+    """Whether the square is there; absent: the background alone, for as long as the square would take."""
+    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
+    """Stillness before and after the motion."""
 
 
 class Looming(Stimulus[LoomingParams]):

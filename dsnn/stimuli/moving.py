@@ -37,36 +37,30 @@ class ObjectParams(ClipParams):
     Looming and receding are at constant speed: its size is inversely proportional to the time to contact.
     """
 
-    motion: Motion = Field(default="rightward", description="kind or direction of the object's motion")
-    width: Annotated[float, unit("px")] = Field(
-        default=50.0, gt=0.0, le=4096.0, description="width of the object at scale 1"
-    )
-    height: Annotated[float, unit("px")] = Field(
-        default=90.0, gt=0.0, le=4096.0, description="height of the object at scale 1"
-    )
-    grey: Annotated[float, unit("grey levels")] = Field(
-        default=40.0, ge=0.0, le=255.0, description="grey level of the object"
-    )
-    speed: Annotated[float, unit("speed_unit")] = Field(
-        default=120.0, gt=0.0, le=10_000.0, description="speed of translation"
-    )
-    speed_unit: SpeedUnit = Field(default="px/s", description="unit of every speed; the paper writes px/frame")
-    enters: bool = Field(
-        default=True,
-        description="whether the object crosses from outside to outside; false: it starts and ends whole"
-        " inside the frame, at rest",
-    )
-    offset: Annotated[float, unit("px")] = Field(
-        default=0.0, ge=-4096.0, le=4096.0, description="distance of the path from the frame's centre, right or down"
-    )
-    far_scale: float = Field(default=0.2, gt=0.0, le=100.0, description="size at the far end of looming and receding")
-    near_scale: float = Field(default=1.8, gt=0.0, le=100.0, description="size at the near end of looming and receding")
-    duration_s: Annotated[float, unit("s")] = Field(
-        default=2.0, gt=0.0, le=600.0, description="duration of looming or receding"
-    )
-    rest_s: Annotated[float, unit("s")] = Field(
-        default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion"
-    )
+    motion: Motion = "rightward"
+    """Kind or direction of the object's motion."""
+    width: Annotated[float, unit("px")] = Field(default=50.0, gt=0.0, le=4096.0)
+    """Width of the object at scale 1."""
+    height: Annotated[float, unit("px")] = Field(default=90.0, gt=0.0, le=4096.0)
+    """Height of the object at scale 1."""
+    grey: Annotated[float, unit("grey levels")] = Field(default=40.0, ge=0.0, le=255.0)
+    """Grey level of the object."""
+    speed: Annotated[float, unit("speed_unit")] = Field(default=120.0, gt=0.0, le=10_000.0)
+    """Speed of translation."""
+    speed_unit: SpeedUnit = "px/s"
+    """Unit of every speed; the paper writes px/frame."""
+    enters: bool = True
+    """Whether the object crosses from outside to outside; false: it starts and ends whole inside the frame, at rest."""
+    offset: Annotated[float, unit("px")] = Field(default=0.0, ge=-4096.0, le=4096.0)
+    """Distance of the path from the frame's centre, right or down."""
+    far_scale: float = Field(default=0.2, gt=0.0, le=100.0)
+    """Size at the far end of looming and receding."""
+    near_scale: float = Field(default=1.8, gt=0.0, le=100.0)
+    """Size at the near end of looming and receding."""
+    duration_s: Annotated[float, unit("s")] = Field(default=2.0, gt=0.0, le=600.0)
+    """Duration of looming or receding."""
+    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
+    """Stillness before and after the motion."""
 
 
 class ObjectPath:

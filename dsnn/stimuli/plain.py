@@ -22,9 +22,8 @@ class PlainParams(ObjectParams):
     the greys those of the network's golden vectors.
     """
 
-    background_grey: Annotated[float, unit("grey levels")] = Field(
-        default=200.0, ge=0.0, le=255.0, description="grey level of the background"
-    )
+    background_grey: Annotated[float, unit("grey levels")] = Field(default=200.0, ge=0.0, le=255.0)
+    """Grey level of the background."""
 
 
 class Plain(Stimulus[PlainParams]):

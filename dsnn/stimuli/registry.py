@@ -5,6 +5,7 @@ One of a user's own is a file with the same two and a `StimulusEntry` called ``S
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -13,7 +14,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from dsnn.hints import nearest
 from dsnn.stimuli.apparent import Apparent, ApparentParams
 from dsnn.stimuli.cluttered import Cluttered, ClutteredParams
 from dsnn.stimuli.dots import Dots, DotsParams
@@ -86,8 +86,9 @@ class StimulusEntry:
         known = [field for field in self.params.__dataclass_fields__]
         for key in changes:
             if key not in known:
-                near = nearest(key, known, " (", ")")
-                raise ValueError(f"{self.name} has no parameter '{key}': known are {', '.join(known)}{near}")
+                near = difflib.get_close_matches(key.lower(), known, 1)
+                hint = f" (nearest: {near[0]})" if near else ""
+                raise ValueError(f"{self.name} has no parameter '{key}': known are {', '.join(known)}{hint}")
         try:
             built = self.build(replace(self.params, **changes), seed)
         except ValidationError as error:
@@ -150,8 +151,9 @@ def stimulus_entry(name: str) -> StimulusEntry:
     if not isinstance(name, str):
         raise ValueError(f"a stimulus's name is a {type(name).__name__}: known are {', '.join(STIMULI)}")
     if name not in STIMULI:
-        near = nearest(name, STIMULI, " (", ")")
-        raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)}{near}")
+        near = difflib.get_close_matches(name.lower(), STIMULI, 1)
+        hint = f" (nearest: {near[0]})" if near else ""
+        raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)}{hint}")
     return STIMULI[name]
 
 

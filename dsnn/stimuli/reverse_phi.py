@@ -22,19 +22,20 @@ from dsnn.stimuli.streams import stream
 class ReversePhiParams(TimedParams):
     """Random squares, light or dark about the mean, that jump by whole pixels."""
 
-    contrast_at_a_step: Literal["reversed", "kept"] = Field(
-        default="reversed", description="contrast after a step; reversed: reverse-phi; kept: phi, to compare with"
-    )
-    motion: Direction = Field(default="rightward", description="direction of the displacement")
-    square_px: Annotated[int, unit("px")] = Field(default=6, ge=1, le=256, description="side of a square")
-    step_px: Annotated[int, unit("px")] = Field(default=3, ge=1, le=256, description="displacement at a step")
-    step_frames: Annotated[int, unit("frames")] = Field(default=2, ge=1, le=1000, description="time from step to step")
-    mean_grey: Annotated[float, unit("grey levels")] = Field(
-        default=120.0, ge=0.0, le=255.0, description="mean grey level"
-    )
-    amplitude: Annotated[float, unit("grey levels")] = Field(
-        default=80.0, ge=0.0, le=127.5, description="difference of light and dark squares from the mean"
-    )
+    contrast_at_a_step: Literal["reversed", "kept"] = "reversed"
+    """Contrast after a step; reversed: reverse-phi; kept: phi, to compare with."""
+    motion: Direction = "rightward"
+    """Direction of the displacement."""
+    square_px: Annotated[int, unit("px")] = Field(default=6, ge=1, le=256)
+    """Side of a square."""
+    step_px: Annotated[int, unit("px")] = Field(default=3, ge=1, le=256)
+    """Displacement at a step."""
+    step_frames: Annotated[int, unit("frames")] = Field(default=2, ge=1, le=1000)
+    """Time from step to step."""
+    mean_grey: Annotated[float, unit("grey levels")] = Field(default=120.0, ge=0.0, le=255.0)
+    """Mean grey level."""
+    amplitude: Annotated[float, unit("grey levels")] = Field(default=80.0, ge=0.0, le=127.5)
+    """Difference of light and dark squares from the mean."""
 
 
 class ReversePhi(Stimulus[ReversePhiParams]):

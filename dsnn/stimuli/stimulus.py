@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import unit, with_field_docs
 
-CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
+CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 Luma = npt.NDArray[np.uint8]
 
@@ -160,13 +160,12 @@ class StimulusFrame:
 class ClipParams:
     """Parameters of every stimulus: a frame's size and the rate."""
 
-    rows: Annotated[int, unit("px")] = Field(default=180, ge=8, le=4096, description="rows of a frame (paper: 180)")
-    columns: Annotated[int, unit("px")] = Field(
-        default=320, ge=8, le=4096, description="columns of a frame (paper: 320, clutter 540)"
-    )
-    fps: Annotated[float, unit("frames/s")] = Field(
-        default=30.0, ge=1.0, le=1000.0, description="frame rate (paper: 30)"
-    )
+    rows: Annotated[int, unit("px")] = Field(default=180, ge=8, le=4096)
+    """Rows of a frame (paper: 180)."""
+    columns: Annotated[int, unit("px")] = Field(default=320, ge=8, le=4096)
+    """Columns of a frame (paper: 320, clutter 540)."""
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, ge=1.0, le=1000.0)
+    """Frame rate (paper: 30)."""
 
 
 @with_field_docs
@@ -174,8 +173,10 @@ class ClipParams:
 class TimedParams(ClipParams):
     """A stimulus that moves for a given time, after a rest in which the first frame stands still."""
 
-    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0, description="stillness before the motion")
-    duration_s: Annotated[float, unit("s")] = Field(default=2.0, gt=0.0, le=600.0, description="duration of the motion")
+    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
+    """Stillness before the motion."""
+    duration_s: Annotated[float, unit("s")] = Field(default=2.0, gt=0.0, le=600.0)
+    """Duration of the motion."""
 
     def rest_frames(self) -> int:
         """Count the frames of the rest before the motion.

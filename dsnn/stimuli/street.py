@@ -42,61 +42,42 @@ RAGGED, EDGE = 0.15, 8.0
 class StreetParams(ClipParams):
     """Movers that cross the street, and the wind. The wind blows from the first frame to the last."""
 
-    movers: Literal["one", "opposite", "group"] = Field(
-        default="one",
-        description="who crosses: one; two, the second the opposite way after the first has left; several, one way",
-    )
-    motion: Literal["rightward", "leftward"] = Field(
-        default="rightward", description="direction of the one, of the first of two, or of the group"
-    )
-    object: Literal["present", "absent"] = Field(
-        default="present",
-        description="whether the movers are there; absent: the street alone, for as long as they would take",
-    )
-    kind: Kind = Field(default="person", description="who moves: person or car")
-    height: Annotated[float, unit("px")] = Field(
-        default=90.0, ge=4.0, le=4096.0, description="height of who moves; in a group of the nearest"
-    )
-    speed: Annotated[float, unit("px/s")] = Field(
-        default=70.0, gt=0.0, le=10_000.0, description="speed of who moves; in a group of the nearest, on the average"
-    )
-    grey: Annotated[float, unit("grey levels")] = Field(
-        default=40.0,
-        ge=0.0,
-        le=255.0,
-        description="grey level of a person's trunk or a car's body; those of a group are drawn at random",
-    )
-    count: int = Field(default=5, ge=1, le=100, description="number of movers in a group")
-    gap_s: Annotated[float, unit("s")] = Field(
-        default=1.0, ge=0.0, le=60.0, description="time between two movers with nobody in view"
-    )
-    rest_s: Annotated[float, unit("s")] = Field(
-        default=0.5, ge=0.0, le=60.0, description="stillness before the first mover and after the last"
-    )
-    foliage: Literal["windblown", "none"] = Field(
-        default="windblown", description="what sways in front of the house: leaves in the wind, or none"
-    )
-    amplitude_px: tuple[Amplitude, Amplitude] = Field(
-        default=(2.0, 0.5), description="rms displacement of leaves along x and y"
-    )
-    low_hz: Annotated[float, unit("Hz")] = Field(
-        default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway"
-    )
-    high_hz: Annotated[float, unit("Hz")] = Field(
-        default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway"
-    )
-    patch_px: Annotated[float, unit("px")] = Field(
-        default=30.0, ge=1.0, le=1000.0, description="distance over which leaves sway together"
-    )
-    ground: Literal["textured", "even"] = Field(
-        default="textured", description="ground of the street: a house front and a pavement, or one grey"
-    )
-    ground_grey: Annotated[float, unit("grey levels")] = Field(
-        default=150.0, ge=0.0, le=255.0, description="mean grey level of the house front"
-    )
-    ground_sd: Annotated[float, unit("grey levels")] = Field(
-        default=22.0, ge=0.0, le=127.0, description="standard deviation of the house front's texture"
-    )
+    movers: Literal["one", "opposite", "group"] = "one"
+    """Who crosses: one; two, the second the opposite way after the first has left; several, one way."""
+    motion: Literal["rightward", "leftward"] = "rightward"
+    """Direction of the one, of the first of two, or of the group."""
+    object: Literal["present", "absent"] = "present"
+    """Whether the movers are there; absent: the street alone, for as long as they would take."""
+    kind: Kind = "person"
+    """Who moves: person or car."""
+    height: Annotated[float, unit("px")] = Field(default=90.0, ge=4.0, le=4096.0)
+    """Height of who moves; in a group of the nearest."""
+    speed: Annotated[float, unit("px/s")] = Field(default=70.0, gt=0.0, le=10_000.0)
+    """Speed of who moves; in a group of the nearest, on the average."""
+    grey: Annotated[float, unit("grey levels")] = Field(default=40.0, ge=0.0, le=255.0)
+    """Grey level of a person's trunk or a car's body; those of a group are drawn at random."""
+    count: int = Field(default=5, ge=1, le=100)
+    """Number of movers in a group."""
+    gap_s: Annotated[float, unit("s")] = Field(default=1.0, ge=0.0, le=60.0)
+    """Time between two movers with nobody in view."""
+    rest_s: Annotated[float, unit("s")] = Field(default=0.5, ge=0.0, le=60.0)
+    """Stillness before the first mover and after the last."""
+    foliage: Literal["windblown", "none"] = "windblown"
+    """What sways in front of the house: leaves in the wind, or none."""
+    amplitude_px: tuple[Amplitude, Amplitude] = (2.0, 0.5)
+    """Rms displacement of leaves along x and y."""
+    low_hz: Annotated[float, unit("Hz")] = Field(default=0.5, gt=0.0, le=500.0)
+    """Lowest frequency of the sway."""
+    high_hz: Annotated[float, unit("Hz")] = Field(default=3.0, gt=0.0, le=500.0)
+    """Highest frequency of the sway."""
+    patch_px: Annotated[float, unit("px")] = Field(default=30.0, ge=1.0, le=1000.0)
+    """Distance over which leaves sway together."""
+    ground: Literal["textured", "even"] = "textured"
+    """Ground of the street: a house front and a pavement, or one grey."""
+    ground_grey: Annotated[float, unit("grey levels")] = Field(default=150.0, ge=0.0, le=255.0)
+    """Mean grey level of the house front."""
+    ground_sd: Annotated[float, unit("grey levels")] = Field(default=22.0, ge=0.0, le=127.0)
+    """Standard deviation of the house front's texture."""
 
 
 class Street(Stimulus[StreetParams]):

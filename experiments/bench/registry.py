@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from dsnn.hints import nearest
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
@@ -20,6 +19,7 @@ from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.robot.experiment import Experiment
 from scenes import is_arena_file
+from scenes.hints import nearest
 
 
 def load(name: str) -> Experiment:

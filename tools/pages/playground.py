@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 import experiments
-from dsnn import DSNNParams
+from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
 from experiments.bench.judging.checks import MARGIN
@@ -175,7 +175,7 @@ def levers() -> list[dict[str, Any]]:
     listed = []
     for name in LEVERS:
         field = DSNNParams.__pydantic_fields__[name]
-        description = str(field.description)
+        description = field_docs.meaning(DSNNParams, name)
         given = re.search(r" \(paper: ([^)]*)\)", description)
         paper = given[1] if given else ""
         meaning = (description.replace(given[0], "") if given else description).replace("; false ", "; switching off ")

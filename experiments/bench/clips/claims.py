@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
-from dsnn.hints import nearest
 from experiments.bench.clips.judging import DSNN, EVERY, SHADES, SIGNED, Row, Rows
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
@@ -23,6 +22,7 @@ from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.numbers import is_number, unreadable
 from experiments.bench.judging.verdict import Outcome
+from scenes.hints import nearest
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 HARDLY = 0.5

@@ -6,11 +6,11 @@ import dataclasses
 from pathlib import Path
 
 from colias_sim.envs import ENVS
-from dsnn.hints import nearest
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.engine.errors import UsageError, check_name
 from experiments.bench.engine.models import beside
 from experiments.bench.engine.user_code import declared, is_own
+from scenes.hints import nearest
 
 
 def load_behaviour(source: str) -> Behaviour:

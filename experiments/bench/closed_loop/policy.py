@@ -55,7 +55,7 @@ def _legal_options(options: Mapping[str, Any], info: ValidationInfo) -> Mapping[
     return options
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class About:
     """Purpose, size and origin of a policy."""
 

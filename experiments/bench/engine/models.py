@@ -11,10 +11,10 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
-from dsnn.hints import nearest
 from dsnn.model import SPIKING
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.user_code import declared, is_file
+from scenes.hints import nearest
 
 
 @dataclass(frozen=True, slots=True)

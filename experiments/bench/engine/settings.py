@@ -11,10 +11,11 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
-from dsnn.hints import closest
+from dsnn.field_docs import meaning
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET as PRESET
 from experiments.bench.engine.models import ConfiguredModel, ModelRequest, SelectedModel, family, look_up
+from scenes.hints import closest
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
@@ -308,14 +309,14 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     """Yield every parameter of the sections ``values``."""
     for section, value in values.items():
         if _presets(value):
-            meaning = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
+            words = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
             summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
-            meaning += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
-            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", meaning)
+            words += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
+            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", words)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
             text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
             schema = properties[field.name]
-            meaning = schema.get("description", "")
-            yield Parameter(f"{section}.{field.name}", text, _legal(schema), _unit(schema), meaning)
+            words = meaning(type(value), field.name) or schema.get("description", "")
+            yield Parameter(f"{section}.{field.name}", text, _legal(schema), _unit(schema), words)

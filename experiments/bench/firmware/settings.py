@@ -31,7 +31,7 @@ WIDEST, NARROWEST = 640, 8
 
 
 @with_field_docs
-@validated(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+@validated(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class ChipSettings:
     """The robot's processor and what else lives in it. The defaults are Colias's STM32F427 (its data sheet).
 
@@ -42,67 +42,39 @@ class ChipSettings:
         default="99x72",
         description=f"columns x rows of the camera's frames: each a whole number from {NARROWEST} to {WIDEST}",
     )
-    ram_main: Annotated[int, unit("bytes")] = Field(
-        default=192 * 1024,
-        ge=1024,
-        le=2**24,
-        description="main RAM; DMA reaches it, so the camera's ring is here",
-    )
-    ram_core: Annotated[int, unit("bytes")] = Field(
-        default=64 * 1024, ge=1024, le=2**24, description="core-coupled RAM; DMA does not reach it"
-    )
-    flash: Annotated[int, unit("bytes")] = Field(
-        default=2 * 1024 * 1024, ge=1024, le=4 * 1024 * 1024, description="flash memory"
-    )
-    ring_frames: Annotated[int, unit("frames")] = Field(
-        default=3, ge=2, le=8, description="length of the camera's ring, YUV422, 2 bytes a pixel: as in a shipped build"
-    )
-    stack: Annotated[int, unit("bytes")] = Field(
-        default=2048, ge=512, le=65536, description="RAM reserved for the stack; its use is measured"
-    )
-    interrupts: Annotated[int, unit("levels")] = Field(
-        default=4,
-        ge=0,
-        le=16,
-        description="interrupts that may be under way at once, each on top of the one before, on the same stack: an"
-        " assumption (camera's DMA, motors' UART, a tick, a fault); the chip has 16 priorities",
-    )
-    handler_stack: Annotated[int, unit("bytes")] = Field(
-        default=128, ge=0, le=4096, description="stack that the code of one interrupt takes itself: an assumption"
-    )
+    ram_main: Annotated[int, unit("bytes")] = Field(default=192 * 1024, ge=1024, le=2**24)
+    """Main RAM; DMA reaches it, so the camera's ring is here."""
+    ram_core: Annotated[int, unit("bytes")] = Field(default=64 * 1024, ge=1024, le=2**24)
+    """Core-coupled RAM; DMA does not reach it."""
+    flash: Annotated[int, unit("bytes")] = Field(default=2 * 1024 * 1024, ge=1024, le=4 * 1024 * 1024)
+    """Flash memory."""
+    ring_frames: Annotated[int, unit("frames")] = Field(default=3, ge=2, le=8)
+    """Length of the camera's ring, YUV422, 2 bytes a pixel: as in a shipped build."""
+    stack: Annotated[int, unit("bytes")] = Field(default=2048, ge=512, le=65536)
+    """RAM reserved for the stack; its use is measured."""
+    interrupts: Annotated[int, unit("levels")] = Field(default=4, ge=0, le=16)
+    """Interrupts that may be under way at once, each on top of the one before, on the same stack: an assumption
+    (camera's DMA, motors' UART, a tick, a fault); the chip has 16 priorities."""
+    handler_stack: Annotated[int, unit("bytes")] = Field(default=128, ge=0, le=4096)
+    """Stack that the code of one interrupt takes itself: an assumption."""
     robot_ram: Annotated[int, unit("bytes")] = Field(
         default=16 * 1024, ge=4, le=2**20, multiple_of=4,
         description="RAM of the rest of the robot's program. An estimate: a shipped build has 102 kB of"
         " zeroed data, of which the camera's ring is 42.8 kB and six maps of its one LGMD (an"
         " assumption) are as much",
     )  # fmt: skip
-    robot_flash: Annotated[int, unit("bytes")] = Field(
-        default=44 * 1024,
-        ge=0,
-        le=2**21,
-        description="flash of the rest of the robot's program: a shipped build",
-    )
-    clock_mhz: Annotated[float, unit("MHz")] = Field(
-        default=180.0, gt=0.0, le=1000.0, description="clock of the processor"
-    )
-    frame_ms: Annotated[float, unit("ms")] = Field(
-        default=33.0, gt=0.0, le=10_000.0, description="time from frame to frame (33: 30 a second)"
-    )
-    cpi_least: Annotated[float, unit("cycles")] = Field(
-        default=1.3,
-        ge=0.5,
-        le=20.0,
-        description="least number of cycles an instruction takes: an assumption; flash waits are told apart",
-    )
-    cpi_most: Annotated[float, unit("cycles")] = Field(
-        default=1.6,
-        ge=0.5,
-        le=20.0,
-        description="greatest number of cycles an instruction takes: an assumption; flash waits are told apart",
-    )
-    optimise: Literal["s", "1", "2", "3"] = Field(
-        default="3", description="level of the compiler's -O: at 3 it unrolls more, and flash is plenty"
-    )
+    robot_flash: Annotated[int, unit("bytes")] = Field(default=44 * 1024, ge=0, le=2**21)
+    """Flash of the rest of the robot's program: a shipped build."""
+    clock_mhz: Annotated[float, unit("MHz")] = Field(default=180.0, gt=0.0, le=1000.0)
+    """Clock of the processor."""
+    frame_ms: Annotated[float, unit("ms")] = Field(default=33.0, gt=0.0, le=10_000.0)
+    """Time from frame to frame (33: 30 a second)."""
+    cpi_least: Annotated[float, unit("cycles")] = Field(default=1.3, ge=0.5, le=20.0)
+    """Least number of cycles an instruction takes: an assumption; flash waits are told apart."""
+    cpi_most: Annotated[float, unit("cycles")] = Field(default=1.6, ge=0.5, le=20.0)
+    """Greatest number of cycles an instruction takes: an assumption; flash waits are told apart."""
+    optimise: Literal["s", "1", "2", "3"] = "3"
+    """Level of the compiler's -O: at 3 it unrolls more, and flash is plenty."""
 
     def __post_init__(self) -> None:
         if self.cpi_least > self.cpi_most:

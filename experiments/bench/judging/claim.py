@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from dsnn.hints import closest
 from experiments.bench.engine.errors import check_name, short
 from experiments.bench.engine.user_code import traced
 from experiments.bench.judging.checks import weakest
 from experiments.bench.judging.claim_files import PACKAGE, claim_ids
 from experiments.bench.judging.verdict import Outcome, Verdict
+from scenes.hints import closest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,10 +15,10 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.hints import nearest
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
+from scenes.hints import nearest
 
 Floats = npt.NDArray[np.float64]
 Cells = Mapping[str, Any]

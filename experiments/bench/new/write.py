@@ -7,11 +7,11 @@ import keyword
 import re
 from pathlib import Path
 
-from dsnn.hints import nearest
 from experiments.bench.engine.errors import LONGEST_NAME, UsageError, short
 from experiments.bench.engine.templates import render
 from experiments.bench.engine.user_code import is_users
 from experiments.bench.new.kinds import KINDS
+from scenes.hints import nearest
 
 
 def write(kind: str, name: str, folder: Path) -> Path:

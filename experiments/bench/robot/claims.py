@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
-from dsnn.hints import nearest
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
 from experiments.bench.judging import claims as shipped
@@ -21,6 +20,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group
+from scenes.hints import nearest
 
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
 

@@ -7,10 +7,10 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.field_docs import unit, with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from experiments.bench.robot.experiment import Condition, Direction, Motion
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0), unit("cm/s")]
 SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0), unit("cm/s")]
@@ -51,11 +51,12 @@ def _ways(chosen: str) -> tuple[Direction, ...]:
 class Translation:
     """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
 
-    speeds_cm_s: Several[SpeedCmS] = Field(description="speeds of the stimulus")
-    distances_cm: Several[DistanceCm] = Field(description="distance from the camera to the path")
-    direction: Literal["rightward", "leftward", "both"] = Field(
-        default="rightward", description="direction of the crossing in the image"
-    )
+    speeds_cm_s: Several[SpeedCmS]
+    """Speeds of the stimulus."""
+    distances_cm: Several[DistanceCm]
+    """Distance from the camera to the path."""
+    direction: Literal["rightward", "leftward", "both"] = "rightward"
+    """Direction of the crossing in the image."""
     pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
     heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
@@ -87,20 +88,16 @@ def angular(motion: Motion, angle: float, speed: float, near: float, far: float,
 class Angular:
     """Straight lines at several angles to the optical axis, through one point before the camera."""
 
-    motion: Literal["approach", "recession"] = Field(
-        description="whether the stimulus moves towards the camera or away from it"
-    )
-    angles_deg: Several[AngleDeg] = Field(
-        default=(-30.0, -15.0, 0.0, 15.0, 30.0),
-        description="angle of the path to the optical axis, negative on the robot's left",
-    )
-    speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    near_cm: Annotated[float, unit("cm")] = Field(
-        default=5.0, ge=4.0, le=10.0, description="distance from the camera to the path's near end, on the axis"
-    )
-    far_cm: Annotated[float, unit("cm")] = Field(
-        default=20.0, ge=15.0, le=25.0, description="distance from the camera to the path's far end"
-    )
+    motion: Literal["approach", "recession"]
+    """Whether the stimulus moves towards the camera or away from it."""
+    angles_deg: Several[AngleDeg] = (-30.0, -15.0, 0.0, 15.0, 30.0)
+    """Angle of the path to the optical axis, negative on the robot's left."""
+    speed_cm_s: SlowSpeedCmS = 6.0
+    """Speed of the stimulus."""
+    near_cm: Annotated[float, unit("cm")] = Field(default=5.0, ge=4.0, le=10.0)
+    """Distance from the camera to the path's near end, on the axis."""
+    far_cm: Annotated[float, unit("cm")] = Field(default=20.0, ge=15.0, le=25.0)
+    """Distance from the camera to the path's far end."""
     acceleration_cm_s2: Annotated[float, unit("cm/s2")] = ACCELERATION
     pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
     heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
@@ -122,14 +119,14 @@ class Angular:
 class General:
     """One of each motion: straight approach and recession, a crossing each way."""
 
-    speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path of the crossings")
-    near_cm: Annotated[float, unit("cm")] = Field(
-        default=5.0, ge=4.0, le=10.0, description="distance from the camera to the near end of approach and recession"
-    )
-    far_cm: Annotated[float, unit("cm")] = Field(
-        default=20.0, ge=15.0, le=25.0, description="distance from the camera to the far end of approach and recession"
-    )
+    speed_cm_s: SlowSpeedCmS = 6.0
+    """Speed of the stimulus."""
+    distance_cm: DistanceCm = 8.0
+    """Distance from the camera to the path of the crossings."""
+    near_cm: Annotated[float, unit("cm")] = Field(default=5.0, ge=4.0, le=10.0)
+    """Distance from the camera to the near end of approach and recession."""
+    far_cm: Annotated[float, unit("cm")] = Field(default=20.0, ge=15.0, le=25.0)
+    """Distance from the camera to the far end of approach and recession."""
     acceleration_cm_s2: Annotated[float, unit("cm/s2")] = ACCELERATION
     pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
     heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
@@ -155,14 +152,14 @@ class General:
 class Contrast:
     """Crossings by shells of several greys, before the same wall."""
 
-    shell_greys: Several[Share] = Field(
-        default=(0.02, 0.2, 0.4, 0.6, 0.8, 1.0), description="reflectance of the stimulus's shell"
-    )
-    speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path")
-    direction: Literal["rightward", "leftward", "both"] = Field(
-        default="rightward", description="direction of the crossing in the image"
-    )
+    shell_greys: Several[Share] = (0.02, 0.2, 0.4, 0.6, 0.8, 1.0)
+    """Reflectance of the stimulus's shell."""
+    speed_cm_s: SpeedCmS = 6.0
+    """Speed of the stimulus."""
+    distance_cm: DistanceCm = 8.0
+    """Distance from the camera to the path."""
+    direction: Literal["rightward", "leftward", "both"] = "rightward"
+    """Direction of the crossing in the image."""
     pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
     heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
@@ -186,15 +183,14 @@ class Contrast:
 class Clutter:
     """Crossings before walls of several contrasts."""
 
-    wall_contrasts: Several[WallContrast] = Field(
-        default=(0.0, 0.5, 1.0, 2.0, 4.0),
-        description="contrast of the wall's texture; 1: as the arena has it",
-    )
-    speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path")
-    direction: Literal["rightward", "leftward", "both"] = Field(
-        default="rightward", description="direction of the crossing in the image"
-    )
+    wall_contrasts: Several[WallContrast] = (0.0, 0.5, 1.0, 2.0, 4.0)
+    """Contrast of the wall's texture; 1: as the arena has it."""
+    speed_cm_s: SpeedCmS = 6.0
+    """Speed of the stimulus."""
+    distance_cm: DistanceCm = 8.0
+    """Distance from the camera to the path."""
+    direction: Literal["rightward", "leftward", "both"] = "rightward"
+    """Direction of the crossing in the image."""
     pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
     heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
@@ -218,17 +214,16 @@ class Clutter:
 class Egomotion:
     """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
 
-    turns_deg_s: Several[TurnDegS] = Field(
-        default=(-5.0, -2.5, 0.0, 2.5, 5.0), description="turning of the observer, left positive"
-    )
-    drives_cm_s: tuple[DriveCmS, ...] = Field(
-        default=(-1.0, 1.0), description="driving of the observer where it does not turn, forward positive"
-    )
-    speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path, in mid-crossing")
-    direction: Literal["rightward", "leftward", "both"] = Field(
-        default="rightward", description="direction of the crossing in the image"
-    )
+    turns_deg_s: Several[TurnDegS] = (-5.0, -2.5, 0.0, 2.5, 5.0)
+    """Turning of the observer, left positive."""
+    drives_cm_s: tuple[DriveCmS, ...] = (-1.0, 1.0)
+    """Driving of the observer where it does not turn, forward positive."""
+    speed_cm_s: SpeedCmS = 6.0
+    """Speed of the stimulus."""
+    distance_cm: DistanceCm = 8.0
+    """Distance from the camera to the path, in mid-crossing."""
+    direction: Literal["rightward", "leftward", "both"] = "rightward"
+    """Direction of the crossing in the image."""
     pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
     heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 

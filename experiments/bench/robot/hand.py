@@ -18,7 +18,7 @@ LONGEST_FRAMES = 36_000
 """Frames of the longest trial by hand: 20 minutes at 30 frames per second."""
 FASTEST_CM_S, FASTEST_DEG_S = 35.0, 720.0
 """Largest speed and turn rate of a command."""
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 _Frame = Annotated[int, Field(ge=0, le=LONGEST_FRAMES)]
 _Length = Annotated[float, Field(ge=-100.0, le=100.0)]
 

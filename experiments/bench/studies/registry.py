@@ -6,12 +6,12 @@ import dataclasses
 import importlib
 from pathlib import Path
 
-from dsnn.hints import nearest
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import beside
 from experiments.bench.engine.user_code import declared, is_file
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.study import Study
+from scenes.hints import nearest
 
 
 def names() -> tuple[str, ...]:

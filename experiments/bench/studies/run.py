@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from dsnn.hints import nearest
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.clips import plan as clips_plan
@@ -33,6 +32,7 @@ from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.replicates import MODEL, asked_models
 from experiments.bench.studies.study import Study
+from scenes.hints import nearest
 
 TABLE = "counts.csv"
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
-from dsnn.hints import nearest
 from dsnn.stimuli import StimulusEntry
 from experiments.bench.clips.experiment import Clip
 from experiments.bench.engine import settings
 from experiments.bench.engine.errors import UsageError
+from scenes.hints import nearest
 
 Kind = Literal["curve", "map", "polar", "approach"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from dsnn.hints import nearest
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.video.reading import Reel
+from scenes.hints import nearest
 
 MOST_MODELS = 8
 """In one picture: each has a panel of its own then, and more would be too small to read."""
