@@ -14,6 +14,7 @@ import pytest
 
 import dsnn.stimuli
 from dsnn import DSNN, DSNNParams
+from dsnn.field_docs import meaning
 from dsnn.stimuli import STIMULI, Box, Jittered, stimulus, stimulus_entry
 from dsnn.stimuli.background import panorama
 from dsnn.stimuli.scenes import pink
@@ -488,7 +489,7 @@ def test_parameters_say_what_they_mean(name):
     entry = stimulus_entry(name)
     assert entry.summary and type(entry.params).__dataclass_params__.frozen
     for field in dataclasses.fields(entry.params):
-        assert field.default.description, f"{name}.{field.name}"
+        assert meaning(type(entry.params), field.name), f"{name}.{field.name}"
 
 
 def test_a_box_touches_a_frame_only_if_it_overlaps_it():
