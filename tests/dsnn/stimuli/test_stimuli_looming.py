@@ -105,7 +105,7 @@ def test_a_grating_drifts_behind_it_throughout():
     [
         ({"start_deg": 60.0}, "below end_deg"),
         ({"background": "grating"}, "background_grey=200"),
-        ({"l_over_v_s": 0.0}, "l_over_v_s=0.0"),
+        ({"l_over_v_s": 0.0}, "l_over_v_s"),
     ],
 )
 def test_a_value_out_of_range_is_named(changes, says):
