@@ -9,7 +9,7 @@ import pyarrow.csv as csv
 import pytest
 
 from experiments.bench.cli.main import command
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.errors import TrialError
 from experiments.bench.live.footage import FootageSession
 from tests.helpers.footage import Walker, street, write
 
@@ -91,7 +91,7 @@ def test_a_model_that_breaks_is_told_and_the_session_lives(film: str, tmp_path: 
         "MODEL = ModelEntry('broken', 'breaks', Network, Parameters())\n"
     )
     session = FootageSession(film, [str(broken)])
-    with pytest.raises(UsageError, match="no answer"):
+    with pytest.raises(TrialError, match="no answer"):
         session.step()
     session.choose_models(["dsnn"])
     assert hs(session, 3)
