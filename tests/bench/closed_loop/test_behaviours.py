@@ -453,5 +453,5 @@ def test_a_model_that_is_edited_meanwhile_is_one_model_in_all_episodes(tmp_path)
 
 
 def test_scoring_needs_an_episode():
-    with pytest.raises(UsageError, match="--episodes 0"):
+    with pytest.raises(UsageError, match="--episodes must be"):
         score(BEHAVIOURS["still"], episodes=0)
