@@ -88,7 +88,7 @@ def series_schema() -> "pa.Schema":
 
 def series_of(labels: Sequence[str]) -> Probe:
     """Return the probe that keeps HS and its spikes in every frame of the models called ``labels`` in the trials."""
-    return Probe(partial(series, labels=tuple(labels)), series_schema, (HS, SPIKES))
+    return Probe(partial(series, labels=tuple(labels)), series_schema)
 
 
 def errors(counts: "Counts") -> Tables:

@@ -16,7 +16,6 @@ from experiments.bench.figures.series import CHANNELS_OF, THRESHOLD
 from experiments.bench.recording import Model, lanes, page, recorded
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.recording import arena_view
-from experiments.bench.store.places import regular
 from experiments.bench.store.record import recordings_in
 from experiments.bench.video.reading import model_of
 from experiments.bench.video.source import recording
@@ -128,7 +127,7 @@ def _names(first: Path, second: Path) -> tuple[str, str]:
 def _chunks(path: Path, content: str = "/**") -> Iterator[tuple[str, Any]]:
     """Yield the chunks of a recording with their entities; `UsageError` where it cannot be read."""
     try:
-        for chunk in rr.chunk.RrdReader(str(regular(path))).stream().filter(content=content):
+        for chunk in rr.chunk.RrdReader(str(path)).stream().filter(content=content):
             yield str(chunk.entity_path).lstrip("/"), chunk
     except OSError as error:
         raise UsageError(f"view {path}: {error.strerror or error}") from None

@@ -8,7 +8,6 @@ from pathlib import Path
 import typer
 
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import rate_notes
 from experiments.bench.engine.terminal import count
 from experiments.bench.public.run import missing_models
@@ -56,10 +55,7 @@ def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: 
     reconciled(folder, description, other_code)
     if not tables.present(folder):
         return 0
-    try:
-        return len(set(tables.read(folder, "trials", ["trial"])["trial"].to_pylist()))
-    except Exception as error:  # bytes that are no table can make the library raise anything
-        raise UsageError(f"{folder}: trials.parquet cannot be read ({type(error).__name__})") from None
+    return len(set(tables.read(folder, "trials", ["trial"])["trial"].to_pylist()))
 
 
 def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:

@@ -54,7 +54,6 @@ def export(
     """
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.store.convert import KINDS
-    from experiments.bench.store.places import check_file
 
     if to is not None and to not in (*KINDS, VIDEOS, LOG):
         raise UsageError(f"--to {to}: legal is {', '.join((*KINDS, VIDEOS, LOG))}")
@@ -67,8 +66,8 @@ def export(
     if not run.exists():
         raise UsageError(f"{run}: no such run, table or recording")
     place = out or Path(f"{run.resolve().stem if run.is_file() else run.resolve().name}-{to}")
-    for option, target in ([("--out", place)] if to else []) + ([("--frames", frames)] if frames else []):
-        check_file(target, f"{option} {target}")
+    for target in ([place] if to else []) + ([frames] if frames else []):
+        target.parent.mkdir(parents=True, exist_ok=True)
         if target.exists() and not force:
             raise FileExistsError(f"{target} is there already: choose another folder, or give --force to replace it")
         if target.resolve() == run.resolve() or target.resolve() in run.resolve().parents:

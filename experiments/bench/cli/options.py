@@ -92,13 +92,11 @@ def own_pictures(folder: Path | None) -> Pictures | None:
 def results_folder(out: Path | None, name: str) -> Path:
     """Return the folder asked for, or a new one under ``runs``, whatever it holds: the command judges that itself.
 
-    Raises `UsageError` where results cannot be written there. The folder is not made.
+    The folder is not made.
     """
-    from experiments.bench.store import files, places
+    from experiments.bench.store import files
 
-    folder = files.new_folder(name) if out is None else out
-    places.check_folder(folder, f"--out {folder}")
-    return folder
+    return files.new_folder(name) if out is None else out
 
 
 def run_folder(out: Path | None, name: str) -> Path:
@@ -107,7 +105,7 @@ def run_folder(out: Path | None, name: str) -> Path:
     Raises
     ------
     UsageError
-        Results cannot be written there, or it holds other files and no run.
+        It holds other files and no run.
     """
     from experiments.bench.store import description, files
 

@@ -100,11 +100,9 @@ def _size(text: str | None) -> tuple[int, int] | None:
 def _check_out(out: Path) -> None:
     """Refuse a file that cannot be written before anything is read for it; nothing is overwritten."""
     from experiments.bench.engine.errors import UsageError
-    from experiments.bench.store.places import check_file
 
     if out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
-    check_file(out, f"--out {out}")
     if out.exists():
         raise UsageError(f"--out {out}: is there already; choose another name, or remove it")
     if not out.parent.is_dir():

@@ -14,7 +14,7 @@ import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.store.places import check_file, naming, replacing
+from experiments.bench.store.places import replacing
 
 COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",
@@ -36,7 +36,7 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     rows, columns = clip.shape
     if rows % 2 or columns % 2:  # OpenCV would drop the odd one, and say nothing
         raise UsageError(f"--out {video}: legal in a video are even rows and columns, not {rows} and {columns}")
-    check_file(video, f"--out {video}")
+    video.parent.mkdir(parents=True, exist_ok=True)
     video.parent.mkdir(parents=True, exist_ok=True)
     # OpenCV chooses the container by the name's end.
     with replacing(video, ".avi") as part, replacing(table) as lines:
@@ -47,8 +47,7 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
             for index, frame in enumerate(frames):
                 writer.writerow(_row(index, index / clip.fps, frame.truth))
                 advance()
-        with naming(video):
-            _check_whole(part)
+        _check_whole(part)
     return table
 
 

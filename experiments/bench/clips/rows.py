@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,7 @@ from dsnn.stimuli import ClipParams, Stimulus, Truth
 from experiments.bench.clips.experiment import BACKGROUND, Showing
 from experiments.bench.engine.model_runner import spike_counts
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.store.contents import Contents, planned_trial
-from experiments.bench.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, optional, schema_of
+from experiments.bench.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
 
 SHOWN = (
     "motion", "grey", "speed", "speed_unit", "background", "background_speed", "object", "movers", "foliage",
@@ -72,23 +71,6 @@ class ShownRow(ClipRow, ModelRow):
 
 CLIP_SCHEMA = schema_of(ClipRow, ModelRow, ShownRow)
 SERIES_SCHEMA = schema_of(FrameRow, ResponseRow)
-
-
-def clip_contents(showings: Sequence[Showing], recorded: Iterable[int] = (), *, frames: bool = True) -> Contents:
-    """Return what a run of these clips may hold; the ``recorded`` ones leave recordings."""
-    with_recording = frozenset(recorded)
-    known: dict[int, Mapping[str, Any]] = {}  # clips of all repeats are the same few objects
-    trials = {}
-    for showing in showings:
-        clip = showing.condition
-        if id(clip) not in known:
-            params = clip.build(showing.seed).params
-            known[id(clip)] = {
-                "stimulus": clip.entry.name, "clip": clip.name, **_settings(params)
-            }  # fmt: skip
-        labels = (model.label for model in showing.models)
-        trials[showing.index] = planned_trial(showing, labels, showing.index in with_recording, **known[id(clip)])
-    return Contents(trials, optional(ClipRow, ModelRow, ShownRow), frames)
 
 
 def _settings(params: ClipParams) -> dict[str, Any]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan, pixels
-from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
+from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA
 from experiments.bench.clips.show import show, show_first_seed, show_without_frames
 from experiments.bench.clips.summary import OfflineReport, conclude
 from experiments.bench.engine.batch import Batch, Resources
@@ -23,14 +22,13 @@ def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Ba
 
     ``record`` keeps recordings of the first seed's clips; ``frames`` keeps a row a frame.
     """
-    recorded = [showing.index for showing in plan.showings if record and showing.repeat == 0]
     return Batch(
         name=plan.experiment.name,
         specs=plan.showings,
         work=partial(show_first_seed, record=record) if record else show if frames else show_without_frames,
         description={**plan.describe(), "recordings": record},
-        contents=replace(clip_contents(plan.showings, recorded, frames=frames), parameters=plan.changed()),
         schemas=SCHEMAS,
+        parameters=plan.changed(),
         things="clips",
         amount=plan.amount,
         size=pixels,

@@ -23,7 +23,7 @@ from colias_sim.envs.factors import PRESET
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
-from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
+from experiments.bench.closed_loop.scores import EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import load_model
@@ -33,9 +33,8 @@ from experiments.bench.engine.terminal import count, progress
 from experiments.bench.engine.user_code import is_file, is_own
 from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.store import provenance
-from experiments.bench.store.contents import Contents, Planned
 from experiments.bench.store.drawing import drawn_here
-from experiments.bench.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
+from experiments.bench.store.rows import Failure, TrialRecord, known, recording_of
 from scenes import is_arena_file
 
 MAPPINGS = ("camera", "robot", "randomise")
@@ -78,17 +77,6 @@ class BehaviourPlan:
         sources = [*(setting.behaviour for setting in self.settings), *models]
         sources += [file for setting in self.settings for file in arena_files(dict(setting.options).get("arena", ""))]
         return [str(Path(source).resolve()) if is_own(source) else source for source in dict.fromkeys(sources)]
-
-    def contents(self, recorded: int) -> Contents:
-        """Return what the run's folder may hold, with recordings of the first ``recorded`` episodes."""
-        names = {setting.behaviour: load_behaviour(setting.behaviour).name for setting in self.settings}
-        trials = {}
-        for spec in self.specs():
-            setting = spec.condition
-            columns = {"experiment": "behave", "repeat": spec.repeat, "seed": spec.seed, "robot": OBSERVER,
-                       "env": setting.env}  # fmt: skip
-            trials[spec.index] = Planned(columns, (names[setting.behaviour],), spec.index < recorded)
-        return Contents(trials, frozenset(COLUMNS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +242,6 @@ def batch(plan: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
         specs=specs,
         work=partial(work, recorded=recorded),
         description={**plan.describe(), "recorded": recorded},
-        contents=plan.contents(recorded),
         schemas=(EPISODE_SCHEMA, STEP_SCHEMA),
         things="episodes",
         amount=lambda: f"{count(len(specs), 'episode')} ({', '.join(names)}){kept}",

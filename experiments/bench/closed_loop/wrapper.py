@@ -13,7 +13,7 @@ import gymnasium as gym
 from colias_sim.envs.base import ColiasEnv
 from experiments.bench.closed_loop.episode import EpisodeKeeper
 from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.store.places import fresh, naming, part
+from experiments.bench.store.places import part
 
 NUMBER = "episode"
 """The field of a path that is replaced with the number of the episode."""
@@ -152,11 +152,10 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         episode = keep.episode("agent", self._inner.spec.id, self._seed, touched)
         data = record(episode, f"episode {self._number} in {episode.env.partition('/')[2]}")
         place = Path(self._path.format(**{NUMBER: self._number}) if self._several else self._path)
-        with naming(place):
-            place.parent.mkdir(parents=True, exist_ok=True)
-            whole = fresh(part(place))
-            whole.write_bytes(data)
-            whole.replace(place)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        whole = part(place)
+        whole.write_bytes(data)
+        whole.replace(place)
         self.recorded.append(place)
 
 

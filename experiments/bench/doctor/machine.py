@@ -12,7 +12,6 @@ from filelock import FileLock
 
 from experiments.bench.doctor.finding import Finding
 from experiments.bench.doctor.memory import LEAST_MB, limit_mb
-from experiments.bench.store.places import fresh
 
 TEST_BYTES = 4 * 2**20
 LEAST_FREE_MB = 500
@@ -68,13 +67,13 @@ def run_folder(folder: Path) -> Finding:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         begun = time.perf_counter()
-        with fresh(trial).open("wb") as file:
+        with trial.open("wb") as file:
             file.write(os.urandom(TEST_BYTES))
             file.flush()
             os.fsync(file.fileno())
         spent = time.perf_counter() - begun
         whole = trial.stat().st_size == TEST_BYTES
-        text = _locks(fresh(trial.with_suffix(".lock")))
+        text = _locks(trial.with_suffix(".lock"))
         free = shutil.disk_usage(above).free / 2**20
     except OSError as error:
         return Finding(name, "fails", f"cannot be written: {error.strerror or error}", remedy)

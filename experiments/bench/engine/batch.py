@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
@@ -27,7 +27,7 @@ from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.pool import Pool, open_pool
 from experiments.bench.engine.terminal import count, error_console, progress
 from experiments.bench.store import provenance
-from experiments.bench.store.contents import Contents, Misfit
+from experiments.bench.store.parameters import Parameters
 from experiments.bench.store.rows import Failure, TrialRecord, in_words
 from experiments.bench.store.run_folder import RunFolder
 
@@ -166,10 +166,10 @@ class Batch(Generic[AnySpec]):
         A job's pure function. It is pickled, so it is a function of a module or a `functools.partial` of one.
     description
         What ``experiment.json`` says: every parameter, the seed, and what computes (`provenance.of`).
-    contents
-        What the folder may hold; a run that is gone on with is held against it.
     schemas
-        Of ``trials.parquet`` and ``frames.parquet``; ``contents.parameters`` get columns beside them.
+        Of ``trials.parquet`` and ``frames.parquet``; ``parameters`` get columns beside them.
+    parameters
+        The parameters that have columns, by key and model.
     things
         What a job is called in the plural.
     amount
@@ -186,8 +186,8 @@ class Batch(Generic[AnySpec]):
     specs: Sequence[AnySpec]
     work: Callable[[AnySpec], TrialRecord]
     description: Mapping[str, Any]
-    contents: Contents
     schemas: tuple[pa.Schema, pa.Schema]
+    parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
     amount: Callable[[], str] | None = None
     size: Callable[[AnySpec], float] = equal_size
@@ -206,13 +206,11 @@ class Batch(Generic[AnySpec]):
 
         Raises
         ------
-        FileExistsError
-            There are tables, and nothing that tells of which run.
         UsageError
             There is another run.
         """
-        folder = RunFolder(out, *self.schemas, self.contents.parameters)
-        folder.enter(self.description, self.contents, resources.other_code)
+        folder = RunFolder(out, *self.schemas, self.parameters)
+        folder.enter(self.description, resources.other_code)
         return folder
 
     def fill(self, folder: RunFolder, pool: Pool, resources: Resources) -> list[Failure]:
@@ -272,12 +270,8 @@ def _run(
 
     def deliver(done: TrialRecord) -> None:
         spec = planned[done.index]
-        try:
-            folder.add(done, spec.condition.label(), spec.seed)
-        except Misfit as error:  # kept, it would make the folder one that is refused from then on
-            fail(spec, 1, str(error))
-        else:
-            on_job(done.index, done)
+        folder.add(done, spec.condition.label(), spec.seed)
+        on_job(done.index, done)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:
         folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))

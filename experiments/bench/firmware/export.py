@@ -137,7 +137,6 @@ def check_folder(folder: Path) -> None:
         raise UsageError(f"{folder}: is a file; legal is a new or an empty folder")
     if folder.is_dir() and any(folder.iterdir()):
         raise UsageError(f"{folder}: is not empty; legal is a new or an empty folder")
-    places.check_folder(folder, f"{folder}")
 
 
 def _settings(wanted: Firmware, assignments: Sequence[str]) -> str:

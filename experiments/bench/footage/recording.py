@@ -43,7 +43,7 @@ from experiments.bench.recording import (
     send_thresholds,
     timelines,
 )
-from experiments.bench.store.places import fresh, naming, part
+from experiments.bench.store.places import part
 
 QUALITY = 80
 CHUNK_FRAMES = 64
@@ -239,8 +239,7 @@ class _File:
     def __init__(self, path: Path, stream: rr.RecordingStream) -> None:
         self._path = path
         self._error: OSError | None = None
-        with naming(path):
-            self._disk = fresh(part(path)).open("wb", buffering=0)
+        self._disk = part(path).open("wb", buffering=0)
         self._data, entrance = os.pipe()
         self._over, self._end = os.pipe()
         self._thread = threading.Thread(target=self._move, daemon=True)
@@ -253,8 +252,7 @@ class _File:
     def check(self) -> None:
         """Raise ``OSError`` if the disk did not take all that came so far."""
         if self._error is not None:
-            with naming(self._path):
-                raise self._error
+            raise self._error
 
     def close(self, *, whole: bool) -> None:
         """End after the stream's end: give the file its name if it is ``whole``, and raise ``OSError`` if it is not."""
@@ -262,7 +260,7 @@ class _File:
         self._thread.join()
         for end in (self._data, self._over, self._end):
             os.close(end)
-        with self._disk, naming(self._path):
+        with self._disk:
             self.check()
             if whole:
                 os.fsync(self._disk.fileno())

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from dsnn import Response
 from experiments.bench.footage.video import Picture
-from experiments.bench.store.places import fresh, naming, part
+from experiments.bench.store.places import part
 
 SCHEMA = pa.schema(
     {
@@ -50,10 +50,9 @@ class FrameTable:
 
     def __init__(self, path: Path, labels: Sequence[str]) -> None:
         self._path, self._labels = path, labels
-        self._partial = fresh(part(path))
+        self._partial = part(path)
         kind = pa.csv.CSVWriter if path.suffix == ".csv" else pq.ParquetWriter
-        with naming(path):
-            self._writer = kind(str(self._partial), SCHEMA)
+        self._writer = kind(str(self._partial), SCHEMA)
         self._rows: list[tuple[int | float | str, ...]] = []
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
@@ -72,14 +71,12 @@ class FrameTable:
             return
         if self._rows:
             self._flush()
-        with naming(self._path):
-            self._writer.close()
-            with self._partial.open("rb") as file:
-                os.fsync(file.fileno())
-            self._partial.replace(self._path)
+        self._writer.close()
+        with self._partial.open("rb") as file:
+            os.fsync(file.fileno())
+        self._partial.replace(self._path)
 
     def _flush(self) -> None:
         columns = dict(zip(SCHEMA.names, zip(*self._rows, strict=True), strict=True))
         self._rows.clear()
-        with naming(self._path):
-            self._writer.write_table(pa.Table.from_pydict(columns, SCHEMA))
+        self._writer.write_table(pa.Table.from_pydict(columns, SCHEMA))

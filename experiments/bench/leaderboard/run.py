@@ -35,7 +35,6 @@ from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import LEADERBOARD
-from experiments.bench.store.places import inside
 from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 
@@ -159,7 +158,7 @@ def play(
         *(clips_run.batch(plan) for plan in of_looming),
     ]
     begin_whole(folder, LEADERBOARD)
-    done = [_run(batch, inside(folder, batch.name), pool, resources) for batch in batches]
+    done = [_run(batch, folder / batch.name, pool, resources) for batch in batches]
     watched, loomed = done[1 : 1 + len(of_direction)], done[1 + len(of_direction) :]
     return Played(
         robot,

@@ -31,7 +31,7 @@ from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.store.pictures import Images
-from experiments.bench.store.places import naming, part
+from experiments.bench.store.places import part
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.store.run_folder import RunFolder
 
@@ -213,7 +213,7 @@ def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     with _whole(out) as place:
         folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, plan.plan.changed())
-        folder.create({**_described(plan), "recordings": recordings})
+        folder.enter({**_described(plan), "recordings": recordings})
         with closing(folder):
             repeats: Counter[Condition] = Counter()
             with progress("import", len(plan.log.trials), quiet) as advance:
@@ -251,11 +251,10 @@ def _whole(out: Path) -> Iterator[Path]:
     if os.path.lexists(place):
         raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
     try:
-        with naming(out):
-            yield place
-            if out.exists():
-                out.rmdir()
-            place.rename(out)
+        yield place
+        if out.exists():
+            out.rmdir()
+        place.rename(out)
     finally:
         shutil.rmtree(place, ignore_errors=True)
 

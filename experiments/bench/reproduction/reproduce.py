@@ -38,7 +38,6 @@ from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import REPRODUCTION
-from experiments.bench.store.places import inside
 from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
@@ -144,7 +143,7 @@ def reproduce(
             shows = [
                 clips_run.run(
                     run_plan,
-                    inside(folder, run_plan.experiment.name),
+                    folder / run_plan.experiment.name,
                     pool,
                     resources,
                     record=run_plan.experiment.recorded,
@@ -207,7 +206,7 @@ def _announce(whole: Planned, folder: Path, resources: Resources) -> None:
 def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: ExitStack) -> RunFolder:
     """Run an experiment's trials. Its folder stays locked until all is judged."""
     batch = robot_run.batch(plan, robot_run.Keep())
-    run = batch.open(inside(folder, plan.experiment.name), resources)
+    run = batch.open(folder / plan.experiment.name, resources)
     locks.callback(run.close)
     batch.fill(run, pool, resources)
     return run
@@ -216,7 +215,7 @@ def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: Exit
 def _play(run_plan: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -> Played:
     """The episodes in one env, without recordings, and their figure."""
     short = run_plan.settings[0].env.partition("/")[2].partition("-")[0].lower()
-    done = closed_loop_run.run(run_plan, inside(folder, f"behave-{short}"), pool, resources)
+    done = closed_loop_run.run(run_plan, folder / f"behave-{short}", pool, resources)
     closed_loop_figure.write(done)
     return done
 
@@ -252,6 +251,6 @@ def _study(
     if plan is None:
         return None, []
     batch = study_run.batch(plan, name)
-    with closing(batch.open(inside(folder, place), resources)) as run:
+    with closing(batch.open(folder / place, resources)) as run:
         failures = batch.fill(run, pool, resources)
         return Counts(plan, run.rows(), failures), failures

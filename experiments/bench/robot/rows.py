@@ -13,9 +13,7 @@ from experiments.bench.judging.numbers import is_number
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism.windows import InWindows
 from experiments.bench.robot.trial import FrameColumns, TrialAnswer, TrialResult
-from experiments.bench.store.contents import Contents, planned_trial
 from experiments.bench.store.origin import is_imported, origin
-from experiments.bench.store.parameters import Parameters
 from experiments.bench.store.rows import (
     OBSERVER,
     Failure,
@@ -25,7 +23,6 @@ from experiments.bench.store.rows import (
     ResponseRow,
     TrialRecord,
     group,
-    optional,
     schema_of,
 )
 
@@ -185,27 +182,6 @@ def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
         if name != varies and name not in implied.get(varies, ()) and len({row[name] for row in rows}) > 1
     ]
     return [*(["model"] if "model" in others else []), varies, *(name for name in others if name != "model")]
-
-
-def robot_contents(
-    specs: Iterable[Any], *, recordings: bool, frames: bool = True, parameters: Parameters | None = None
-) -> Contents:
-    """Return what a run of the robot's trials may hold."""
-    return Contents(
-        {
-            spec.index: planned_trial(
-                spec,
-                (m.label for m in spec.settings.models),
-                recordings,
-                robot=OBSERVER,
-                **spec.condition.columns(),
-            )
-            for spec in specs
-        },
-        optional(ModelRow, TrialRow),
-        frames,
-        parameters or {},
-    )
 
 
 NEEDED_TO_DRAW: Mapping[Drawing, tuple[str, ...]] = {

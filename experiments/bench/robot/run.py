@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, notes
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
 from experiments.bench.robot.trajectory import nominal
 from experiments.bench.robot.trial import TrialResult, Watch, run_trial
 from experiments.bench.store.drawing import drawn_here
@@ -87,8 +87,8 @@ def batch(plan: Plan, keep: Keep) -> Batch[TrialSpec]:
         specs=specs,
         work=partial(work, keep=keep),
         description={**describe(plan), "recordings": keep.recordings},
-        contents=robot_contents(specs, recordings=keep.recordings, frames=keep.frames, parameters=plan.changed()),
         schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
+        parameters=plan.changed(),
         amount=partial(amount, [plan]),
         size=seconds,
     )

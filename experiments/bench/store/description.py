@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import datetime
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ from experiments.bench.engine.models import family, rebuilt
 from experiments.bench.engine.user_code import is_file
 from experiments.bench.judging.claim import Claim
 from experiments.bench.store import commands, provenance
-from experiments.bench.store.places import check_folder, fresh, naming, regular
+from experiments.bench.store.places import replacing
 
 NAME = "experiment.json"
 RESUMED = "resumed_with"
@@ -40,7 +38,8 @@ THRESHOLDS = "thresholds"
 It is there for those who read the folder, who do not run the file that declares a model. It is no parameter of the run:
 it follows from the model's own, and from its file, whose digest is noted.
 """
-OWN_FILES, SUBFOLDERS = ("trials.parquet", "frames.parquet", "failures.json"), ("recordings", "parts")
+OF_KILLED = {".lock", "recordings", f"{NAME}.part"}
+"""What a run leaves that was killed before it wrote its description."""
 BEGUN = "begun"
 """The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
 ENDED = "ended"
@@ -83,20 +82,16 @@ def to_json(value: Any) -> str:
 
 def begun(folder: Path) -> bool:
     """Return whether ``folder`` holds a run's description, readable or not."""
-    return os.path.lexists(folder / NAME)
+    return (folder / NAME).is_file()
 
 
 def vacant(folder: Path) -> bool:
-    """Return whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
-    if not folder.exists():
-        return True
-    kept = _kept_in(folder)
-    left = [path for path in folder.iterdir() if path.name != ".lock" and path.suffix != ".part" and path not in kept]
-    return not left and not any(map(_filled, kept))
+    """Return whether ``folder`` is not there, or holds nothing but what is left of a run that never began."""
+    return not folder.exists() or all(path.name in OF_KILLED for path in folder.iterdir())
 
 
 def check_own(folder: Path, asked: str) -> None:
-    """Hold a folder for a run against what it holds: nothing, or a run, whole or in parts one folder down.
+    """Raise `UsageError` where a folder for a run holds other files, with which no run is to be mixed.
 
     Parameters
     ----------
@@ -104,57 +99,18 @@ def check_own(folder: Path, asked: str) -> None:
         The folder.
     asked
         The option and its value, as ``--out runs/mine``: the message begins with it.
-
-    Raises
-    ------
-    UsageError
-        It is no folder that can be written, or it holds other files, which no run is to be mixed with.
     """
-    check_folder(folder, asked)
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{asked}: is a file, not a folder")
     if vacant(folder) or begun(folder) or any(map(begun, folder.iterdir())):
         return
-    if holds_results(folder):
-        raise UsageError(f"{asked}: already holds a run, whose {NAME} is gone; choose a new folder")
     raise UsageError(f"{asked}: holds other files; choose a new folder, or an empty one")
 
 
-def holds_results(folder: Path) -> bool:
-    """Return whether ``folder`` holds tables or recordings of a run, whatever it was."""
-    return any(os.path.lexists(folder / name) for name in OWN_FILES) or any(map(_filled, _kept_in(folder)))
-
-
-def _kept_in(folder: Path) -> list[Path]:
-    """Return the folders of recordings and of parts of tables."""
-    return [folder / name for name in SUBFOLDERS]
-
-
-def _filled(folder: Path) -> bool:
-    return folder.is_dir() and any(path.suffix != ".part" for path in folder.iterdir())
-
-
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
-    """Write the description, the time and the command, whole or not at all.
-
-    Raises ``FileExistsError`` if there is a description, also of a run begun just now.
-    """
-    notes = {BEGUN: now(), **command_note()}
-    partial = fresh(folder / f"{NAME}.{os.getpid()}.part")
-    try:
-        with naming(folder / NAME):
-            partial.write_text(to_json({**notes, **description}), encoding="utf-8")
-            with partial.open("rb") as file:
-                os.fsync(file.fileno())
-        try:
-            os.link(partial, folder / NAME)  # never over another, as renaming would
-        except FileExistsError:
-            raise
-        except (OSError, AttributeError, NotImplementedError):  # a file system without links
-            if begun(folder):
-                raise FileExistsError(folder / NAME) from None
-            partial.rename(folder / NAME)
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+    """Write the description, the time and the command, whole or not at all."""
+    with replacing(folder / NAME) as partial:
+        partial.write_text(to_json({BEGUN: now(), **command_note(), **description}), encoding="utf-8")
 
 
 def now() -> str:
@@ -169,16 +125,13 @@ def command_note() -> dict[str, Any]:
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """Read the description in ``folder``; `UsageError` in one line that names the file if it is absent or cut short."""
+    """Read the description in ``folder``; `UsageError` in one line if there is none."""
     try:
-        value = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"{folder}: no readable {NAME} there ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{folder}: {NAME} cannot be read ({short(error)})") from None
-    if not isinstance(value, dict):
-        raise UsageError(f"{folder}: {NAME} cannot be read (it holds a {type(value).__name__}, expected an object)")
-    return value
+        text = (folder / NAME).read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError):
+        raise UsageError(f"{folder}: no {NAME} there, so it is no run's folder") from None
+    description: dict[str, Any] = json.loads(text)
+    return description
 
 
 def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
@@ -193,10 +146,7 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
         there |= {name: here[name] for name in OF_REPLICATES if name in here}
     if other_code:
         there = _with_claims_of(here, there)
-    try:
-        differing = differences(_parameters(there), _parameters(here))
-    except RecursionError:
-        raise UsageError(f"{folder}: {NAME} cannot be read (nested too deeply)") from None
+    differing = differences(_parameters(there), _parameters(here))
     if differing:
         more = f"; {len(differing) - MOST_TOLD} more differ" if len(differing) > MOST_TOLD else ""
         text = "; ".join(differing[:MOST_TOLD])
@@ -204,16 +154,9 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
         if not differences(_parameters(_with_claims_of(here, there)), _parameters(here)):
             advice = "--other-code judges the trials that are done by the claims of now; otherwise "
         raise UsageError(f"{folder}: {text}{more}: {advice}choose another --out")
-    try:
-        for entry in (RENDERERS, PIXELS):
-            noted(there, entry)
-    except ValueError as error:
-        raise UsageError(f"{folder}: {NAME} cannot be read ({error})") from None
     if "source" not in here:
         return there
     others = there.setdefault(RESUMED, []) if RESUMED in there else []
-    if not isinstance(others, list) or not all(isinstance(other, dict) for other in others):
-        raise UsageError(f"{folder}: {NAME} cannot be read ({RESUMED} should be a list of objects)")
     code_differences = [provenance.difference(known, here) for known in (there, *others)]
     if all(code_differences):
         if not other_code:
@@ -269,21 +212,6 @@ def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) 
         return rebuilt(model["label"], source, model["network"]).thresholds
     except (UsageError, ValueError, TypeError):
         return None
-
-
-def noted(description: Mapping[str, Any], entry: str) -> list[str]:
-    """Return what an entry of `NOTED` lists so far. Raises ``ValueError`` where it is no list of texts."""
-    listed = description.get(entry, [])
-    if not isinstance(listed, list) or not all(isinstance(item, str) for item in listed):
-        raise ValueError(f"{entry} should be a list of texts")
-    return listed
-
-
-def codes(description: Mapping[str, Any]) -> frozenset[str]:
-    """List the marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
-    return frozenset(
-        code for entry in (description, *description.get(RESUMED, ())) if isinstance(code := entry.get("code", ""), str)
-    )
 
 
 def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 
 from experiments.bench.store import provenance
 from experiments.bench.store.description import NAME, to_json
-from experiments.bench.store.places import regular, replacing
+from experiments.bench.store.places import replacing
 
 _NAMING = threading.Lock()
 _given: set[Path] = set()
@@ -114,8 +114,8 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     Exception
         Any, of bytes that are no table.
     """
-    with pa.OSFile(os.fspath(regular(path)), "rb") as file:
-        opened = pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
+    with pa.OSFile(os.fspath(path), "rb") as file:
+        opened = pq.ParquetFile(file, pre_buffer=False)
         return opened.read(columns, use_threads=False)
 
 
@@ -145,7 +145,7 @@ class Files:
     def write_table(self, name: str, table: pa.Table) -> None:
         """Write a table as Parquet."""
         with replacing(self.path(name)) as partial:
-            pq.write_table(table, partial, write_page_checksum=True)
+            pq.write_table(table, partial)
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Write a file at ``path``, in the folder or below it."""

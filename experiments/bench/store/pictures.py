@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.engine.errors import UsageError, explained
-from experiments.bench.store.places import regular
 
 Images = npt.NDArray[np.uint8]
 SEEN = ("camera", "clip", "picture")
@@ -43,7 +42,7 @@ def pictures(recording: Path) -> dict[str, Images]:
 
     try:
         chunks = [(str(chunk.entity_path).strip("/"), chunk.to_record_batch())
-                  for chunk in rr.chunk.RrdReader(regular(recording)).stream().to_chunks()]  # fmt: skip
+                  for chunk in rr.chunk.RrdReader(recording).stream().to_chunks()]  # fmt: skip
     except Exception as error:  # bytes that are no recording can make the library raise anything
         raise UsageError(f"{recording}: no recording ({explained(error)})") from None
     sizes: dict[str, tuple[int, int]] = {}

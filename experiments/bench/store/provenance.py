@@ -21,7 +21,7 @@ from experiments.bench.judging.claim import Claim
 
 LIBRARIES = (
     "colias-sim", "mujoco", "mujoco-core", "numpy", "opencv-python-headless", "gymnasium", "rerun-sdk", "scipy",
-    "pyarrow", "pydantic", "threadpoolctl",
+    "pyarrow", "pydantic", "threadpoolctl", "av",
 )  # fmt: skip
 """Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
 of a package tells it (`description.RENDERERS`)."""

@@ -85,12 +85,6 @@ def schema_of(*rows: type) -> pa.Schema:
     return pa.schema(columns)
 
 
-def optional(*rows: type) -> frozenset[str]:
-    """Return the columns of typed rows that may be null: those declared ``| None``."""
-    kinds = {name: kind for row in rows for name, kind in get_type_hints(row).items()}
-    return frozenset(name for name, kind in kinds.items() if type(None) in get_args(kind))
-
-
 @dataclass(frozen=True, slots=True)
 class TrialRecord:
     """The result of a job: rows ready for the tables, and the bytes of its recording."""

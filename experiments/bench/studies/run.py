@@ -15,7 +15,6 @@ from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import pixels
-from experiments.bench.clips.rows import clip_contents
 from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.errors import UsageError
@@ -24,7 +23,7 @@ from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.files import Files
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import clips, robot
@@ -97,12 +96,6 @@ def batch(plan: StudyPlan, name: str = "") -> Batch[Any]:
     several = f", {plan.replicates} replicates" if plan.replicates > 1 else ""
     of_clips, probe = plan.things == "clips", plan.study.probe
     name = name or plan.study.name
-    if of_clips:
-        contents = replace(clip_contents(plan.specs, frames=False), parameters=plan.parameters)  # type: ignore[arg-type]
-    else:
-        contents = robot_contents(plan.specs, recordings=False, frames=False, parameters=plan.parameters)
-    if probe:
-        contents = replace(contents, may_be_null=contents.may_be_null | set(probe.may_be_null))
     return Batch(
         name=name,
         specs=plan.specs,
@@ -110,8 +103,8 @@ def batch(plan: StudyPlan, name: str = "") -> Batch[Any]:
         else probe.work if probe
         else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
         description={**plan.description, "experiment": name},
-        contents=contents,
         schemas=clips_run.SCHEMAS if of_clips else (probe.schema() if probe else TRIAL_SCHEMA, FRAME_SCHEMA),
+        parameters=plan.parameters,
         things=plan.things,
         amount=lambda: f"{len(plan.points)} points{several}, {len(plan.specs)} {plan.things}",
         size=pixels if of_clips else robot_run.seconds,

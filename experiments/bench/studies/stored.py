@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.store.places import regular
 from experiments.bench.studies.counts import FORM
 
 OTHERS = ("experiment", "claims", "readings", "design", "behaviours", "failures", "model_claims", "map")
@@ -16,7 +15,7 @@ OTHERS = ("experiment", "claims", "readings", "design", "behaviours", "failures"
 def studies(folder: Path) -> dict[str, dict[str, Any]]:
     """Return the studies in a folder, or one level below: name -> what its ``NAME.json`` holds.
 
-    Of several of a name that in the folder itself counts, or else the first. A file that cannot be read is left out.
+    Of several of a name that in the folder itself counts, or else the first.
     """
     tables: dict[str, dict[str, Any]] = {}
     for path in (*sorted(folder.glob("*.json")), *sorted(folder.glob("*/*.json"))):
@@ -29,8 +28,6 @@ def studies(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def read(folder: Path, name: str) -> Any:
-    """Return what the file ``NAME.json`` in a folder holds; ``None`` where there is none that can be read."""
-    try:
-        return json.loads(regular(folder / f"{name}.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
+    """Return what the file ``NAME.json`` in a folder holds; ``None`` where there is none."""
+    path = folder / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None

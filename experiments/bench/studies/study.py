@@ -171,13 +171,10 @@ class Probe:
         A job's pure function, in place of `experiments.bench.robot.run.work`.
     schema
         Makes the schema of its rows. It is a function, as a declaration loads no tables.
-    may_be_null
-        Those of its own columns that may be null.
     """
 
     work: Callable[[TrialSpec], TrialRecord]
     schema: Callable[[], pa.Schema]
-    may_be_null: tuple[str, ...] = ()
 
 
 Tables = Mapping[str, list[dict[str, Any]]]

@@ -20,7 +20,6 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.terminal import count, error_console, progress
 from experiments.bench.judging.scores import Standing
 from experiments.bench.store.files import Files
-from experiments.bench.store.places import inside, regular
 from experiments.bench.store.rows import Failure
 from experiments.bench.training import evaluate, scores
 
@@ -203,17 +202,12 @@ def judge(study: Study, folder: Path, resources: Resources) -> Studied:
 
 
 def _policy(folder: Path, seed: int) -> Path:
-    return inside(folder, f"seed-{seed}") / f"policy-{seed}{policy_file.ENDING}"
+    return folder / f"seed-{seed}" / f"policy-{seed}{policy_file.ENDING}"
 
 
 def _read(folder: Path) -> dict[str, Any]:
-    """Return what the folder says of its study; `UsageError` if that cannot be read."""
-    try:
-        there = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
-    except (ValueError, RecursionError):
-        raise UsageError(f"--out {folder}: {NAME} cannot be read") from None
-    if not isinstance(there, dict):
-        raise UsageError(f"--out {folder}: {NAME} cannot be read")
+    """Return what the folder says of its study."""
+    there: dict[str, Any] = json.loads((folder / NAME).read_text(encoding="utf-8"))
     return there
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from dsnn.stimuli import StimulusEntry
 from experiments.bench.clips import stimuli
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import pixels
-from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
+from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA
 from experiments.bench.clips.show import show
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.errors import UsageError
@@ -145,8 +145,8 @@ def batch(plan: TuningPlan) -> Batch[Showing]:
         specs=showings,
         work=show,
         description=plan.describe(),
-        contents=replace(clip_contents(showings), parameters=plan.changed()),
         schemas=(CLIP_SCHEMA, SERIES_SCHEMA),
+        parameters=plan.changed(),
         things="clips",
         amount=plan.amount,
         size=pixels,

@@ -19,7 +19,7 @@ from PIL import Image
 
 from experiments.bench.engine.errors import UsageError, require_posix
 from experiments.bench.figures.series import Colour
-from experiments.bench.store.places import FULL, replacing
+from experiments.bench.store.places import replacing
 from experiments.bench.video.pictures import Picture
 
 EXTRA = "the extra [video] (imageio-ffmpeg is not installed): pip install 'colias-sim[video]'"
@@ -105,9 +105,8 @@ def writer(
 
 
 def _error(status: int, out: Path) -> OSError:
-    """Return why ffmpeg ended: with the negative number of the system's error where the disk was full."""
-    number = 256 - status
-    return OSError(number, "") if number in FULL else OSError(errno.EIO, f"ffmpeg ended with {status}", str(out))
+    """Return that ffmpeg ended without having written the whole file."""
+    return OSError(errno.EIO, f"ffmpeg ended with status {status}", str(out))
 
 
 def _ffmpeg(

@@ -14,7 +14,6 @@ import rerun as rr
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.figures.series import OFF, ON, STILL
-from experiments.bench.store.places import regular
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -40,7 +39,7 @@ def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
         (R, C, 3) uint8, RGB.
     """
     shape: tuple[int, int] | None = None
-    chunks = rr.chunk.RrdReader(str(regular(path))).stream()
+    chunks = rr.chunk.RrdReader(str(path)).stream()
     late: list[pa.RecordBatch] = []
     for chunk in chunks:
         if str(chunk.entity_path).lstrip("/") != entity:

@@ -22,7 +22,6 @@ from colias_sim.config import CameraConfig
 from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.figures.series import THRESHOLD, Colour
 from experiments.bench.recording import OBSERVER_COLOUR, OTHER_COLOUR
-from experiments.bench.store.places import regular
 from experiments.bench.video.pictures import Floats, times_of
 
 PLACES = ("potential", "azimuth", "spikes")
@@ -168,7 +167,7 @@ def read(path: Path) -> Reel:
     """
     contents = _Found()
     try:
-        for chunk in rr.chunk.RrdReader(str(regular(path))).stream():
+        for chunk in rr.chunk.RrdReader(str(path)).stream():
             contents.take(str(chunk.entity_path).lstrip("/"), chunk.is_static, chunk.to_record_batch())
     except OSError as error:
         raise UsageError(f"video {path}: {error.strerror or error}") from None

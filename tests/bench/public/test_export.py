@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import importlib.util
+import json
 
 import cv2
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 import rerun.blueprint as rrb
 from scipy import io
 
+import colias_sim
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
@@ -25,7 +27,9 @@ from tests.helpers.h264 import decoded
 def described(folder, kind="trials"):
     """A folder as a run leaves it, its tables and recordings aside."""
     folder.mkdir(parents=True)
-    (folder / "experiment.json").write_text(f'{{"kind": "{kind}", "experiment": "x", "seed": 0, "trials": 1}}')
+    made_by = {"colias-sim": colias_sim.__version__}
+    noted = {"kind": kind, "experiment": "x", "seed": 0, "trials": 1, "versions": made_by}
+    (folder / "experiment.json").write_text(json.dumps(noted))
 
 
 def colias(*arguments) -> int:

@@ -135,7 +135,7 @@ def test_nothing_in_common(runs_folder, colias, tmp_path):
     assert done.returncode == 0 and "nothing to pair" in done.stderr
     done = colias("compare", str(runs_folder / "a"), "no")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert done.stderr.startswith("colias: no: no readable experiment.json there")
+    assert done.stderr.startswith("colias: no: no experiment.json there")
 
 
 def test_the_version(colias):

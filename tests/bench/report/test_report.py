@@ -188,7 +188,7 @@ def luminance(colour):
 
 
 def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path):
-    for name in ("a-map", "eyes", "models", "broken"):
+    for name in ("a-map", "eyes", "models"):
         (tmp_path / name).mkdir()
     (tmp_path / "a-map" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
     plan = study_run.planned(dataclasses.replace(FIDELITY, repeats=5, replicates=2))
@@ -196,7 +196,6 @@ def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path
     models = [dataclasses.replace(verdict("B1", Count(0, 1, random=False)), id="LPLC2-1", model="lplc2")]
     content = stored_verdicts.document(models)
     (tmp_path / "models" / "model_claims.json").write_text(to_json(content))
-    (tmp_path / "broken" / "fidelity.json").write_text("{")
     text = report.page(dataclasses.replace(result, folder=tmp_path))
     assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
     assert re.search(r'<th class="whole">ov7670, open loop</th><td class="cell holds[^"]*">2 of 2<br>', text)

@@ -1,7 +1,6 @@
 """What a run writes into its tables: what does not apply is null, and whatever is written can be gone on with."""
 
 import csv
-import dataclasses
 import json
 import math
 from pathlib import Path
@@ -11,13 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import experiments
-from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.plan import plan
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
-from experiments.bench.store.contents import Misfit
-from experiments.bench.store.run_folder import RunFolder
 
 CIRCLE = """
 from dataclasses import dataclass
@@ -100,80 +93,6 @@ def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with(fo
     assert math.isfinite(row["drift_mm"])
     assert main.command(["run", "circle.py", *driven, "--no-recordings", "--out", "out"]) == 0
     assert rows("out") == [row]
-
-
-@pytest.fixture(scope="module")
-def trial():
-    """A plan of one trial, and what a worker returns of it."""
-    trial_plan = plan(registry.load("speed"), ["dsnn", "emd"], ["experiment.speeds_cm_s=30"], 1, 0)
-    (spec,) = trial_plan.specs()
-    return trial_plan, robot_run.work(spec, keep=robot_run.ROWS_ONLY)
-
-
-def changes(row):
-    """Rows like this one, each with one thing that a defect could make of it."""
-    for name in row:
-        yield {**row, name: None}
-        yield {key: value for key, value in row.items() if key != name}
-        yield {f"x{key}" if key == name else key: value for key, value in row.items()}
-        if isinstance(row[name], float):
-            yield from ({**row, name: value} for value in (math.nan, math.inf, -math.inf))
-
-
-def test_whatever_a_folder_takes_it_reads_again(trial, folder):
-    trial_plan, record = trial
-    contents = robot_contents(trial_plan.specs(), recordings=False, frames=False)
-    description = {"experiment": "speed", "seed": 0}
-    taken, refused = [], []
-    for number, changed in enumerate([record.rows[0], *changes(record.rows[0])]):
-        place, fields = folder / f"{number}", (TRIAL_SCHEMA, FRAME_SCHEMA)
-        begun = RunFolder(place, *fields)
-        begun.enter(description, contents)
-        try:
-            begun.add(dataclasses.replace(record, rows=(changed, record.rows[1])), "a trial", 0)
-        except Misfit:
-            refused.append(changed)
-            begun.close()
-            continue
-        begun.flush()
-        begun.close()
-        again = RunFolder(place, *fields)
-        again.enter(description, contents)  # raises where it does not read what it took
-        assert again.rows() == begun.rows()
-        again.close()
-        taken.append(changed)
-    assert record.rows[0] in taken
-    assert {name for row in taken for name in row if row[name] is None} >= {
-        "vs_spikes",
-        "path_error_mm",
-        "rate_in_view_hz",
-    }
-    assert all(row["spikes"] is not None for row in taken), "the count of a model whose HS spikes are counted"
-    assert not [row for row in taken if row.keys() != record.rows[0].keys()]
-    assert not [row for row in taken if any(isinstance(v, float) and not math.isfinite(v) for v in row.values())]
-
-
-def drifting(spec):
-    """A job that makes a number of the first trial none."""
-    record = robot_run.work(spec, keep=robot_run.ROWS_ONLY)
-    bad = {"drift_mm": math.nan} if spec.index == 0 else {}
-    return dataclasses.replace(record, rows=tuple({**row, **bad} for row in record.rows))
-
-
-def test_a_row_that_could_not_be_read_again_fails_its_trial_and_no_more(folder):
-    speed_plan = plan(registry.load("speed"), ["dsnn"], ["experiment.speeds_cm_s=20,30"], 1, 0)
-    whole = robot_run.batch(speed_plan, robot_run.ROWS_ONLY)
-    batch = dataclasses.replace(whole, work=drifting)
-    resources = robot_run.Resources(0, quiet=True)
-    with resources.pool() as pool:
-        out = batch.open(folder / "out", resources)
-        (failure,) = batch.fill(out, pool, resources)
-        out.close()
-        assert (failure.trial, failure.reason) == (0, "trials.parquet: trial 0: drift_mm is nan")
-        again = whole.open(folder / "out", resources)
-        assert whole.fill(again, pool, resources) == []
-        assert [row["trial"] for row in again.rows()] == [0, 1]
-        again.close()
 
 
 # --- models that do not spike ----------------------------------------------------------------------------------------

@@ -23,7 +23,6 @@ from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
 from experiments.bench.store.files import Files
-from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure
 
 EVERY = "all"
@@ -107,7 +106,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     plans = _plans(wanted, seed)
     with resources.pool() as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        done = {name: _shown(plan, inside(folder, name), pool, resources) for name, plan in plans.items()}
+        done = {name: _shown(plan, folder / name, pool, resources) for name, plan in plans.items()}
     rows = {name: table for name, (table, _) in done.items()}
     thresholds = {label: limit for plan in plans.values() for label, limit in plan.thresholds.items()}
     verdicts = [_verdict(question, rows.get("even", []), rows.get("gratings", []), thresholds) for question in wanted]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
-from experiments.bench.store.description import NAME, PIXELS, RENDERERS, noted
+from experiments.bench.store.description import NAME, PIXELS, RENDERERS
 from experiments.bench.studies.stored import read
 
 SHOWN_DIGITS = 12
@@ -69,12 +69,13 @@ def drawing(folder: Path) -> Drawing:
     Parameters
     ----------
     folder
-        Of the reproduction. Its parts are the runs in folders of it, and in folders of these. A part whose note cannot
-        be read is left out, as is one that drew nothing.
+        Of the reproduction. Its parts are the runs in folders of it, and in folders of these; those that drew nothing
+        are left out.
     """
     alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
     for path in sorted((*folder.glob(f"*/{NAME}"), *folder.glob(f"*/*/{NAME}"))):
-        renderers, frames = (_noted(path.parent, entry) for entry in (RENDERERS, PIXELS))
+        description = read(path.parent, path.stem)
+        renderers, frames = (tuple(description.get(entry, ())) for entry in (RENDERERS, PIXELS))
         if renderers or frames:
             alike.setdefault((renderers, frames), []).append(path.parent.relative_to(folder).as_posix())
     groups = tuple(
@@ -86,14 +87,6 @@ def drawing(folder: Path) -> Drawing:
         for (renderers, frames), parts in alike.items()
     )
     return Drawing(groups, _differs(groups))
-
-
-def _noted(folder: Path, entry: str) -> tuple[str, ...]:
-    description = read(folder, Path(NAME).stem)
-    try:
-        return tuple(noted(description, entry)) if isinstance(description, dict) else ()
-    except ValueError:
-        return ()
 
 
 def _differs(groups: tuple[Drawn, ...]) -> str:

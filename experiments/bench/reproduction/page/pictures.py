@@ -15,7 +15,6 @@ from experiments.bench.recording import Images
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan
 from experiments.bench.store.files import read_parquet
-from experiments.bench.store.places import regular
 from experiments.bench.store.rows import recording_name
 
 SHARES = (0.1, 0.5, 0.9)
@@ -88,9 +87,7 @@ def _video(path: Path, shape: tuple[int, int]) -> Images | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a recording that was cut short
-            chunks = list(
-                rr.chunk.RrdReader(regular(path)).stream().filter(content=ENTITY, is_static=False).to_chunks()
-            )
+            chunks = list(rr.chunk.RrdReader(path).stream().filter(content=ENTITY, is_static=False).to_chunks())
     except (OSError, RuntimeError, ValueError):  # no file, or no whole one
         return None
     batches = [chunk.to_record_batch() for chunk in chunks]

@@ -19,7 +19,6 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.leaderboard import looming_scores
 from experiments.bench.leaderboard import run as leaderboard
 from experiments.bench.leaderboard import scores as direction_scores
-from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
@@ -84,7 +83,7 @@ class Player:
         measured: list[dict[str, list[float]]] = [{goal.name: [] for goal in self.fit.goals} for _ in settings]
         play = self._boarded if self.fit.board == LEADERBOARD else self._tuned
         for replicate in range(replicates):
-            folder = inside(self.out, f"{name}-{replicate}" if replicates > 1 else name)
+            folder = self.out / (f"{name}-{replicate}" if replicates > 1 else name)
             for place, numbers in enumerate(play(folder, settings, seed + APART * replicate, pool)):
                 for goal in self.fit.goals:
                     value = numbers.get(goal.name)
@@ -99,7 +98,7 @@ class Player:
     ) -> list[Score] | list[Reading]:
         plan = study_run.planned(study, seed)
         batch = study_run.batch(plan, name)
-        with closing(batch.open(inside(self.out, name), self.resources)) as folder:
+        with closing(batch.open(self.out / name, self.resources)) as folder:
             failed = batch.fill(folder, pool, self.resources)
             self.failures.extend(failed)
             counts = Counts(plan, folder.rows(), failed)
