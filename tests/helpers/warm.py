@@ -158,6 +158,7 @@ def _become(asked: dict, streams: list[int], connection: socket.socket, environm
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["environment"])
+    sys.modules["colias_sim.gl"].choose_backend()  # `serve` had chosen none
     if asked["cores"] and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, asked["cores"])
     if _relevant(asked["environment"]) != _relevant(environment):
