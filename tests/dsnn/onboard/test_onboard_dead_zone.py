@@ -105,26 +105,6 @@ def without_tools(monkeypatch):
     monkeypatch.setattr(commands, "_tools", missing)
 
 
-@pytest.mark.parametrize(
-    ("options", "notes"),
-    [
-        (["--set", "dsnn.tau_s=10,3000"], 1),
-        (["--over", "dsnn.n_con=4,8", "--set", "dsnn.tau_s=10,3000"], 1),
-        (["--set", "dsnn.tau_s=10,3000", "--set", "dsnn.state_bits=16"], 0),
-        (["--set", "dsnn.tau_s=10,2000"], 0),
-        ([], 0),
-    ],
-)
-def test_a_budget_says_so_in_one_line(without_tools, tmp_path, monkeypatch, capsys, options, notes):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError, match="no compiler"):
-        main.command(["firmware", "budget", *options])
-    note_lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: ")]
-    assert len(note_lines) == notes
-    for line in note_lines:
-        assert "tau_s up to 3000 ms" in line and f"stands still at up to {SHARE}" in line and "2,166 ms" in line
-
-
 def test_an_export_says_so_too(without_tools, tmp_path, capsys):
     assert main.command(["firmware", "export", str(tmp_path / "out"), "--set", "dsnn.tau_s=10,3000"]) == 0
     assert f"stands still at up to {SHARE} of its range" in " ".join(capsys.readouterr().err.split())
