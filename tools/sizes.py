@@ -8,6 +8,7 @@ import argparse
 import ast
 import io
 import subprocess
+import tarfile
 import tokenize
 import tomllib
 from collections import Counter
@@ -57,13 +58,19 @@ def names(source: str) -> Counter[str]:
 
 def sources(revision: str) -> Iterator[tuple[PurePosixPath, str]]:
     """Yield path and text of each tracked file that counts, of the working tree where ``revision`` is empty."""
-    listing = ["git", "ls-tree", "-r", "--name-only", revision] if revision else ["git", "ls-files"]
-    for name in subprocess.run(listing, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines():
+    command = ["git", "archive", revision] if revision else ["git", "ls-files"]
+    output = subprocess.run(command, cwd=ROOT, check=True, capture_output=True).stdout
+    if revision:
+        with tarfile.open(fileobj=io.BytesIO(output)) as archive:
+            for member in archive:
+                path, file = PurePosixPath(member.name), archive.extractfile(member)
+                if file and path.suffix in {".py", *DATA}:
+                    yield path, file.read().decode()
+        return
+    for name in output.decode().splitlines():
         path = PurePosixPath(name)
-        if path.suffix in {".py", *DATA} and (revision or (ROOT / path).is_file()):
-            show = ["git", "show", f"{revision}:{name}"]
-            text = subprocess.run(show, cwd=ROOT, check=True, capture_output=True, text=True).stdout if revision else ""
-            yield path, text or ("" if revision else (ROOT / path).read_text(encoding="utf-8"))
+        if path.suffix in {".py", *DATA} and (ROOT / path).is_file():
+            yield path, (ROOT / path).read_text(encoding="utf-8")
 
 
 def sizes(revision: str = "") -> dict[str, Counter[str]]:
