@@ -1,6 +1,5 @@
 """What is POSIX only says so in one line on another system, and no import needs it."""
 
-import os
 import subprocess
 import sys
 
@@ -42,9 +41,7 @@ def test_every_module_is_imported_without_what_windows_lacks(tmp_path):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-def test_workers_start_and_end_without_signal_masks_and_groups(monkeypatch):
-    for module, name in ((local.signal, "pthread_sigmask"), (local.os, "killpg"), (local.os, "setpgid")):
-        monkeypatch.delattr(module, name)
+def test_workers_start_without_signal_masks(monkeypatch):
+    monkeypatch.delattr(local.signal, "pthread_sigmask")
     with local.without_interrupts():
         pass
-    local._kill_group(os.getpid())

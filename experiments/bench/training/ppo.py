@@ -17,7 +17,7 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
 from experiments.bench.closed_loop.policy import ROLLOUT, About, Layer, Policy
-from experiments.bench.engine.workers.local import without_folder, without_interrupts
+from experiments.bench.engine.workers.local import without_interrupts
 from experiments.bench.store.provenance import versions
 from experiments.bench.training.env import steered
 
@@ -109,7 +109,7 @@ def _envs(about: About) -> Iterator[VecEnv]:
     given: dict[str, Any] = {"env_kwargs": {"about": about}}
     if about.envs > 1:
         given |= {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
-    with without_interrupts(), without_folder():
+    with without_interrupts():
         envs: VecEnv = make_vec_env(steered, about.envs, **given)
     try:
         yield envs

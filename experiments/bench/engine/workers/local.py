@@ -8,7 +8,6 @@ import os
 import pickle
 import queue
 import signal
-import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -45,27 +44,6 @@ def _without_script() -> Iterator[None]:
                 sys.modules["__main__"] = script
 
 
-SAFE_PATH = "PYTHONSAFEPATH"
-"""The environment variable by which Python looks for no module in the current folder."""
-
-
-@contextlib.contextmanager
-def without_folder() -> Iterator[str]:
-    """Let Python processes that are started in this block look for no module in the current folder.
-
-    `multiprocessing` starts them by ``-c``, for which Python looks there first: a ``random.py`` there would be run.
-    Yields what `SAFE_PATH` was before, empty if it was not set. It is never removed again, as Python takes an empty
-    one for none, and a variable that vanishes while another thread copies the environment makes that copy fail.
-    """
-    with _STARTING:
-        before = os.environ.get(SAFE_PATH, "")
-        os.environ[SAFE_PATH] = "1"
-        try:
-            yield before
-        finally:
-            os.environ[SAFE_PATH] = before
-
-
 @contextlib.contextmanager
 def without_interrupts() -> Iterator[None]:
     """Processes that this thread starts in this block never see Ctrl-C: they inherit that it is blocked.
@@ -77,8 +55,7 @@ def without_interrupts() -> Iterator[None]:
         return
     # Makes multiprocessing start its resource tracker, if it has not: it would start it with the first process, and
     # unblock SIGINT in doing so.
-    with without_folder():
-        multiprocessing.get_context("spawn").Lock()
+    multiprocessing.get_context("spawn").Lock()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -95,18 +72,11 @@ class _Worker:
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        with _without_script(), without_folder() as safe_path:
-            self._process = context.Process(target=_serve, args=(theirs, safe_path))
+        with _without_script():
+            self._process = context.Process(target=_serve, args=(theirs,))
             self._process.start()
         theirs.close()
         self.ended = False
-        """True if it is known to have ended. `multiprocessing.Process.is_alive` is wrong while another thread asks."""
-        self._watcher = threading.Thread(target=self._watch, daemon=True)
-        try:
-            self._watcher.start()
-        except RuntimeError:  # no room for another thread
-            self.kill()
-            raise
 
     def do(self, parcel: bytes) -> bytes:
         """Return the worker's answer to a job. Raises `WorkerDied` where it ends before it has given the whole of
@@ -116,30 +86,18 @@ class _Worker:
             self._pipe.send_bytes(parcel)
             return self._pipe.recv_bytes()
         except (EOFError, OSError):
-            self.kill()  # a job may have closed the pipe alone
-            self._watcher.join()
+            self.kill()
             raise WorkerDied("a worker process died") from None
 
     def kill(self) -> None:
-        """End it at once, and all that its jobs have started."""
-        if self.ended:  # its number may be another process's by now
-            return
-        _kill_group(self._process.pid)
+        """End it at once."""
+        self.ended = True
         self._process.kill()
 
     def close(self) -> None:
         """Wait until it has ended, and free the pipe."""
-        self._watcher.join()
-        self._pipe.close()
-
-    def _watch(self) -> None:
-        """Wait until the process has ended, then let nothing that it started keep `do` waiting for an answer's rest."""
         self._process.join()
-        self.ended = True
-        _kill_group(self._process.pid)
-        if hasattr(socket, "AF_UNIX"):
-            with contextlib.suppress(OSError), socket.socket(fileno=os.dup(self._pipe.fileno())) as end:
-                end.shutdown(socket.SHUT_RDWR)
+        self._pipe.close()
 
 
 class _Processes(Executor):
@@ -211,7 +169,7 @@ class _Processes(Executor):
 
 
 class LocalPool:
-    """Worker processes on this machine, each with whatever processes its jobs start: they end with it."""
+    """Worker processes on this machine."""
 
     def __init__(self, workers: int) -> None:
         self.width = workers
@@ -225,12 +183,8 @@ class LocalPool:
         self.executor.shutdown()
 
 
-def _serve(pipe: Connection, safe_path: str) -> None:
-    """Do jobs in a worker and answer each by whether it returned, and what it returned or raised.
-
-    ``safe_path`` is what `SAFE_PATH` was before `without_folder`: what the jobs start has it so.
-    """
-    os.environ[SAFE_PATH] = safe_path
+def _serve(pipe: Connection) -> None:
+    """Do jobs in a worker and answer each by whether it returned, and what it returned or raised."""
     _prepare_worker()
     with contextlib.suppress(EOFError, OSError):  # the driver has ended
         while True:
@@ -249,8 +203,6 @@ def _answer(parcel: bytes) -> bytes:
 def _prepare_worker() -> None:
     """Leave interrupts to the driver, and do not outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(os, "setpgid"):
-        os.setpgid(0, 0)  # what jobs start belongs to this worker's group, and is killed with it
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
@@ -258,12 +210,4 @@ def _prepare_worker() -> None:
 
 def _end_with(parent: Any) -> None:
     parent.join()
-    _kill_group(os.getpid())
     os._exit(1)
-
-
-def _kill_group(leader: int | None) -> None:
-    """Kill a worker and all it started; nothing happens before it has made itself the leader of a group."""
-    if leader is not None and hasattr(os, "killpg"):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(leader, signal.SIGKILL)
