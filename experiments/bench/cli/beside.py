@@ -21,7 +21,7 @@ from experiments.bench.video.reading import model_of
 from experiments.bench.video.source import recording
 
 PROPERTIES = "__properties/"
-EQUAL = {"trial": ("seed", *CONDITION_COLUMNS), "episode": ("seed", "env")}
+EQUAL = {"trial": ("seed", *CONDITION_COLUMNS), "episode": ("reset seed", "env")}
 """Kind of a recording -> what is the same in equal ones; of a clip everything is."""
 PICTURES = ("EncodedImage:blob", "Image:buffer")
 
@@ -97,7 +97,7 @@ def conditions(path: Path) -> dict[str, Any]:
             told |= {"kind": kind, **values}
         elif kind in EQUAL:
             told |= {"kind": kind, **{name: values[name] for name in EQUAL[kind] if name in values}}
-    return told if "seed" in told else {}
+    return told if "seed" in told or told.get("reset seed", "none") != "none" else {}
 
 
 def _equal(condition: Mapping[str, Any], one: Path, second: Path) -> Path:

@@ -111,7 +111,8 @@ def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None, "its name ends in .py"
     module = importlib.util.module_from_spec(spec)
-    before = {other: there for other, there in sys.modules.items() if other in _imported or _is_in(there, path.parent)}
+    loaded = list(sys.modules.items())  # another thread may import something meanwhile
+    before = {other: there for other, there in loaded if other in _imported or _is_in(there, path.parent)}
     for other in before:
         del sys.modules[other]
     others, bytecode = set(sys.modules), sys.dont_write_bytecode
@@ -121,12 +122,12 @@ def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-        new = {other: _file(sys.modules[other]) for other in sys.modules.keys() - others}
     finally:
         sys.dont_write_bytecode = bytecode
+        new = {other: _file(sys.modules[other]) for other in sys.modules.keys() - others - {name}}
+        own = {other: file for other, file in new.items() if file is not None and is_users(file)}
+        _imported.update(own)
         sys.modules.update((other, there) for other, there in before.items() if other not in _imported)
-    own = {other: file for other, file in new.items() if file is not None and is_users(file) and other != name}
-    _imported.update(own)
     return module, {str(file): sha256(file) for file in sorted({path, *own.values()})}
 
 

@@ -32,7 +32,7 @@ WRONG = {
     "the paper's id for clips": (lambda: clip_claim(id="C1"), "claim C1: one of the paper's claims has that id"),
     "no words": (lambda: claim(says=""), "claim mine: says='': a claim of your own needs words"),
     "words that are none": (lambda: claim(says=3), "says=3: legal is a text"),
-    "an id with blanks": (lambda: claim(id="my claim"), "claim 'my claim': legal in a name"),
+    "an id with blanks": (lambda: claim(id="my claim"), "my claim"),
     "no judge": (lambda: claim(judge="mine"), "judge='mine': legal is a function"),
     "a motion that there is not": (lambda: claim(motions=("flight",)), "legal are translation, approach, recession"),
     "motions as a text": (lambda: claim(motions="approach"), "legal is a tuple of texts"),
