@@ -55,5 +55,5 @@ def _on_cluster(work: Plan) -> float:
     """A cluster's own start is not counted: it is there before the run."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as cluster:
         return _timed(work, lambda: open_pool(0, cluster.scheduler_address))

@@ -121,7 +121,7 @@ PPO("MlpPolicy", gymnasium.make("colias_sim/Optomotor-v0"), n_steps=8, batch_siz
 CLUSTER = """
 import experiments
 from distributed import LocalCluster
-with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as cluster:
     run = experiments.run("speed", repeats=1, cluster=cluster.scheduler_address, out="runs/cluster", quiet=True)
 print("rows", len(run.trials))
 """

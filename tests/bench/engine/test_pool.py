@@ -99,7 +99,7 @@ def dask():
 
     with (
         LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp://"
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0", protocol="tcp://"
         ) as c,
         open_pool(0, c.scheduler_address) as pool,
     ):

@@ -155,7 +155,7 @@ def test_a_cluster_computes_the_same(tmp_path, whole):
     from distributed import LocalCluster
 
     with LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, protocol="tcp://"
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", protocol="tcp://"
     ) as cluster:
         command = [*COMMAND, *SLOW, "--out", "out", "--cluster", cluster.scheduler_address]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=200)
@@ -168,7 +168,7 @@ def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(col
     """Its processes are killed in mid-run; on a whole cluster the run then goes on."""
     from distributed import LocalCluster
 
-    options = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    options = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": ":0"}
     command = ["run", "speed", *SLOW]
     with LocalCluster(**options, protocol="tcp://") as cluster:
         address = cluster.scheduler_address
