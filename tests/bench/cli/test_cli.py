@@ -262,7 +262,7 @@ def test_a_run_is_never_overwritten(finished, colias):
     (copy / "experiment.json").unlink()
     nameless = colias("run", "speed", *QUICK, "--out", "copy")
     assert (nameless.returncode, nameless.stderr.count("\n")) == (2, 1)
-    assert "already holds a run" in nameless.stderr
+    assert "holds other files" in nameless.stderr
     assert files() == before
 
 
