@@ -207,7 +207,7 @@ def test_trials_and_clips_are_what_the_help_says():
 def test_a_trembling_clip():
     still, trembling = Clip("a", "foliage"), Clip("b", "foliage", (), 0.3)
     assert (still.build(1)[9].luma != trembling.build(1)[9].luma).any()
-    with pytest.raises(ValueError, match="sd_px=11"):
+    with pytest.raises(ValueError, match="sd_px must be between 0 and 10"):
         Clip("c", "foliage", (), 11.0)
 
 

@@ -65,11 +65,11 @@ def test_it_is_an_env() -> None:
     env = Circle(observation="state", turn_rad_s=0.5)
     check_env(env, skip_render_check=True)
     env.close()
-    assert "| `turn_rad_s` | `1.0` | -5 .. 5 | wanted turn rate, rad/s |" in str(Circle.__doc__)
+    assert "wanted turn rate, rad/s" in str(Circle.__doc__)
 
 
 def test_its_arguments_are_checked() -> None:
-    with pytest.raises(ValueError, match=r"turn_rad_s=9.0: .*-5 \.\. 5"):
+    with pytest.raises(ValueError, match="turn_rad_s must be between -5 and 5"):
         Circle(turn_rad_s=9.0)
 
 
