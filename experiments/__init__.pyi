@@ -7,12 +7,6 @@ from .bench.clips.experiment import OfflineExperiment as OfflineExperiment
 from .bench.closed_loop.behaviour import Behaviour as Behaviour
 from .bench.closed_loop.behaviour import Wheels as Wheels
 from .bench.closed_loop.wrapper import RecordRerun as RecordRerun
-from .bench.engine.errors import UsageError as UsageError
-from .bench.judging.checks import Check as Check
-from .bench.judging.checks import decide as decide
-from .bench.judging.scores import Score as Score
-from .bench.judging.verdict import Outcome as Outcome
-from .bench.judging.verdict import Verdict as Verdict
 from .bench.public.claims import Claim as Claim
 from .bench.public.comparison import Comparison as Comparison
 from .bench.public.comparison import compare as compare
@@ -35,6 +29,12 @@ from .bench.robot.experiment import Condition as Condition
 from .bench.robot.experiment import Experiment as Experiment
 from .bench.robot.path import Leg as Leg
 from .bench.robot.path import Path as Path
+from .bench.run.errors import UsageError as UsageError
+from .bench.stats.checks import Check as Check
+from .bench.stats.checks import decide as decide
+from .bench.stats.scores import Score as Score
+from .bench.stats.verdict import Outcome as Outcome
+from .bench.stats.verdict import Verdict as Verdict
 from .bench.studies.fitting.fit import Fit as Fit
 from .bench.studies.fitting.fitted import Fitted as Fitted
 from .bench.studies.fitting.optimum import Optimum as Optimum

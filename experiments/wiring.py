@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
 from dsnn.frames import frozen
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import load_model
-from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import load_model
+from experiments.bench.run.user_code import declared, is_file
 
 
 class CheckedModel:

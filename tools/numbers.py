@@ -22,13 +22,13 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench import registry
-from experiments.bench.judging import stored
-from experiments.bench.judging.claims import used_to_choose, words
-from experiments.bench.judging.count import SIGNS, Count, totals
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
+from experiments.bench.stats import stored
+from experiments.bench.stats.claims import used_to_choose, words
+from experiments.bench.stats.count import SIGNS, Count, totals
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import rows_hash
 
 ROOT = Path(__file__).parents[1]

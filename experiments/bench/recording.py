@@ -18,8 +18,8 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from dsnn import ResponseSeries
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.series import Colour, Level, ends, heading, levels, lines
+from experiments.bench.run.models import ConfiguredModel
 
 APPLICATION = "colias-sim"
 ROBOT_RADIUS_CM = 2.0

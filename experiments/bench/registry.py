@@ -11,13 +11,13 @@ from pathlib import Path
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import beside
-from experiments.bench.engine.user_code import declared, is_file
-from experiments.bench.judging import claims as shipped
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.robot.experiment import Experiment
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import beside
+from experiments.bench.run.user_code import declared, is_file
+from experiments.bench.stats import claims as shipped
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim_files import PAPER, claim_ids
 from scenes import is_arena_file
 from scenes.hints import nearest
 

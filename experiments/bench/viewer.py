@@ -8,8 +8,8 @@ import subprocess
 import time
 
 from colias_sim.gl import has_screen
-from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.terminal import program
+from experiments.bench.run.errors import UsageError, short
 
 HOST, PORT = "127.0.0.1", 9876
 """Where Rerun's viewer listens unless it is told otherwise."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from experiments.behaviours import AVOIDANCE
 from experiments.bench.closed_loop.claims import BehaviourClaim, Episodes, rarer
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 TIMES = 5.0
 

@@ -14,7 +14,7 @@ from experiments.bench.closed_loop.claims import (
     underpowered_text,
 )
 from experiments.bench.closed_loop.scores import rate_ratio
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(played: Episodes) -> Outcome:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from experiments.behaviours import FIXATION
 from experiments.bench.closed_loop.claims import BehaviourClaim, Episodes, better_than_still
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(played: Episodes) -> Outcome:

@@ -6,8 +6,8 @@ from typing import Literal
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import SHADES, SIGNED, Rows, outcome_of, rows_of
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import SHADES, SIGNED, Rows, outcome_inside, rows_of, strongest
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import BLOCKED, DSNN, SIGNED, Rows, outcome_of, rows_of
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Outcome
 
 HALF = (0.4, 0.6)
 """Of the intact peak, what either pathway alone may leave."""

@@ -16,7 +16,7 @@ from experiments.bench.clips.judging import (
     strongest_of_both,
     up_to,
 )
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

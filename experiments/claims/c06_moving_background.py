@@ -15,7 +15,7 @@ from experiments.bench.clips.judging import (
     rows_of,
     strongest,
 )
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

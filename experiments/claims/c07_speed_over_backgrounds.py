@@ -18,8 +18,8 @@ from experiments.bench.clips.judging import (
     rises,
     rows_of,
 )
-from experiments.bench.judging.checks import Check, exceeds
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import BACKGROUNDS, CROSSING, SHADES, Rows, largest, outcome_of, rows_of, strongest
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -16,8 +16,8 @@ from experiments.bench.clips.judging import (
     rows_of,
     rows_with_object,
 )
-from experiments.bench.judging.checks import Check, exceeds
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -39,9 +39,9 @@ from experiments.bench.footage.flow import (
     undefined,
 )
 from experiments.bench.footage.watch import LEAST_FRAMES
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.tests import proportion_interval
+from experiments.bench.stats.verdict import Outcome
 
 LEAST_CORRELATION, LEAST_AGREEMENT = 0.5, 0.9
 LEAST_BELOW = 0.95

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import DEPTH, Rows, mean_text, outcome_of, paper_trials
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.tests import proportion_interval
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, Row, Rows, mean_text, outcome_of, paper_trials
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Outcome
 
 WAYS = {1.0: "rightward", -1.0: "leftward"}
 """Sign of HS -> direction of the motion."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from experiments.bench.judging.statistics import contrast, trend
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, Rows, by_level, means, means_text, more_spikes, outcome_of
+from experiments.bench.stats.tests import contrast, trend
+from experiments.bench.stats.verdict import Outcome
 
 PAIRS = ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0))
 """Speeds in cm/s: more spikes are asked for at the first than at the second."""

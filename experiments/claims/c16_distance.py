@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.statistics import trend
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, Rows, by_level, means, means_text, more_spikes, outcome_of
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.tests import trend
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

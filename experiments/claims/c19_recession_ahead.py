@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import Rows, fewest_ahead
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

@@ -13,8 +13,8 @@ from experiments.bench.clips.judging import (
     rows_of,
     strongest,
 )
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Outcome
 
 DRIVEN = {"on": "dsnn-on-blocked", "off": "dsnn-off-blocked"}
 """An edge's polarity -> the model in which the pathway that it drives is blocked."""

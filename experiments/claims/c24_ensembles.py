@@ -5,8 +5,6 @@ from __future__ import annotations
 from experiments.bench.clips import judging as clips
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import CONTRAST_GRID, LEAST_GREYS, rows_with_object
-from experiments.bench.judging.checks import Check, exceeds
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, DSNN, Rows
 from experiments.bench.robot.mechanism import peaks
@@ -21,6 +19,8 @@ from experiments.bench.robot.mechanism.variants import (
     outcome_of,
     paired_text,
 )
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.verdict import Outcome
 
 FEWER = (CONNECTIONS[1], CONNECTIONS[2])
 """The DSNN with smaller ensembles, of one and of two connected cells."""

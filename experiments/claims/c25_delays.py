@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, DSNN, Rows
 from experiments.bench.robot.mechanism import peaks
@@ -17,6 +16,7 @@ from experiments.bench.robot.mechanism.variants import (
     outcome_of,
     paired_text,
 )
+from experiments.bench.stats.verdict import Outcome
 
 SPEEDS = (4.0, 6.0, 8.0, 10.0)
 

@@ -17,8 +17,8 @@ from experiments.bench.clips.judging import (
     rows_with_object,
     strongest,
 )
-from experiments.bench.judging.checks import MARGIN, Check
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import MARGIN, Check
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:

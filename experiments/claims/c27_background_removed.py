@@ -5,8 +5,8 @@ from __future__ import annotations
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.equal_terms import MATCHED
 from experiments.bench.clips.judging import BACKGROUNDS, DSNN, Rows, outcome_of, rows_of, strongest
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Outcome
 
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")
 """The DSNN without the lamina's difference of Gaussians, and without the adaptation after it."""

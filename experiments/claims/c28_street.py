@@ -11,9 +11,9 @@ from typing import Literal
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import SIGNED, Row, Rows, outcome_of, rows_of, stays_inside, strongest
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.numbers import unreadable
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.numbers import unreadable
+from experiments.bench.stats.verdict import Outcome
 
 OPPOSITE = "opposite"
 """Of the column ``movers``: two in opposite directions, one after the other."""

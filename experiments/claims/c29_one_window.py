@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.statistics import contrast
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import (
     ACROSS,
@@ -18,6 +15,9 @@ from experiments.bench.robot.judging import (
     more_spikes,
     outcome_of,
 )
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.tests import contrast
+from experiments.bench.stats.verdict import Outcome
 
 COLUMNS = ("spikes_in_window", "spikes_in_inner_window", "mean_hs_near_axis")
 """The two windows that it is judged by, and the potential, which stands beside."""

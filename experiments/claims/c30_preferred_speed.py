@@ -5,8 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 
-from experiments.bench.judging.checks import Check, exceeds
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, DSNN, Rows
 from experiments.bench.robot.mechanism import peaks
@@ -19,6 +17,8 @@ from experiments.bench.robot.mechanism.variants import (
     crossings,
     outcome_of,
 )
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.verdict import Outcome
 
 USUAL = "d = 1, N_con = 8"
 """The DSNN as it is."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from experiments.bench.judging.statistics import contrast
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, Rows, by_level, means, means_text, more_spikes, outcome_of
+from experiments.bench.stats.tests import contrast
+from experiments.bench.stats.verdict import Outcome
 
 SPEEDS = tuple(float(speed) for speed in range(2, 11))
 """Every speed that the words name, cm/s."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from experiments.bench.judging.claim import Reading
+from experiments.bench.stats.claim import Reading
 
 HALF_WAVE_RECTIFIED_F = Reading(
     id="half_wave_rectified_F",

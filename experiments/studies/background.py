@@ -17,7 +17,7 @@ from experiments.bench.clips.judging import Rows, levels, rises, rows_of
 from experiments.bench.studies.study import Tables
 
 if TYPE_CHECKING:
-    from experiments.bench.judging.claim import Claim
+    from experiments.bench.stats.claim import Claim
     from experiments.bench.studies.counts import Counts
 
 NAME = "background (px/s)"

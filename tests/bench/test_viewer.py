@@ -17,13 +17,13 @@ import experiments
 from dsnn import Response
 from experiments.bench import viewer
 from experiments.bench.cli.beside import side_by_side
-from experiments.bench.engine.models import choose
 from experiments.bench.figures.palette import marks
 from experiments.bench.figures.series import OFF, ON, rgb
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
 from experiments.bench.robot.recording import record
 from experiments.bench.robot.trial import run_trial
+from experiments.bench.run.models import choose
 from tests.bench.robot.test_trial import spec
 from tests.helpers.rerun_viewer import needs_vulkan, viewing
 

@@ -16,10 +16,10 @@ from colias_sim.envs import ENVS
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop.policy import About
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
+from experiments.bench.stats.scores import Score, Standing
+from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies import figure as study_figure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number

@@ -17,8 +17,8 @@ from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Judged, Outcome
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Judged, Outcome
 from experiments.bench.studies import figure as study_figure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import ClaimCell, Counts

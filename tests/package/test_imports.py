@@ -13,10 +13,10 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 
 LEVELS: Mapping[str, int] = {
-    "experiments.bench.streams": -1,
+    "experiments.bench.run.streams": -1,
     "experiments.bench.engine": 0,
     "experiments.bench.store": 0,
-    "experiments.bench.judging": 0,
+    "experiments.bench.stats": 0,
     "experiments.bench.figures": 0,
     "experiments.bench.recording": 0,
     "experiments.bench.doctor": 1,

@@ -16,16 +16,16 @@ import pytest
 
 from experiments import Check
 from experiments.bench.footage import claims as footage_claims
-from experiments.bench.judging import statistics
-from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.claims import words
-from experiments.bench.judging.count import SIGNS, Count
-from experiments.bench.judging.stored import document, outcome_entry
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduction.eyes import CELLS
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
 from experiments.bench.robot.claims import paper_claims
+from experiments.bench.stats import tests as statistics
+from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.claims import words
+from experiments.bench.stats.count import SIGNS, Count
+from experiments.bench.stats.stored import document, outcome_entry
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import rows_hash
 from experiments.bench.studies.counts import FORM

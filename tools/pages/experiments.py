@@ -11,9 +11,9 @@ from dsnn import MODELS
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.claims import words
 from experiments.bench.robot.experiment import Experiment
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claims import words
 from tools.pages import docstring_text, experiment_pictures, markdown
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.parameter_tables import parameters, written

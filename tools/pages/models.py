@@ -8,7 +8,7 @@ from typing import Any
 
 import dsnn
 from dsnn import MODELS, ModelEntry
-from experiments.bench.engine.models import family
+from experiments.bench.run.models import family
 from tools.pages import docstring_text, markdown, model_pictures, parameter_tables
 from tools.pages.docstring_text import ASSUMED
 from tools.pages.markdown import code, prose, sentence, table

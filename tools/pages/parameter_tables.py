@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from experiments.bench.engine.models import PRESET
-from experiments.bench.engine.settings import described
+from experiments.bench.run.models import PRESET
+from experiments.bench.run.settings import described
 from tools.pages.markdown import code, prose, table
 
 

@@ -30,7 +30,7 @@ import experiments
 from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
-from experiments.bench.judging.checks import MARGIN
+from experiments.bench.stats.checks import MARGIN
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import read
 from experiments.claims.c15_peak_speed import CLAIM, PAIRS

@@ -11,11 +11,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from dsnn.model import CHANNELS
-from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.figures.series import CHANNELS_OF, THRESHOLD
 from experiments.bench.recording import Model, lanes, page, recorded
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.recording import arena_view
+from experiments.bench.run.errors import UsageError, explained
 from experiments.bench.store.record import recordings_in
 from experiments.bench.video.reading import model_of
 from experiments.bench.video.source import recording

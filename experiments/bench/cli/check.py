@@ -34,10 +34,10 @@ def check(
     from experiments.bench.clips import stimuli
     from experiments.bench.conformance import laws, stimulus_laws, table
     from experiments.bench.conformance.notes import notes
-    from experiments.bench.engine.models import ask
-    from experiments.bench.engine.settings import watchers
-    from experiments.bench.engine.user_code import declares, is_file
     from experiments.bench.leaderboard.timing import time_models
+    from experiments.bench.run.models import ask
+    from experiments.bench.run.settings import watchers
+    from experiments.bench.run.user_code import declares, is_file
 
     source = ask(model).source
     if source in ARENAS or source.endswith(".xml"):
@@ -62,9 +62,9 @@ def _check_arena(source: str) -> int:
     from experiments.bench import registry
     from experiments.bench.conformance import arena_laws, table
     from experiments.bench.conformance.laws import Finding
-    from experiments.bench.engine.errors import UsageError
-    from experiments.bench.engine.user_code import declares
     from experiments.bench.robot.plan import plan
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.user_code import declares
 
     try:
         findings = arena_laws.check(known_arena(source))

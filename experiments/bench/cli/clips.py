@@ -56,8 +56,8 @@ def stimulus(
     from experiments.bench.cli.listing import show_parameters
     from experiments.bench.clips import export
     from experiments.bench.clips.stimuli import find
-    from experiments.bench.engine import settings
     from experiments.bench.engine.terminal import out_console
+    from experiments.bench.run import settings
 
     entry = find(name)
     section = {entry.name: entry.params}
@@ -96,9 +96,9 @@ def play(
     from experiments.bench.clips import export
     from experiments.bench.clips import play as player
     from experiments.bench.clips.stimuli import find
-    from experiments.bench.engine import settings
-    from experiments.bench.engine.models import rate_notes, shown_models
     from experiments.bench.engine.terminal import error_console, out_console
+    from experiments.bench.run import settings
+    from experiments.bench.run.models import rate_notes, shown_models
 
     _check_outputs(record, view)
     if record is not None:
@@ -124,7 +124,7 @@ def play(
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.viewer import require_screen
 
     if not view and record is None:
@@ -161,8 +161,8 @@ def _clip(
 ) -> Stimulus[ClipParams]:
     """Return the stimulus that was asked for; `UsageError` in one line on what is not legal."""
     from dsnn.stimuli import Jittered
-    from experiments.bench.engine import settings
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run import settings
+    from experiments.bench.run.errors import UsageError
 
     params = settings.changed(entry.name, entry.params, collected.get(entry.name, {}))
     try:

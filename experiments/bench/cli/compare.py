@@ -65,7 +65,7 @@ def _parameters(comparison: Comparison) -> Table:
 def _results(comparison: Comparison) -> Table:
     from rich.table import Table
 
-    from experiments.bench.judging.statistics import LEVEL, least_of_pairs
+    from experiments.bench.stats.tests import LEVEL, least_of_pairs
 
     rows = comparison.results.to_pylist()
     tests = "; ".join(sorted({row["test"] for row in rows}))

@@ -8,10 +8,10 @@ from pathlib import Path
 import typer
 
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.engine.models import rate_notes
 from experiments.bench.engine.terminal import count
 from experiments.bench.public.run import missing_models
 from experiments.bench.robot.plan import Plan, describe
+from experiments.bench.run.models import rate_notes
 from experiments.bench.store import tables
 from experiments.bench.store.description import begun, reconciled
 

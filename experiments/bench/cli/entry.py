@@ -71,7 +71,7 @@ def _outcome() -> tuple[int, str]:
             raise
         status = EXIT_CLOSED
     except Exception as error:
-        user_code = sys.modules.get("experiments.bench.engine.user_code")  # without it no user's file was run
+        user_code = sys.modules.get("experiments.bench.run.user_code")  # without it no user's file was run
         if user_code and user_code.of_users(error):
             status, message = EXIT_USAGE, user_code.traced(error)
         elif _is_plain(error):
@@ -93,7 +93,7 @@ def _is_plain(error: Exception) -> bool:
     if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
         return True
     # Looked up, not imported: their modules may be what could not be loaded.
-    known = (("experiments.bench.engine.errors", "UsageError"), ("experiments.bench.engine.errors", "TrialError"),
+    known = (("experiments.bench.run.errors", "UsageError"), ("experiments.bench.run.errors", "TrialError"),
              ("experiments.bench.firmware.emulator", "EmulatorError"))  # fmt: skip
     kinds = tuple(getattr(sys.modules[module], name) for module, name in known if module in sys.modules)
     return isinstance(error, kinds)

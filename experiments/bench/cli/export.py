@@ -52,7 +52,7 @@ def export(
 
     A folder that is there already is refused, unless --force replaces it.
     """
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store.convert import KINDS
 
     if to is not None and to not in (*KINDS, VIDEOS, LOG):
@@ -84,8 +84,8 @@ def export(
 
 
 def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import show_places
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store import convert
     from experiments.bench.store.places import replacing_folder
     from experiments.bench.store.record import Record
@@ -141,8 +141,8 @@ def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 
 
 def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import progress, show_places
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store.pictures import pictures, write_pictures
     from experiments.bench.store.places import replacing_folder
 
@@ -163,7 +163,7 @@ def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 
 def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
     """Map the place of a recording's output, inside the new folder, to the recording; of one trial, or of all."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store.record import Record
     from experiments.bench.video.source import recording
 

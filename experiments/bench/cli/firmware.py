@@ -168,13 +168,13 @@ def loop(
     parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
     """
     from experiments.bench import registry
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import out_console
     from experiments.bench.firmware import loop as looping
     from experiments.bench.public.run import RunRequest, perform
     from experiments.bench.robot import table
     from experiments.bench.robot.experiment import Experiment
     from experiments.bench.robot.summary import Report
+    from experiments.bench.run.errors import UsageError
 
     declared = registry.find(experiment)
     if not isinstance(declared, Experiment):
@@ -211,11 +211,11 @@ def export(
 
     The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
     """
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import error_console, show_places
     from experiments.bench.firmware import export as exporting
     from experiments.bench.firmware import settings
     from experiments.bench.firmware.budget import measure_all
+    from experiments.bench.run.errors import UsageError
 
     wanted = settings.firmware(assignments or ())
     exporting.check_folder(folder)
@@ -252,10 +252,10 @@ def decode(
     Writes log.csv, which [b]colias import[/b] reads, and cycles.csv: the cycles of each frame, blank where the board
     has no counter. A damaged line is told, and costs no other. Exit status 1: a line is damaged, or a frame is missing.
     """
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import error_console, out_console, show_places
     from experiments.bench.firmware import serial as line
     from experiments.bench.firmware.export import check_folder
+    from experiments.bench.run.errors import UsageError
 
     folder = results_folder(out, "firmware-serial")
     check_folder(folder)

@@ -119,7 +119,7 @@ def fit(
     """
     import dataclasses
 
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.studies import registry
     from experiments.bench.studies.fitting import run, table
 
@@ -162,7 +162,7 @@ def _typed(
 ) -> Fit:
     """Return the fit that was typed."""
     from experiments.bench import registry
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.studies.fitting.fit import BOARDS, SLACK, Fit
     from experiments.bench.studies.study import Study
 

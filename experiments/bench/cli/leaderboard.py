@@ -50,9 +50,9 @@ def leaderboard(
     Every number has its 95 % interval. The command's own models are those registered, but dsnn-reference. Exit status:
     1 if trials failed; the others count.
     """
-    from experiments.bench.engine.models import COMPARED, shown_models
     from experiments.bench.leaderboard import run as board
     from experiments.bench.leaderboard import table as leaderboard_table
+    from experiments.bench.run.models import COMPARED, shown_models
 
     folder = run_folder(out, "leaderboard")
     means = resources(workers, cluster, quiet, other_code)

@@ -10,7 +10,7 @@ import typer
 from experiments.bench.cli.options import Models, Only
 
 if TYPE_CHECKING:
-    from experiments.bench.engine.settings import Parameter
+    from experiments.bench.run.settings import Parameter
 
 
 def register(app: typer.Typer) -> None:
@@ -31,7 +31,7 @@ def list_all() -> None:
     from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
     from experiments.bench.engine.terminal import out_console, show_line
-    from experiments.bench.judging.claims import paper_claims
+    from experiments.bench.stats.claims import paper_claims
     from experiments.bench.studies import registry as studies
     from scenes import ARENAS
 
@@ -69,8 +69,8 @@ def parameters(
     dsnn, or those that the experiment declares.
     """
     from experiments.bench import registry
-    from experiments.bench.engine.models import shown_models
     from experiments.bench.robot.plan import parameters as listed
+    from experiments.bench.run.models import shown_models
 
     declared = registry.load(experiment)
     show_parameters(listed(declared, shown_models(declared.models, model, only)))

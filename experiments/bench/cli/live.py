@@ -58,11 +58,11 @@ def live(
     """
     import webbrowser
 
-    from experiments.bench.engine.errors import UsageError
-    from experiments.bench.engine.models import shown_models
-    from experiments.bench.engine.settings import check_counts
     from experiments.bench.engine.terminal import error_console, out_console
     from experiments.bench.live import run
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.models import shown_models
+    from experiments.bench.run.settings import check_counts
 
     check_counts(seed)
     run.require_viser()

@@ -146,6 +146,6 @@ def command(arguments: list[str]) -> int:
     except (_Interrupted, typer.Abort):
         raise KeyboardInterrupt from None
     except typer.TyperException as error:
-        from experiments.bench.engine.errors import UsageError
+        from experiments.bench.run.errors import UsageError
 
         raise UsageError(" ".join(error.format_message().split())) from None

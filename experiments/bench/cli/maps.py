@@ -34,7 +34,7 @@ def register(app: typer.Typer) -> None:
 
 def sweep(context: typer.Context) -> int:
     """Name the command that took over."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     raise UsageError("colias sweep: it is colias map EXPERIMENT --over KEY=V1,V2 --measure spikes now")
 
@@ -100,8 +100,8 @@ def map_claims(
     map.png and the trials.
     """
     from experiments.bench import registry
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import tell_troubles
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.studies import run, table
     from experiments.bench.studies.study import Study
 

@@ -78,8 +78,8 @@ def reproduce(
     network; claims.json, sensitivity.json and behaviours.json have the verdicts. The exit status is 0 whatever they
     are, and 1 if trials failed.
     """
-    from experiments.bench.engine.errors import UsageError
-    from experiments.bench.engine.settings import check_counts
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.settings import check_counts
 
     tables = {"fidelity": fidelity, "detectors": detectors, "onboard": onboard}
     for name in (name for name, used in tables.items() if used):

@@ -44,8 +44,8 @@ def rerun(
     For runs of run, study, map, tune and behave, recordings of live, and experiments.run in Python. Exit status: 0
     every row is equal, 1 one differs or trials failed, 2 it cannot be repeated.
     """
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import error_console, out_console
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store import description, files, provenance, repeat
     from experiments.bench.store.record import Record
 
@@ -69,7 +69,7 @@ def rerun(
 
 def _command(there: Record) -> Mapping[str, Any]:
     """Return the note of the command; `UsageError` where its run is none that is repeated."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store import description
 
     folder, command = there.folder, there.description.get(description.COMMAND)
@@ -90,7 +90,7 @@ def _repeat(
     context: typer.Context, run: Path, command: Mapping[str, Any], out: Path, workers: int | None, quiet: bool
 ) -> int:
     """Do the command once more, in its folder; the exit status."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store import commands
 
     if "line" not in command:

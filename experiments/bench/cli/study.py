@@ -67,8 +67,8 @@ def study(
     """
     import dataclasses
 
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import tell_troubles
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.studies import registry, run, table
 
     means = resources(workers, cluster, quiet, other_code)

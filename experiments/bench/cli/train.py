@@ -73,7 +73,7 @@ def train(
     nothing, and [b]colias behave FILE[/b] plays it too. With --seeds, OUT gets a folder seed-K for each training seed,
     and policies.csv and its figure with interquartile means over the training seeds.
     """
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     means = resources(workers, None, quiet, other_code)
     changes = [*(assignments or ()), *([] if randomise is None else [f"randomise={randomise}"])]
@@ -98,7 +98,7 @@ def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -
     from experiments.bench.closed_loop.find import env_id
     from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, TRAINED_UNDER, About
     from experiments.bench.closed_loop.run import env_options
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     where = env_id(env)
     if where not in TRAINABLE:
@@ -116,7 +116,7 @@ def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -
 
 def _study(about: About, seeds: int, out: Path | None, means: Resources) -> int:
     """Train what is missing of several seeds, judge all, draw and print; the exit status."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.training import figure, study, table
 
     most = min(MOST_SEEDS, MOST_SEED + 1 - about.seed)
@@ -156,7 +156,7 @@ def _announce(asked: Study, done: int, folder: Path) -> None:
 def _require_training() -> None:
     """Raise `UsageError` where the extra is not installed, `GLUnavailable` where nothing can be rendered."""
     from colias_sim.reference import reference_hash
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     for module in ("torch", "stable_baselines3"):
         if importlib.util.find_spec(module) is None:

@@ -70,8 +70,8 @@ def tune(
     mean velocity of its object, or else of its background; on rightward where its truth gives none.
     """
     from experiments.bench.clips import stimuli
-    from experiments.bench.engine.errors import UsageError
-    from experiments.bench.engine.models import COMPARED, shown_models
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.models import COMPARED, shown_models
     from experiments.bench.tuning import run as tuning_run
     from experiments.bench.tuning import table as tuning_table
 

@@ -51,7 +51,7 @@ def video(
     _check_out(out)
     width_height = _size(size)
     if frames is not None and out.suffix != ".png":
-        from experiments.bench.engine.errors import UsageError
+        from experiments.bench.run.errors import UsageError
 
         raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
     from experiments.bench.video.encoding import require_encoder
@@ -60,9 +60,9 @@ def video(
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
-    from experiments.bench.engine.errors import printable
     from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.figures.plotting import without_glyph
+    from experiments.bench.run.errors import printable
     from experiments.bench.video.choice import with_models
     from experiments.bench.video.make import Film, make, not_shown
     from experiments.bench.video.reading import read
@@ -87,7 +87,7 @@ def video(
 
 
 def _size(text: str | None) -> tuple[int, int] | None:
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     if text is None:
         return None
@@ -99,7 +99,7 @@ def _size(text: str | None) -> tuple[int, int] | None:
 
 def _check_out(out: Path) -> None:
     """Refuse a file that cannot be written before anything is read for it; nothing is overwritten."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     if out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")

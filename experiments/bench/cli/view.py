@@ -39,7 +39,7 @@ def view(
     The viewer, or with --web its server, ends with this command.
     """
     from experiments.bench.cli import viewer
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.store.record import recordings_in
     from experiments.bench.video.source import recording
     from experiments.bench.viewer import require_screen
@@ -89,7 +89,7 @@ def _view_scene(arena: str) -> None:
     from colias_sim import CameraConfig, RobotConfig, SceneConfig
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
-    from experiments.bench.engine.errors import UsageError, explain
+    from experiments.bench.run.errors import UsageError, explain
 
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")

@@ -15,8 +15,8 @@ from typing import IO, Any
 
 from experiments.bench.cli import kept
 from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.terminal import program
+from experiments.bench.run.errors import UsageError
 
 PATIENCE_S = 5.0
 """How long a viewer may take to end before it is killed."""

@@ -57,9 +57,9 @@ def watch(
 
     film = video.Footage(source)
     # Not before: they load libraries that a film's refusal does without.
-    from experiments.bench.engine import settings
-    from experiments.bench.engine.models import shown_models
     from experiments.bench.footage import run as footage_run
+    from experiments.bench.run import settings
+    from experiments.bench.run.models import shown_models
 
     own_rate = _own_rate(film) if fps == "real" else rate
     chosen, _ = settings.watchers(shown_models(["dsnn"], model, only), assignments or (), fps=own_rate)
@@ -68,8 +68,8 @@ def watch(
 
 
 def _size(text: str | None) -> tuple[int, int] | None:
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.footage.video import SIZES_PX
+    from experiments.bench.run.errors import UsageError
 
     if text is None:
         return None
@@ -81,7 +81,7 @@ def _size(text: str | None) -> tuple[int, int] | None:
 
 
 def _number(text: str | None) -> float | None:
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     if text is None or text == "real":
         return None
@@ -92,7 +92,7 @@ def _number(text: str | None) -> float | None:
 
 
 def _own_rate(film: Footage) -> float:
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     if film.rate is None:
         raise UsageError(f"--fps real: {film.source} tells no rate; give a number")
@@ -101,7 +101,7 @@ def _own_rate(film: Footage) -> float:
 
 def _check_new(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
     """Refuse a file that cannot be written before anything is decoded for it; nothing is overwritten."""
-    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.run.errors import UsageError
 
     if path is None:
         return

@@ -16,12 +16,12 @@ from itertools import product
 from typing import Any
 
 from experiments.bench.clips.judging import DSNN, EVERY, SHADES, SIGNED, Row, Rows
-from experiments.bench.engine.errors import short
-from experiments.bench.engine.models import NO_SPIKES
-from experiments.bench.judging import claims as shipped
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.numbers import is_number, unreadable
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.run.errors import short
+from experiments.bench.run.models import NO_SPIKES
+from experiments.bench.stats import claims as shipped
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.numbers import is_number, unreadable
+from experiments.bench.stats.verdict import Outcome
 from scenes.hints import nearest
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")

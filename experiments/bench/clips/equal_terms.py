@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from dsnn.stimuli import ClipParams, Stimulus
 
 if TYPE_CHECKING:
-    from experiments.bench.engine.models import ConfiguredModel
+    from experiments.bench.run.models import ConfiguredModel
 
 CROSSING = ("clean", "dark rightward")
 """The named plain crossing: the experiment, and its clip."""

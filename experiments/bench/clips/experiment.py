@@ -14,11 +14,11 @@ from typing import Any, Literal
 from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, StimulusEntry, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.clips import stimuli
-from experiments.bench.engine.errors import check_declared, plain
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.declared import check_claims
+from experiments.bench.run.errors import check_declared, plain
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.declared import check_claims
 
 DRAWN = ("speed", "grey", "background_speed")
 """Names of the changes that a figure of peaks may be drawn against."""

@@ -13,7 +13,7 @@ from typing import Any
 import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.places import replacing
 
 COLUMNS = (

@@ -11,8 +11,8 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from experiments.bench.judging.checks import Check, decide, exceeds
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check, decide, exceeds
+from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]
 Rows = Sequence[Row]

@@ -8,10 +8,10 @@ from functools import cache
 from typing import Any
 
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, described_scenes, showings
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.engine.settings import check_counts, watchers
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import shown_models
+from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from dsnn import ResponseSeries
 from dsnn.frames import frozen
 from dsnn.stimuli import ClipParams, Stimulus, Truth
-from experiments.bench.engine.errors import TrialError
-from experiments.bench.engine.model_runner import ModelRunner
-from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.run.errors import TrialError
+from experiments.bench.run.model_runner import ModelRunner
+from experiments.bench.run.models import ConfiguredModel
 
 
 @dataclass(frozen=True, slots=True)

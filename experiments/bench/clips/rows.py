@@ -14,8 +14,8 @@ import pyarrow as pa
 from dsnn import ResponseSeries
 from dsnn.stimuli import ClipParams, Stimulus, Truth
 from experiments.bench.clips.experiment import BACKGROUND, Showing
-from experiments.bench.engine.model_runner import spike_counts
-from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.run.model_runner import spike_counts
+from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
 
 SHOWN = (

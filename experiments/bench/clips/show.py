@@ -18,9 +18,9 @@ from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.play import ClipAnswer, Played
 from experiments.bench.clips.rows import SERIES_SCHEMA, _row, _series
-from experiments.bench.engine.errors import TrialError
-from experiments.bench.engine.model_runner import ModelRunner
-from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.run.errors import TrialError
+from experiments.bench.run.model_runner import ModelRunner
+from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 
 JPEG_QUALITY = 85

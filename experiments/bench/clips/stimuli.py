@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 from dsnn.stimuli import StimulusEntry, stimulus_entry
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import USER_MODULE, declared, is_file
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.user_code import USER_MODULE, declared, is_file
 
 
 def find(source: str) -> StimulusEntry:

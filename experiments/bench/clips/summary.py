@@ -14,8 +14,8 @@ from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.claims import ClipClaim, find, judge
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.figures import plotting
-from experiments.bench.judging import stored
-from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.stats import stored
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.rows import Failure, mixture
 from experiments.bench.store.run_folder import RunFolder
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from colias_sim.envs import State
 from dsnn import Response
-from experiments.bench.engine.errors import check_name
+from experiments.bench.run.errors import check_name
 
 Wheels = tuple[float, float]
 """A type: speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""

@@ -13,11 +13,11 @@ from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, mean_difference, rate, rate_ratio, scores
-from experiments.bench.judging import claims as shipped
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.scores import Score
-from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.stats import claims as shipped
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.scores import Score
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
 
 PLAYED: Mapping[str, tuple[str, ...]] = {

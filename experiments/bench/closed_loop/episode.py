@@ -21,9 +21,9 @@ from dsnn.model import CHANNELS
 from experiments.bench.closed_loop.behaviour import Behaviour, Policy
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.seen import response
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel, choose
-from experiments.bench.streams import stream
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel, choose
+from experiments.bench.run.streams import stream
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle

@@ -36,7 +36,7 @@ from experiments.bench.figures.plotting import (
     scoreboard,
     wrapped,
 )
-from experiments.bench.judging.scores import Standing
+from experiments.bench.stats.scores import Standing
 from scenes import ARENA_RADIUS_CM
 
 COLLISION, PARKED, DRIVING, WALL = "#111111", "#5a5a5a", "#ffffff", "#8a8a8a"

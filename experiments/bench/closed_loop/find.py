@@ -7,9 +7,9 @@ from pathlib import Path
 
 from colias_sim.envs import ENVS
 from experiments.bench.closed_loop.behaviour import Behaviour
-from experiments.bench.engine.errors import UsageError, check_name
-from experiments.bench.engine.models import beside
-from experiments.bench.engine.user_code import declared, is_own
+from experiments.bench.run.errors import UsageError, check_name
+from experiments.bench.run.models import beside
+from experiments.bench.run.user_code import declared, is_own
 from scenes.hints import nearest
 
 

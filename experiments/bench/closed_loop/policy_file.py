@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pydantic import TypeAdapter, ValidationError
 
 from experiments.bench.closed_loop.policy import About, Policy
-from experiments.bench.engine.errors import UsageError, explain
+from experiments.bench.run.errors import UsageError, explain
 from experiments.bench.store.places import replacing
 
 ENDING = ".npz"

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 TARGET = 0.8
 """The usual least chance of showing an effect that is there."""

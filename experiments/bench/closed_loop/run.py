@@ -25,13 +25,13 @@ from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_beh
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.engine.models import load_model
 from experiments.bench.engine.pool import Pool
-from experiments.bench.engine.settings import check_counts
 from experiments.bench.engine.terminal import count, progress
-from experiments.bench.engine.user_code import is_file, is_own
-from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.models import load_model
+from experiments.bench.run.settings import check_counts
+from experiments.bench.run.user_code import is_file, is_own
+from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.store import provenance
 from experiments.bench.store.drawing import drawn_here
 from experiments.bench.store.rows import Failure, TrialRecord, known, recording_of

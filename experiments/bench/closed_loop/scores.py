@@ -12,8 +12,8 @@ import pyarrow as pa
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.closed_loop.episode import Episode
 from experiments.bench.engine.alarms import poisson_interval
-from experiments.bench.judging.scores import Score
-from experiments.bench.judging.statistics import proportion_interval, summarise
+from experiments.bench.stats.scores import Score
+from experiments.bench.stats.tests import proportion_interval, summarise
 from experiments.bench.store.rows import OBSERVER, FrameRow, JobRow, TrialRecord, schema_of
 
 Row = Mapping[str, Any]

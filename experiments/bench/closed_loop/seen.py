@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dsnn import Response
 from dsnn.model import CHANNELS, SPIKING
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 
 class UndeclaredChannelError(UsageError, AttributeError):

@@ -14,8 +14,8 @@ from typing import Any
 
 from experiments.bench.closed_loop.power import shares_needed
 from experiments.bench.closed_loop.scores import rate, rate_ratio
-from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.stats.scores import Score, Standing
+from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.store.files import Files
 from experiments.bench.store.rows import known
 

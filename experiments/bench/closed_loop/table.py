@@ -15,8 +15,8 @@ from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pil
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.survival import Survival, best_against, published
 from experiments.bench.engine.terminal import coloured, count, out_console, show_table, stacked
-from experiments.bench.judging.scores import Score, written
-from experiments.bench.judging.verdict import Verdict
+from experiments.bench.stats.scores import Score, written
+from experiments.bench.stats.verdict import Verdict
 
 
 def show(played: Played, recorded: bool) -> None:

@@ -12,7 +12,7 @@ import gymnasium as gym
 
 from colias_sim.envs.base import ColiasEnv
 from experiments.bench.closed_loop.episode import EpisodeKeeper
-from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.run.errors import UsageError, short
 from experiments.bench.store.places import part
 
 NUMBER = "episode"

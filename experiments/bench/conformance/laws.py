@@ -18,9 +18,9 @@ import numpy.typing as npt
 from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
-from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.user_code import of_users, traced
-from experiments.bench.streams import stream
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.streams import stream
+from experiments.bench.run.user_code import of_users, traced
 
 T = TypeVar("T")
 Frames = npt.NDArray[np.uint8]

@@ -10,9 +10,9 @@ from typing import Any
 from dsnn.frames import frozen
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.conformance.laws import approach, crossing
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.terminal import count
-from experiments.bench.engine.user_code import is_file
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.user_code import is_file
 
 
 def notes(chosen: ConfiguredModel) -> list[str]:

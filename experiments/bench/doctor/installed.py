@@ -15,7 +15,7 @@ from packaging.markers import default_environment
 from packaging.requirements import InvalidRequirement, Requirement
 
 from experiments.bench.doctor.finding import Finding
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
 
 PROJECT = "colias-sim"
 LEAST_PYTHON = (3, 11)

@@ -9,7 +9,7 @@ import sys
 from typing import Any
 
 from experiments.bench.doctor.finding import Finding
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
 
 FRAMES = 30
 """Frames by which the camera is timed."""

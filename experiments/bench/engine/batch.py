@@ -21,11 +21,11 @@ import pyarrow as pa
 
 from colias_sim import GLUnavailable
 from dsnn import forms
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.jobs import Jobs, Workload
-from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.pool import Pool, open_pool
 from experiments.bench.engine.terminal import count, error_console, progress
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel, rate_notes
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.store.rows import Failure, TrialRecord, in_words

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import TrialError, UsageError
 from experiments.bench.engine.pool import Pool
-from experiments.bench.engine.user_code import of_users, traced
 from experiments.bench.engine.workers.local import WorkerDied
+from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.run.user_code import of_users, traced
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")

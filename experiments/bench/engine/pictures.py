@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 DIGITS = 20
 """Numbers in names are compared as if they had as many digits: 2 before 10."""

@@ -24,8 +24,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColum
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.judging.count import Count, Kind
-from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.stats.count import Count, Kind
+from experiments.bench.stats.verdict import Outcome, Verdict
 
 LINE_EVERY_S = 60.0
 """Seconds between lines of progress where there is no terminal to draw a bar on."""
@@ -170,7 +170,7 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
     provenance
         Where the trials come from; empty where they are simulated.
     """
-    from experiments.bench.judging.claims import title_of  # not before: it loads every claim
+    from experiments.bench.stats.claims import title_of  # not before: it loads every claim
 
     who = f" ({verdict.model})" if model and verdict.model else ""
     count, origin = verdict.count, f" [{provenance}]" if provenance else ""

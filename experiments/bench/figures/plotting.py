@@ -22,7 +22,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.figures.media import sheet
-from experiments.bench.judging.scores import Score, Standing, written
+from experiments.bench.stats.scores import Score, Standing, written
 from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.places import replacing
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import dsnn.native
 from dsnn.onboard.fixed import constants
 from dsnn.onboard.header import IN_RAM, TABLES, header
-from experiments.bench.engine.errors import UsageError, printable
 from experiments.bench.firmware import elf
 from experiments.bench.firmware.settings import ChipSettings, Firmware
 from experiments.bench.firmware.toolchain import Compiler
+from experiments.bench.run.errors import UsageError, printable
 
 NATIVE = Path(dsnn.native.__file__).parent
 CHIP_SIDE = NATIVE / "firmware"

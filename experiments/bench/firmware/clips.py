@@ -12,7 +12,7 @@ import numpy.typing as npt
 import dsnn
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.firmware.settings import Firmware
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
 
 Frames = npt.NDArray[np.uint8]
 """(T, R, C)."""

@@ -16,8 +16,8 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.engine.errors import UsageError, printable, require_posix
 from experiments.bench.firmware.toolchain import QemuProgram
+from experiments.bench.run.errors import UsageError, printable, require_posix
 
 BOARD = "mps2-an386"
 SHIFT = 8

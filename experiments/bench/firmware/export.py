@@ -12,7 +12,6 @@ import numpy as np
 
 from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.templates import render
 from experiments.bench.firmware import clips
 from experiments.bench.firmware.budget import MOST_WAITS, Budget
@@ -32,6 +31,7 @@ from experiments.bench.firmware.build import (
 from experiments.bench.firmware.settings import MODEL, STACKED, Firmware, dead_zone_notice, plain_key
 from experiments.bench.measured.export import FRAMES
 from experiments.bench.measured.frames import RAW, trial_name
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}

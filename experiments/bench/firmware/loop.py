@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import toolchain
 from experiments.bench.firmware.check import CHANNELS, Difference
 from experiments.bench.firmware.emulated import NAME
 from experiments.bench.firmware.settings import ALIAS, CHIP, MODEL, plain_key
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store import tables
 
 SOURCE = str(Path(__file__).with_name("emulated.py"))

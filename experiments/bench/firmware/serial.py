@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dsnn.onboard.fixed import HALF, MOST_SPIKES
-from experiments.bench.engine.errors import short
 from experiments.bench.firmware.emulator import Q15
 from experiments.bench.firmware.settings import MODEL, WIDEST
 from experiments.bench.measured.columns import ROBOT, SIMULATION
+from experiments.bench.run.errors import short
 from experiments.bench.store.places import replacing
 
 LONGEST = 128

@@ -14,8 +14,8 @@ from pydantic.dataclasses import dataclass as validated
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.onboard.dead_zone import dead_zone
 from dsnn.onboard.params import OnboardParams
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.settings import Parameter, changed, collect, described
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.settings import Parameter, changed, collect, described
 
 MODEL = "dsnn-onboard"
 CHIP = "chip"

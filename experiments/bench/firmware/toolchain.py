@@ -8,7 +8,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 GCC, QEMU = "arm-none-eabi-gcc", "qemu-system-arm"
 BY_NAME = ("gcc", "zig")

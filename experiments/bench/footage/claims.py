@@ -12,9 +12,9 @@ from dsnn import Response
 from experiments.bench.footage.film import Image
 from experiments.bench.footage.flow import Floats, Grades, mean_flow
 from experiments.bench.footage.video import Picture
-from experiments.bench.judging import claims as shipped
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats import claims as shipped
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.verdict import Outcome
 
 CLAIM = "C12"
 LEAST_SECONDS = 5

@@ -15,7 +15,7 @@ from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 Image = npt.NDArray[np.uint8]
 

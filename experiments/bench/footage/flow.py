@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from experiments.bench.footage.film import Image
 from experiments.bench.footage.watch import LEAST_FRAMES
-from experiments.bench.judging.statistics import SEED, proportion_interval
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
+from experiments.bench.stats.tests import SEED, proportion_interval
 
 BLOCK_S = 1.0
 RESAMPLES = 2000

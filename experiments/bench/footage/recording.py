@@ -26,8 +26,6 @@ import rerun.blueprint as rrb
 from colias_sim.gl import has_screen
 from dsnn import Response, ResponseSeries
 from experiments.bench import viewer
-from experiments.bench.engine.errors import UsageError, require_posix
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.figures.palette import colours
 from experiments.bench.figures.series import rgb
 from experiments.bench.footage.video import Picture
@@ -43,6 +41,8 @@ from experiments.bench.recording import (
     send_thresholds,
     timelines,
 )
+from experiments.bench.run.errors import UsageError, require_posix
+from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.store.places import part
 
 QUALITY = 80

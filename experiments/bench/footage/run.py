@@ -20,8 +20,6 @@ from rich.text import Text
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, forms
-from experiments.bench.engine.errors import explained
-from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.terminal import (
     coloured,
     error_console,
@@ -34,8 +32,10 @@ from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
-from experiments.bench.judging.claims import words
-from experiments.bench.judging.count import count
+from experiments.bench.run.errors import explained
+from experiments.bench.run.models import ConfiguredModel, rate_notes
+from experiments.bench.stats.claims import words
+from experiments.bench.stats.count import count
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
 

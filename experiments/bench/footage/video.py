@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 
 from dsnn.frames import frozen
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage.film import Film, Image
+from experiments.bench.run.errors import UsageError
 
 LONG_SIDE = 320
 """Largest size of the frames a network gets where no size is asked for: a 16:9 film becomes the paper's 320x180."""

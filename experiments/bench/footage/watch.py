@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from dsnn import Response
-from experiments.bench.engine.model_runner import ModelRunner
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.footage.video import Picture
+from experiments.bench.run.model_runner import ModelRunner
+from experiments.bench.run.models import ConfiguredModel
 
 GAP_S, LEAST_FRAMES = 0.2, 3
 

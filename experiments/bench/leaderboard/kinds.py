@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.figures.plotting import Panel
-from experiments.bench.judging.scores import Standing
 from experiments.bench.leaderboard import looming_scores, scores
+from experiments.bench.stats.scores import Standing
 
 _SHOWN = ("robot", "clips")
 _TIMES = Panel("time\n(µs per frame)", ("us_99x72", "us_320x180"), ("99x72 px", "320x180 px"), log=True)

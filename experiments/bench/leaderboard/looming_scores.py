@@ -11,9 +11,9 @@ import numpy as np
 
 from experiments.bench.clips.judging import SIGNED
 from experiments.bench.engine.alarms import poisson_interval
-from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.judging.statistics import effective_number
 from experiments.bench.leaderboard.scores import area, condition, frame_time, share
+from experiments.bench.stats.scores import Score, Standing
+from experiments.bench.stats.tests import effective_number
 
 Row = Mapping[str, Any]
 LOOMING, RECEDING, TRANSLATION = "looming", "receding", "translation"

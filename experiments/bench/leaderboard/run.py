@@ -18,12 +18,9 @@ from experiments.bench.clips.experiment import OfflineExperiment, Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.alarms import alarm_count, first_alarm_s
 from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.models import ConfiguredModel, shown_models
 from experiments.bench.engine.pool import Pool
-from experiments.bench.engine.settings import watchers
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.figures import plotting
-from experiments.bench.judging.scores import Standing
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard import looming_scores, scores
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Ranking
@@ -33,6 +30,9 @@ from experiments.bench.leaderboard.stimuli import REPEATS, ROBOT, clip_experimen
 from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
+from experiments.bench.run.models import ConfiguredModel, shown_models
+from experiments.bench.run.settings import watchers
+from experiments.bench.stats.scores import Standing
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import LEADERBOARD
 from experiments.bench.store.record import begin_whole

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.clips.judging import SIGNED
-from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.judging.statistics import (
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.stats.scores import Score, Standing
+from experiments.bench.stats.tests import (
     area_under_roc,
     effective_number,
     median_interval,
     proportion_interval,
 )
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
 
 Row = Mapping[str, Any]
 DEPTH, BACKGROUND = "depth", "background"

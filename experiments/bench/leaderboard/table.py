@@ -9,9 +9,9 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_table, stacked
-from experiments.bench.judging.scores import Score
 from experiments.bench.leaderboard.kinds import Ranking
 from experiments.bench.leaderboard.run import Board
+from experiments.bench.stats.scores import Score
 
 
 def show(board: Board) -> None:

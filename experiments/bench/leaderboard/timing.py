@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from dsnn import VisionModel
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
-from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.run.models import ConfiguredModel
 
 ROUNDS = 40
 BLOCK = 4

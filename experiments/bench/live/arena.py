@@ -16,9 +16,6 @@ from experiments.bench.closed_loop.behaviour import Policy
 from experiments.bench.closed_loop.episode import wheels
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.seen import PartialResponse
-from experiments.bench.engine.errors import TrialError, UsageError, short
-from experiments.bench.engine.model_runner import ModelRunner
-from experiments.bench.engine.models import choose
 from experiments.bench.live.session import Session, View
 from experiments.bench.public.result import Run
 from experiments.bench.public.run import run
@@ -27,8 +24,11 @@ from experiments.bench.robot.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FR
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.trial import RunningTrial
 from experiments.bench.robot.visit import visit
+from experiments.bench.run.errors import TrialError, UsageError, short
+from experiments.bench.run.model_runner import ModelRunner
+from experiments.bench.run.models import choose
+from experiments.bench.run.streams import stream
 from experiments.bench.store.files import new_folder
-from experiments.bench.streams import stream
 from scenes import ARENA_RADIUS_CM
 
 WORLD = ("scene.", "camera.")

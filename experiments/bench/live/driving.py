@@ -8,12 +8,12 @@ from typing import Any
 
 import viser
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import PRESET
 from experiments.bench.live.arena import ROBOTS, ArenaSession, Robot
 from experiments.bench.live.inputs import Inputs
 from experiments.bench.live.scene import Scene
 from experiments.bench.live.session import View, number_of
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import PRESET
 
 BY_HAND = "by hand"
 AHEAD, BACK, STOP, LEFT, RIGHT = "ahead", "back", "stop", "left", "right"

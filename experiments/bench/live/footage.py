@@ -7,13 +7,13 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from experiments.bench.engine.errors import TrialError, UsageError
-from experiments.bench.engine.models import ConfiguredModel, rate_notes
-from experiments.bench.engine.settings import watchers
 from experiments.bench.footage.video import Footage, Picture, ahead, usual_size
 from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.live.session import Session, View
 from experiments.bench.public.result import Run
+from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.run.models import ConfiguredModel, rate_notes
+from experiments.bench.run.settings import watchers
 
 USUAL_FPS = 30.0
 """Frames per second of footage that tells no rate."""

@@ -14,9 +14,9 @@ from typing import Any
 
 import viser
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import PRESET
-from experiments.bench.engine.settings import described, preset_of, schema_of
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import PRESET
+from experiments.bench.run.settings import described, preset_of, schema_of
 
 CHANGED = "changed"
 """Option of a preset's control that is shown where the values are those of no preset."""

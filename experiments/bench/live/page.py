@@ -15,13 +15,13 @@ import numpy.typing as npt
 import viser
 
 from dsnn import MODELS
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.live.arena import ArenaSession
 from experiments.bench.live.driving import HINT, Driving
 from experiments.bench.live.inputs import Inputs
 from experiments.bench.live.session import Session, View
 from experiments.bench.live.traces import Traces
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.model_runner import ModelRunner
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""

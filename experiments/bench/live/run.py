@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from experiments.bench.engine.errors import TrialError, UsageError
+from experiments.bench.run.errors import TrialError, UsageError
 
 if TYPE_CHECKING:
     from experiments.bench.live.page import Page

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from colias_sim import Pose
 from dsnn import Response
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.engine.model_runner import ModelRunner, change
-from experiments.bench.engine.models import look_up
 from experiments.bench.public.result import Run
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.model_runner import ModelRunner, change
+from experiments.bench.run.models import look_up
 
 
 @dataclass(frozen=True, slots=True)

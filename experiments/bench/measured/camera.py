@@ -22,8 +22,8 @@ from colias_sim.metrology import (
     row_time_us,
     unsteadiness,
 )
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.frames import read_frame
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.pictures import Images
 
 ENDINGS = (".pgm", ".png")

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.terminal import error_console
-from experiments.bench.engine.user_code import is_file
 from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.user_code import is_file
 from experiments.bench.store.description import stored_thresholds
 from experiments.bench.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
 from experiments.bench.store.pictures import pictures, write_pictures

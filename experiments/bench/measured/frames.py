@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from dsnn.pictures import read_picture
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.log import Log, LoggedTrial
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.pictures import Images
 
 PGM, RAW = ".pgm", ".raw"

@@ -15,9 +15,9 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
+from experiments.bench.run.errors import UsageError, short
 from scenes.hints import nearest
 
 Floats = npt.NDArray[np.float64]

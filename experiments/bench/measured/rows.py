@@ -16,12 +16,12 @@ import pyarrow as pa
 
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.measured.columns import CHANNELS, POSES
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.robot.mechanism.windows import Windows
 from experiments.bench.robot.rows import FRAME_SCHEMA, OF_TRIAL, TRIAL_SCHEMA, answer_columns
 from experiments.bench.robot.trial import FrameColumns, answer, away_cm, parts_of
+from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.store.origin import COLUMN
 from experiments.bench.store.rows import OBSERVER
 

@@ -16,11 +16,7 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.engine.batch import tell
-from experiments.bench.engine.errors import TrialError, UsageError, short
-from experiments.bench.engine.model_runner import ModelRunner
-from experiments.bench.engine.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.engine.terminal import error_console, progress
-from experiments.bench.engine.user_code import is_file, sha256
 from experiments.bench.measured.frames import FrameFolder
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
@@ -29,6 +25,10 @@ from experiments.bench.robot.pictures.eyes import MARK
 from experiments.bench.robot.plan import Plan, configure, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
+from experiments.bench.run.errors import TrialError, UsageError, short
+from experiments.bench.run.model_runner import ModelRunner
+from experiments.bench.run.models import ConfiguredModel, ask, choose, rate_notes
+from experiments.bench.run.user_code import is_file, sha256
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.store.pictures import Images
 from experiments.bench.store.places import part

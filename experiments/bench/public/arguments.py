@@ -10,7 +10,7 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.run.errors import UsageError, short
 
 
 def model_texts(models: Any) -> list[str]:

@@ -13,13 +13,13 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.engine.models import family
-from experiments.bench.judging.statistics import Test, contrast, holm, paired
 from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.models import family
+from experiments.bench.stats.tests import Test, contrast, holm, paired
 from experiments.bench.store import provenance
 from experiments.bench.store.description import BEGUN, COMMAND, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.store.kinds import CLIPS

@@ -9,9 +9,9 @@ from typing import Any
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.find import load_behaviour
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.judging.scores import Score
 from experiments.bench.public.arguments import is_path, whole
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.stats.scores import Score
 
 
 def score(

@@ -14,15 +14,15 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.engine.models import rate_notes, shown_models
-from experiments.bench.engine.settings import watchers
 from experiments.bench.engine.terminal import progress
 from experiments.bench.footage.rows import SCHEMA, frame_row
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher
 from experiments.bench.footage.watch import watch as watch_pictures
 from experiments.bench.public.arguments import assignments, flag, is_path, model_texts
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.models import rate_notes, shown_models
+from experiments.bench.run.settings import watchers
 
 MOTION_SCHEMA = pa.schema(
     {

@@ -10,9 +10,9 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.public import arguments
 from experiments.bench.public.result import load
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.description import begun
 from experiments.bench.store.record import Record, part_folders
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from experiments.bench.judging import stored
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.public import arguments
+from experiments.bench.stats import stored
+from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.record import Record
 from experiments.bench.store.rows import Failure

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import pyarrow as pa
 import pyarrow.csv
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.statistics import Summary, summarise
 from experiments.bench.robot.rows import ConditionRow
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.tests import Summary, summarise
 from experiments.bench.store.description import short
 from experiments.bench.store.rows import group, known, schema_of
 

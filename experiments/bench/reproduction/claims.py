@@ -9,11 +9,11 @@ from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips import summary as clips_summary
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.footage import claims as footage_claims
-from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.claims import words
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import replicates
 from experiments.bench.robot.claims import find
+from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.claims import words
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
 from experiments.bench.studies.replicates import Replicate, places_of
 

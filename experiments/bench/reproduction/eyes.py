@@ -11,8 +11,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.judging.claim_files import claim_ids
-from experiments.bench.judging.count import Count
+from experiments.bench.stats.claim_files import claim_ids
+from experiments.bench.stats.count import Count
 from experiments.bench.studies.counts import count_of
 from experiments.bench.studies.stored import studies
 from experiments.studies.fidelity import EYE, STUDY, WHEELS

@@ -18,15 +18,15 @@ from experiments.bench.clips.judging import LEAST_GREYS
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.footage import claims as footage_claims
-from experiments.bench.judging.claims import paper_claims
-from experiments.bench.judging.count import LEAST_JUDGED
 from experiments.bench.reproduction.replicates import SHOWN, models_in
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.claims import paper_claims
+from experiments.bench.stats.count import LEAST_JUDGED
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, plain
 from experiments.bench.studies import run as study_run

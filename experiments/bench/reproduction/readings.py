@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.judging.claim import Reading
-from experiments.bench.judging.claims import bears_on
-from experiments.bench.judging.count import count
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
+from experiments.bench.stats.claim import Reading
+from experiments.bench.stats.claims import bears_on
+from experiments.bench.stats.count import count
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.replicates import Replicate
 from experiments.claims.readings import READINGS
 from experiments.clutter_frames import OF, prefix

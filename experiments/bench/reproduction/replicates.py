@@ -9,9 +9,9 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 
 from experiments.bench import registry
-from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import find
+from experiments.bench.stats.tests import proportion_interval
+from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies import replicates
 from experiments.bench.studies.replicates import Replicate, asked_models
 

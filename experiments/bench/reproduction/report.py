@@ -8,10 +8,6 @@ from typing import Any
 
 from experiments.bench.engine.templates import render
 from experiments.bench.figures import plotting
-from experiments.bench.judging.claims import readings_of_all
-from experiments.bench.judging.count import LEAST_JUDGED, REASONS
-from experiments.bench.judging.paper import cited
-from experiments.bench.judging.statistics import LEVEL, least_of_pairs
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.page.cards import cards, limits
 from experiments.bench.reproduction.page.drawn import drawing
@@ -21,6 +17,10 @@ from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.stats.claims import readings_of_all
+from experiments.bench.stats.count import LEAST_JUDGED, REASONS
+from experiments.bench.stats.paper import cited
+from experiments.bench.stats.tests import LEVEL, least_of_pairs
 from experiments.bench.store.description import plain
 from experiments.bench.store.files import Files
 from experiments.bench.studies import figure

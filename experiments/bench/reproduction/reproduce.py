@@ -15,13 +15,9 @@ from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
-from experiments.bench.judging import stored
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import claims, readings
 from experiments.bench.reproduction.plan import (
     BESIDE,
@@ -36,6 +32,10 @@ from experiments.bench.reproduction.plan import (
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import shown_models
+from experiments.bench.stats import stored
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import REPRODUCTION
 from experiments.bench.store.record import begin_whole

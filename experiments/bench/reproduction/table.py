@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from rich.table import Table
 
 from experiments.bench.engine.terminal import coloured, out_console, show_table, stacked
-from experiments.bench.judging.claims import readings_of_all, used_to_choose
-from experiments.bench.judging.count import totals
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import rate
+from experiments.bench.stats.claims import readings_of_all, used_to_choose
+from experiments.bench.stats.count import totals
+from experiments.bench.stats.verdict import Outcome, Verdict
 
 
 def show_model_claims(claims: Sequence[Verdict]) -> None:

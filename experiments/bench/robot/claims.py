@@ -10,14 +10,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
-from experiments.bench.engine.errors import short
-from experiments.bench.engine.models import NO_SPIKES
-from experiments.bench.judging import claims as shipped
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.numbers import is_number, unreadable
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
+from experiments.bench.run.errors import short
+from experiments.bench.run.models import NO_SPIKES
+from experiments.bench.stats import claims as shipped
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.numbers import is_number, unreadable
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group
 from scenes.hints import nearest

@@ -14,13 +14,13 @@ import numpy as np
 
 from colias_sim import Schedule
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from experiments.bench.engine.errors import check_declared, plain, short
-from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.declared import check_claims
 from experiments.bench.robot.hand import Hand
 from experiments.bench.robot.mechanism.parts import NEEDED
 from experiments.bench.robot.path import Path
+from experiments.bench.run.errors import check_declared, plain, short
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.declared import check_claims
 
 Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]

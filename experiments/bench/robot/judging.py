@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.judging.checks import Check, exceeds
-from experiments.bench.judging.numbers import is_number
-from experiments.bench.judging.statistics import contrast, summarise, trend
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.tests import contrast, summarise, trend
+from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]
 Rows = Sequence[Row]

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from colias_sim.config import RobotConfig
-from experiments.bench.judging.numbers import is_number
 from experiments.bench.robot.claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE
+from experiments.bench.stats.numbers import is_number
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from colias_sim import PathFollower, Pose, Route, Stretch
-from experiments.bench.engine.errors import short
+from experiments.bench.run.errors import short
 
 SAMPLES_PER_S = 100
 """Rate at which a function of time is read."""

@@ -11,10 +11,7 @@ from typing import Any
 from colias_sim import PathFollower
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
 from colias_sim.motors import TOP_POWER, Motors
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.engine.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.robot import scripted, surroundings
 from experiments.bench.robot.experiment import (
     SCRIPTED,
@@ -28,6 +25,9 @@ from experiments.bench.robot.experiment import (
 )
 from experiments.bench.robot.scripted import STEERING_SHARE
 from experiments.bench.robot.trajectory import body_cm, clearance_cm, nominal, reach_cm
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import look_up
+from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing

@@ -9,10 +9,10 @@ from typing import Any, TypedDict, get_type_hints
 import pyarrow as pa
 
 from dsnn import ResponseSeries
-from experiments.bench.judging.numbers import is_number
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism.windows import InWindows
 from experiments.bench.robot.trial import FrameColumns, TrialAnswer, TrialResult
+from experiments.bench.stats.numbers import is_number
 from experiments.bench.store.origin import is_imported, origin
 from experiments.bench.store.rows import (
     OBSERVER,

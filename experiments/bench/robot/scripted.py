@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from colias_sim import Pose, bearing
 from colias_sim.config import RobotConfig
 from colias_sim.motors import TOP_POWER
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.experiment import Condition, Settings
 from experiments.bench.robot.path import Leg, Path
 from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, body_cm, nominal
+from experiments.bench.run.errors import UsageError
 from scenes import ARENA_RADIUS_CM
 
 STEERING_SHARE = 0.95

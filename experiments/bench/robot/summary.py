@@ -10,10 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.figures import plotting
-from experiments.bench.judging import stored
-from experiments.bench.judging.numbers import is_number
-from experiments.bench.judging.statistics import holm, paired, summarise
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.robot.claims import find, flaws, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism import excitation
@@ -23,6 +19,10 @@ from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import drawable
 from experiments.bench.robot.run_figure import RunFigure
+from experiments.bench.stats import stored
+from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.tests import holm, paired, summarise
+from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.origin import origin
 from experiments.bench.store.rows import Failure, group, mixture
 from experiments.bench.store.run_folder import RunFolder
@@ -60,7 +60,7 @@ class Report:
     provenance: str = ""
     """Origin of the trials, as `experiments.bench.store.origin` says it; empty: they are simulated."""
     counted: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    """Model -> the channel that it is told of by: `experiments.bench.engine.models.ConfiguredModel.counted`."""
+    """Model -> the channel that it is told of by: `experiments.bench.run.models.ConfiguredModel.counted`."""
 
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from colias_sim import Pose, bearing
 from colias_sim.arena import Arena
 from colias_sim.config import SceneConfig
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.experiment import Condition, Settings
 from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, body_cm, nominal
+from experiments.bench.run.errors import UsageError
 from scenes import ARENAS
 
 if TYPE_CHECKING:

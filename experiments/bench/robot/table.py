@@ -11,11 +11,11 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
-from experiments.bench.judging.numbers import is_number
-from experiments.bench.judging.statistics import LEVEL, Summary, least_of_pairs, summarise
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
+from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.tests import LEVEL, Summary, least_of_pairs, summarise
 from experiments.bench.store.rows import group
 
 SHORT = {

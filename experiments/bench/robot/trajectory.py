@@ -12,7 +12,7 @@ from colias_sim import PathFollower, Pose, Route, Schedule, Stretch
 from experiments.bench.robot.experiment import DEPTH, Condition, Settings
 from experiments.bench.robot.hand import Hand
 from experiments.bench.robot.path import Path
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
 
 ROBOT_RADIUS_CM = 2.0
 """Radius of a hull, and of the stimulus's shell where the settings leave it as it is."""

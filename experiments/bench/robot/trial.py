@@ -17,10 +17,6 @@ from colias_sim import Frame, Pose, Route, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import Response, ResponseSeries
-from experiments.bench.engine.errors import TrialError
-from experiments.bench.engine.model_runner import ModelRunner, change, spike_counts
-from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.engine.user_code import sha256
 from experiments.bench.robot.control import AstrayError, Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.hand import HandDrive, changes_at
@@ -29,7 +25,11 @@ from experiments.bench.robot.pictures.eyes import camera, models_by_eye
 from experiments.bench.robot.pictures.media import Media, collect
 from experiments.bench.robot.surroundings import files
 from experiments.bench.robot.trajectory import Course, course
-from experiments.bench.streams import stream
+from experiments.bench.run.errors import TrialError
+from experiments.bench.run.model_runner import ModelRunner, change, spike_counts
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.streams import stream
+from experiments.bench.run.user_code import sha256
 
 KEPT_SCENES = 6
 

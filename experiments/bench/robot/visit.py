@@ -10,9 +10,9 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from colias_sim import bearing
-from experiments.bench.engine.errors import UsageError, explain
 from experiments.bench.robot.experiment import BY_HAND, LIMITS, Condition, Experiment
 from experiments.bench.robot.hand import Hand
+from experiments.bench.run.errors import UsageError, explain
 
 NAME = "live"
 """The name of the experiment."""

@@ -11,10 +11,10 @@ from typing import Any
 
 from dsnn import CHANNELS
 from dsnn.stimuli import StimulusEntry
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import family, rebuilt
-from experiments.bench.engine.user_code import is_file
-from experiments.bench.judging.claim import Claim
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import family, rebuilt
+from experiments.bench.run.user_code import is_file
+from experiments.bench.stats.claim import Claim
 from experiments.bench.store import commands, provenance
 from experiments.bench.store.places import replacing
 

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from experiments.bench.engine.models import ConfiguredModel, sections
+from experiments.bench.run.models import ConfiguredModel, sections
 
 if TYPE_CHECKING:
     import pyarrow as pa

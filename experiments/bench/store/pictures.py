@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.engine.errors import UsageError, explained
+from experiments.bench.run.errors import UsageError, explained
 
 Images = npt.NDArray[np.uint8]
 SEEN = ("camera", "clip", "picture")

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from dsnn import forms
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import digests, is_own, is_users, package_folders, sha256
-from experiments.bench.judging.claim import Claim
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.user_code import digests, is_own, is_users, package_folders, sha256
+from experiments.bench.stats.claim import Claim
 
 LIBRARIES = (
     "colias-sim", "mujoco", "mujoco-core", "numpy", "opencv-python-headless", "gymnasium", "rerun-sdk", "scipy",

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import pyarrow as pa
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store import parameters, provenance, tables
 from experiments.bench.store.convert import read_file
 from experiments.bench.store.description import BEGUN, KIND, begun, read_description, write_new

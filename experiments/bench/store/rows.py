@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
 
-from experiments.bench.engine.user_code import traced
+from experiments.bench.run.user_code import traced
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pyarrow as pa
 from filelock import FileLock, Timeout
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store import provenance, tables
 from experiments.bench.store.description import (
     ENDED,

@@ -15,10 +15,10 @@ from experiments.bench.clips.claims import ClipClaim, find
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, clips_of, described_scenes
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.rows import CLIP_SCHEMA
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.engine.settings import changed, check_counts, watchers
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.studies import choice, grid

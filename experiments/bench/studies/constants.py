@@ -12,7 +12,7 @@ from functools import cache
 
 from experiments.bench.clips.claims import ClipClaim, find, paper_claims
 from experiments.bench.clips.judging import ASSUMED
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.study import Axis, Level, Study, Tables
 

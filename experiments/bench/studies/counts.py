@@ -9,10 +9,10 @@ from functools import cached_property
 from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.count import REASONS, Count, Reason, count
-from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.count import REASONS, Count, Reason, count
+from experiments.bench.stats.verdict import Outcome, together
 from experiments.bench.store.rows import Failure, group
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.measures import Measure

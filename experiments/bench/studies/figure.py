@@ -19,9 +19,9 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
-from experiments.bench.engine.settings import PRESET
 from experiments.bench.figures.plotting import LETTER_INCHES, LINE, STYLE, headline, leftmost, lowest, plain, wrapped
-from experiments.bench.judging.count import REASONS
+from experiments.bench.run.settings import PRESET
+from experiments.bench.stats.count import REASONS
 from experiments.bench.store.parameters import in_title
 from experiments.bench.studies.counts import SIGNS, TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point

@@ -11,9 +11,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import PRESET, ConfiguredModel, SelectedModel
-from experiments.bench.engine.settings import changed, collect, names, preset_of, unit_of
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import PRESET, ConfiguredModel, SelectedModel
+from experiments.bench.run.settings import changed, collect, names, preset_of, unit_of
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.study import Axis, Level, keys_of
 

@@ -12,11 +12,11 @@ from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams
 from experiments.bench.clips.claims import POTENTIALS
-from experiments.bench.judging.numbers import unreadable
-from experiments.bench.judging.statistics import summarise
 from experiments.bench.robot.claims import flaws
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition
 from experiments.bench.robot.mechanism import peaks
+from experiments.bench.stats.numbers import unreadable
+from experiments.bench.stats.tests import summarise
 from experiments.bench.store.rows import group, known
 
 Rows = Sequence[Mapping[str, Any]]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.clips.experiment import Showing
-from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.judging.claim import Claim
 from experiments.bench.robot.experiment import TrialSpec
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.stats.claim import Claim
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.measures import Measure

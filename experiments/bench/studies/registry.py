@@ -6,9 +6,9 @@ import dataclasses
 import importlib
 from pathlib import Path
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import beside
-from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import beside
+from experiments.bench.run.user_code import declared, is_file
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.study import Study
 from scenes.hints import nearest

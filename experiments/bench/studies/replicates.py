@@ -12,10 +12,10 @@ from typing import Any
 
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim, find, outcome
 from experiments.bench.robot.experiment import Experiment, TrialSpec
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]
 

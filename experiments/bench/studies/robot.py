@@ -10,15 +10,15 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.engine.settings import check_counts
 from experiments.bench.robot.claims import RobotClaim, find
 from experiments.bench.robot.experiment import Experiment, TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan, sections
 from experiments.bench.robot.plan import sources as plan_sources
 from experiments.bench.robot.rows import TRIAL_SCHEMA
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.run.settings import check_counts
 from experiments.bench.store import provenance
 from experiments.bench.studies import choice, grid
 from experiments.bench.studies.grid import Base, Point, Values

@@ -17,13 +17,13 @@ from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim_files import claim_ids
 from experiments.bench.store.files import Files
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import clips, robot

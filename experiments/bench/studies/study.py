@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from experiments.bench.engine.errors import UsageError, check_name, of_one
-from experiments.bench.judging.claim import Claim
+from experiments.bench.run.errors import UsageError, check_name, of_one
+from experiments.bench.stats.claim import Claim
 
 if TYPE_CHECKING:
     import pyarrow as pa

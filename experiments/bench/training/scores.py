@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.run.streams import stream
+from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.store.rows import known
-from experiments.bench.streams import stream
 
 CUT = 0.25
 """The share of the scores that is left out at either end."""

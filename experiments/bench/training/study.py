@@ -16,9 +16,9 @@ from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.policy import ROLLOUT, About
 from experiments.bench.engine import interrupts
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.terminal import count, error_console, progress
-from experiments.bench.judging.scores import Standing
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.scores import Standing
 from experiments.bench.store.files import Files
 from experiments.bench.store.rows import Failure
 from experiments.bench.training import evaluate, scores

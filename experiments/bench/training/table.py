@@ -6,7 +6,7 @@ from rich.table import Table
 
 from colias_sim.envs import ENVS
 from experiments.bench.engine.terminal import count, out_console, show_line, show_places, show_table, stacked
-from experiments.bench.judging.scores import written
+from experiments.bench.stats.scores import written
 from experiments.bench.training.scores import TRAINED
 from experiments.bench.training.study import Studied
 

@@ -22,8 +22,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from experiments.bench.judging.statistics import PERMUTATIONS, SEED
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
+from experiments.bench.stats.tests import PERMUTATIONS, SEED
 
 LEVEL = 0.05
 LEAST_POINTS = 5

@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 from dsnn.stimuli import StimulusEntry
 from experiments.bench.clips.experiment import Clip
-from experiments.bench.engine import settings
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run import settings
+from experiments.bench.run.errors import UsageError
 from scenes.hints import nearest
 
 Kind = Literal["curve", "map", "polar", "approach"]

@@ -16,11 +16,11 @@ from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA
 from experiments.bench.clips.show import show
 from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.pool import Pool
-from experiments.bench.engine.settings import check_counts, watchers
 from experiments.bench.figures import plotting
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.store.rows import Failure

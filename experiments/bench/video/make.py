@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.encoding import writer
 from experiments.bench.video.layout import lay_out

@@ -13,7 +13,7 @@ import numpy as np
 
 from colias_sim import CameraConfig, GLUnavailable, Pose, SceneConfig, Simulation
 from colias_sim.offscreen import Offscreen
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
 from experiments.bench.video.pictures import Floats, Picture
 from experiments.bench.video.reading import Reel, Track
 from scenes import ARENAS

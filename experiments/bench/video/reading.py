@@ -19,9 +19,9 @@ import pyarrow as pa
 import rerun as rr
 
 from colias_sim.config import CameraConfig
-from experiments.bench.engine.errors import UsageError, explained
 from experiments.bench.figures.series import THRESHOLD, Colour
 from experiments.bench.recording import OBSERVER_COLOUR, OTHER_COLOUR
+from experiments.bench.run.errors import UsageError, explained
 from experiments.bench.video.pictures import Floats, times_of
 
 PLACES = ("potential", "azimuth", "spikes")

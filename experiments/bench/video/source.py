@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.record import part_folders, recordings_in
 
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.places import replacing
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.layout import LEFT, Layout, Panel, ground, lane_panels, lanes_of, seeing

@@ -11,9 +11,9 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli.beside import conditions, side_by_side
-from experiments.bench.engine.models import choose
 from experiments.bench.robot.recording import record
 from experiments.bench.robot.trial import run_trial
+from experiments.bench.run.models import choose
 from tests.bench.robot.test_trial import spec
 
 

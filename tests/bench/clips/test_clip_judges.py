@@ -6,7 +6,7 @@ import pytest
 from experiments.bench.clips.claims import POTENTIALS, judge, paper_claims
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.watch import LEAST_FRAMES
-from experiments.bench.judging import claims
+from experiments.bench.stats import claims
 from experiments.claims.c12_real_footage import LEAST_FLOW
 from tests.bench.clips.test_clip_mechanisms import alone, edges, ensembles, speed_responses, strokes
 from tests.bench.clips.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations

@@ -9,10 +9,10 @@ from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.claims import judge, paper_claims
 from experiments.bench.clips.equal_terms import MATCHED, answer, crossing, matched_gain
-from experiments.bench.engine.models import choose
-from experiments.bench.engine.settings import watchers
-from experiments.bench.judging.claims import declared
 from experiments.bench.robot.mechanism.variants import CONNECTIONS
+from experiments.bench.run.models import choose
+from experiments.bench.run.settings import watchers
+from experiments.bench.stats.claims import declared
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_offline import T
 

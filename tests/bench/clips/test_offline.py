@@ -15,8 +15,8 @@ from experiments.bench.clips.claims import find, judge, paper_claims
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
 from experiments.bench.clips.judging import SIGNED
 from experiments.bench.clips.show import show
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import choose
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import choose
 from tests.helpers import user_files
 
 CLAIMS = paper_claims()

@@ -13,7 +13,7 @@ from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
 from experiments.bench.clips import export
 from experiments.bench.clips.play import play
-from experiments.bench.engine.models import choose
+from experiments.bench.run.models import choose
 from tests.helpers.chapters import FOOTAGE, blocks
 
 

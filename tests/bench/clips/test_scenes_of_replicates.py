@@ -13,11 +13,11 @@ from experiments.bench import registry
 from experiments.bench.clips.experiment import clips_of, showings
 from experiments.bench.clips.plan import plan
 from experiments.bench.clips.show import show_without_frames
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import choose
 from experiments.bench.engine.pictures import folder_pictures
 from experiments.bench.reproduction.plan import replicates_plan
 from experiments.bench.robot.plan import plan as robot_plan
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import choose
 from experiments.bench.store.description import differences, to_json
 from experiments.bench.studies import run as studies
 

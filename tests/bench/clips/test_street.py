@@ -14,7 +14,7 @@ from dsnn.stimuli.streams import stream
 from experiments import street as declared
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
 from experiments.bench.clips.show import show
-from experiments.bench.engine.models import choose
+from experiments.bench.run.models import choose
 
 EVEN = {"foliage": "none", "ground": "even"}
 KINDS = {"person": {"height": 61.3, "speed": 53.7}, "car": {"kind": "car", "height": 31.7, "speed": 97.0}}

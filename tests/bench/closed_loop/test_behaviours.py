@@ -42,7 +42,7 @@ from experiments.bench.closed_loop.scores import (
 )
 from experiments.bench.closed_loop.seen import response
 from experiments.bench.closed_loop.steering import Steering
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from tests.conftest import Colias, one_core
 from tests.helpers.answering import write_model
 from tests.helpers.chapters import titled

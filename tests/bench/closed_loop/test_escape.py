@@ -13,8 +13,8 @@ from experiments.bench.closed_loop.power import shares_needed
 from experiments.bench.closed_loop.run import plan
 from experiments.bench.closed_loop.survival import best_against, published, survival, write
 from experiments.bench.closed_loop.table import show_survival
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.scores import Standing
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.scores import Standing
 from tests.helpers.episodes import rows
 
 

@@ -10,7 +10,7 @@ from dsnn.frames import luma
 from experiments.bench.cli.main import command
 from experiments.bench.conformance import laws
 from experiments.bench.conformance.notes import notes
-from experiments.bench.engine.models import ConfiguredModel, choose
+from experiments.bench.run.models import ConfiguredModel, choose
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -93,7 +93,7 @@ class Writing(Sound):
 
 def checked(cls, monkeypatch, channels=("hs", "vs")):
     entry = ModelEntry("made", "made up", cls, Nothing(), channels=channels)
-    monkeypatch.setattr("experiments.bench.engine.models.load_model", lambda source: entry)
+    monkeypatch.setattr("experiments.bench.run.models.load_model", lambda source: entry)
     return {finding.law: finding.trouble for finding in laws.check(ConfiguredModel("made", "made", Nothing()))}
 
 

@@ -4,10 +4,10 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.designs import Translation
 from experiments.bench.robot.experiment import Condition, Experiment
 from experiments.bench.robot.plan import configure, parameters
+from experiments.bench.run.errors import UsageError
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
 

@@ -10,13 +10,13 @@ import pytest
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments.bench.clips.experiment import Clip, Showing
 from experiments.bench.clips.show import show
-from experiments.bench.engine.models import choose
 from experiments.bench.engine.templates import render
 from experiments.bench.footage.video import Picture
 from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.rows import finished
 from experiments.bench.robot.trial import run_trial
+from experiments.bench.run.models import choose
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")

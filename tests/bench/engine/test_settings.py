@@ -10,9 +10,9 @@ from dsnn import DSNNParams, LPLC2Params
 from experiments import NAMES, Angular, Clutter, Contrast, Egomotion, Translation
 from experiments.bench import registry
 from experiments.bench.closed_loop.policy import About
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import family
 from experiments.bench.robot.plan import configure, parameters, plan
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import family
 
 
 def configured(*assignments):

@@ -14,7 +14,7 @@ from colias_sim import streams as of_envs
 from colias_sim.envs.factors import FACTORS
 from dsnn.stimuli import Jittered, stimulus
 from dsnn.stimuli import streams as of_clips
-from experiments.bench import streams as of_bench
+from experiments.bench.run import streams as of_bench
 from scenes import generate
 
 SEEDS = (0, 1, 2, 3, 7, 1000, 2018, 2019, 2**32 - 1, 2**32, 2**32 + 1, 2**40)

@@ -14,12 +14,12 @@ from colias_sim.envs import ENVS
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.closed_loop import recording as closed_loop_recording
 from experiments.bench.closed_loop.episode import Episode
-from experiments.bench.engine.models import choose
 from experiments.bench.figures.palette import marks
 from experiments.bench.figures.series import ends, heading, levels, lines, rgb
 from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
 from experiments.bench.footage.video import Picture
 from experiments.bench.recording import TIMELINE, lanes, page, potentials, recorded
+from experiments.bench.run.models import choose
 
 COUNT = 5
 LABELS = ("dsnn", "emd", "lgmd1", "hybrid", "t4t5", "lplc2", "mine")

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 import experiments
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import build, clips, emulator, export, serial, settings, toolchain
+from experiments.bench.run.errors import UsageError
 from tests.helpers.firmware import needs_tools
 from tests.helpers.native_cases import COMPILER, NATIVE, SANITIZED, STRICT
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from experiments import watch
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage.video import Footage
+from experiments.bench.run.errors import UsageError
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 SHAPE = (48, 64)

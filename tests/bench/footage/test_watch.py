@@ -19,14 +19,14 @@ import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from experiments.bench.cli.entry import run as main
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.settings import watchers
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage import flow as footage_flow
 from experiments.bench.footage.rows import SCHEMA
 from experiments.bench.footage.video import Footage, ahead, usual_size
 from experiments.bench.footage.watch import Tracker
-from experiments.bench.judging import claims
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.settings import watchers
+from experiments.bench.stats import claims
 from tests.conftest import Colias
 from tests.helpers.footage import FPS, SHAPE, Walker, street, write
 

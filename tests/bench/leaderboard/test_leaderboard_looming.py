@@ -9,7 +9,6 @@ import pytest
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
 from experiments.bench.engine.alarms import alarm_count, first_alarm_s, poisson_interval
-from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING
 from experiments.bench.leaderboard.looming_scores import (
     BACKGROUND,
@@ -28,6 +27,7 @@ from experiments.bench.leaderboard.looming_scores import (
 )
 from experiments.bench.leaderboard.looming_stimuli import L_OVER_V_S, looming_experiments
 from experiments.bench.leaderboard.run import of_kinds
+from experiments.bench.stats.scores import Score, Standing
 
 CLIPS = count()
 

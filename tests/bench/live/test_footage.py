@@ -9,8 +9,8 @@ import pyarrow.csv as csv
 import pytest
 
 from experiments.bench.cli.main import command
-from experiments.bench.engine.errors import TrialError
 from experiments.bench.live.footage import FootageSession
+from experiments.bench.run.errors import TrialError
 from tests.helpers.footage import Walker, street, write
 
 FRAMES = 60

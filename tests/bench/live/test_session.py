@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from experiments.bench.cli.main import command
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.live.arena import START
 from experiments.bench.live.arena import ArenaSession as Session
 from experiments.bench.robot import visit
 from experiments.bench.robot.hand import Command, Hand
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.record import Record
 
 T = 0.2

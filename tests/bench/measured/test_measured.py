@@ -14,9 +14,9 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.columns import POSES
 from experiments.bench.robot.trial import forget_simulations
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.pictures import pictures
 
 UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "wall_s"}

@@ -27,8 +27,8 @@ from colias_sim.metrology import (
 )
 from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.camera import leaning
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.pictures import write_pictures
 
 LENS = CameraConfig().forward_cm / 100

@@ -7,10 +7,10 @@ import pytest
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.engine import batch
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import declared
 from experiments.bench.new.kinds import KINDS
 from experiments.bench.new.write import write
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.user_code import declared
 
 NAME, STEM = "of-my-own2", "of_my_own2"
 SHORT = {

@@ -17,8 +17,8 @@ from scipy import io
 import colias_sim
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import jpegs, recorded, timelines, video
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.convert import array, fields, read_file, write
 from experiments.bench.store.pictures import pictures
 from tests.helpers.h264 import decoded

@@ -9,18 +9,18 @@ from html.parser import HTMLParser
 import pytest
 
 from colias_sim.reference import KNOWN
-from experiments.bench.judging import stored as stored_verdicts
-from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.claims import words
-from experiments.bench.judging.count import MEANINGS, SIGNS, Count
-from experiments.bench.judging.paper import cited, numbers
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import report
 from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.readings import Evidence, chapters
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.reproduction.table import show_claims
+from experiments.bench.stats import stored as stored_verdicts
+from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.claims import words
+from experiments.bench.stats.count import MEANINGS, SIGNS, Count
+from experiments.bench.stats.paper import cited, numbers
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import Files
 from experiments.bench.studies import run as study_run
@@ -29,7 +29,7 @@ from experiments.bench.studies.replicates import Replicate
 from experiments.bench.studies.stored import read
 from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
-from tests.bench.judging.test_replicates import rows_of
+from tests.bench.stats.test_replicates import rows_of
 
 COUNTS = (
     Count(40), Count(20, 20), Count(0, 40), Count(3, 2), Count(5), Count(1, random=False),

@@ -12,18 +12,18 @@ from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.figures import plotting
-from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.count import Count
-from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, report, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.robot import recording as robot_recording
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.trial import forget_simulations
+from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.count import Count
+from experiments.bench.stats.stored import verdicts
 from experiments.bench.studies.study import WHOLE
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
-from tests.bench.judging.test_replicates import rows_of
+from tests.bench.stats.test_replicates import rows_of
 from tests.helpers import user_files
 from tests.helpers.inside import inside
 from tests.helpers.paper import design, every

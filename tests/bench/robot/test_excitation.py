@@ -12,13 +12,13 @@ from dsnn import ReferenceDSNN
 from dsnn.direction import layers
 from dsnn.filters import alpha
 from experiments.bench import registry
-from experiments.bench.judging.claims import words
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue
 from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
 from experiments.bench.robot.plan import plan
+from experiments.bench.stats.claims import words
+from experiments.bench.stats.verdict import Outcome
 from tests.helpers.figure_texts import drawn_texts
 
 SHAPE, FRAMES = (24, 40), 24

@@ -6,7 +6,6 @@ import math
 import pytest
 
 from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
-from experiments.bench.engine.models import choose
 from experiments.bench.robot.claims import flaws
 from experiments.bench.robot.designs import angular
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
@@ -14,6 +13,7 @@ from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.rows import finished
 from experiments.bench.robot.trajectory import nominal
 from experiments.bench.robot.trial import TrialResult, run_trial
+from experiments.bench.run.models import choose
 
 COLIAS4 = RobotConfig.preset("colias4")
 CROSSING = Condition("translation", "rightward", 10.0, 8.0)

@@ -8,11 +8,11 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments import Condition, Experiment, Leg, Path, Translation, UsageError
-from experiments.bench.engine.models import choose
 from experiments.bench.robot.experiment import Settings, TrialSpec
 from experiments.bench.robot.plan import check, describe, notes, plan
 from experiments.bench.robot.run import amount
 from experiments.bench.robot.trial import run_trial
+from experiments.bench.run.models import choose
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
 PLAIN = SceneConfig(light_sd=0.0, turn_wall=False, wall_contrast=0.0)

@@ -8,9 +8,9 @@ import pytest
 
 from experiments import Condition, Experiment, Leg, Path, Translation, load, run
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.trajectory import nominal
+from experiments.bench.run.errors import UsageError
 from experiments.bench.video.reading import read
 
 OWN = """

@@ -9,13 +9,13 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from dsnn import DSNN, DSNNParams
-from experiments.bench.engine.models import choose
 from experiments.bench.robot import recording as robot_recording
 from experiments.bench.robot import trajectory, trial
 from experiments.bench.robot.designs import Angular, Egomotion, Translation, angular
 from experiments.bench.robot.experiment import Condition, Experiment, Settings, trial_seed, trial_specs
 from experiments.bench.robot.rows import finished
 from experiments.bench.robot.trial import run_trial
+from experiments.bench.run.models import choose
 
 
 def settings(**changes) -> Settings:

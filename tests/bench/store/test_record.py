@@ -8,7 +8,7 @@ import pytest
 
 import colias_sim
 import experiments
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.kinds import KINDS
 
 

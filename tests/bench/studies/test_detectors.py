@@ -24,7 +24,7 @@ from experiments.studies.detectors import (
     moving_edge,
     spikes_in_a_row,
 )
-from tests.bench.judging.test_replicates import rows_of
+from tests.bench.stats.test_replicates import rows_of
 from tests.helpers.paper import design
 
 

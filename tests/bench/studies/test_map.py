@@ -15,10 +15,10 @@ import typer
 import experiments
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.checks import MARGIN
-from experiments.bench.judging.count import REASONS
 from experiments.bench.robot.judging import DEPTH
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.checks import MARGIN
+from experiments.bench.stats.count import REASONS
 from experiments.bench.studies import figure, run
 from experiments.bench.studies.counts import TOGETHER, Counts, regions
 from experiments.bench.studies.study import Axis, Level, Study

@@ -12,7 +12,7 @@ import pytest
 from dsnn import DSNN
 from dsnn.stimuli import stimulus
 from experiments.bench.cli import main
-from experiments.bench.engine.models import choose
+from experiments.bench.run.models import choose
 from experiments.bench.studies import figure
 from experiments.bench.studies.counts import Counts, reaches
 from experiments.bench.studies.measures import MEASURES

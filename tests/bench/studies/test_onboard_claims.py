@@ -13,7 +13,7 @@ from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import EVERY_MODEL
 from experiments.bench.studies.replicates import MODEL, Replicate
 from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, STUDY, error_row, lost_and_gained, series
-from tests.bench.judging.test_replicates import rows_of
+from tests.bench.stats.test_replicates import rows_of
 from tests.helpers.paper import design
 
 LABELS = [form.label for form in FORMATS]

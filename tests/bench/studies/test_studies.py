@@ -9,10 +9,10 @@ import pytest
 from colias_sim.config import CameraConfig, RobotConfig
 from experiments.bench.cli import main
 from experiments.bench.clips.claims import paper_claims
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.reproduction import plan as reproduction_plan
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import USUAL
+from experiments.bench.run.errors import UsageError
 from experiments.bench.studies import figure, registry, run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import EVERY_MODEL
@@ -20,7 +20,7 @@ from experiments.bench.studies.replicates import replicate
 from experiments.bench.studies.stored import studies
 from experiments.studies.fidelity import EYE
 from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK, READINGS
-from tests.bench.judging.test_replicates import rows_of
+from tests.bench.stats.test_replicates import rows_of
 from tests.helpers.paper import design
 
 APPARATUS_OF = {"camera": CameraConfig(), "robot": RobotConfig()}

@@ -17,7 +17,7 @@ from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.policy import SENSED, About, Policy
 from experiments.bench.closed_loop.steering import Steering
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
 ABOUT = About(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))

@@ -13,7 +13,7 @@ from scipy import stats
 from experiments.bench.cli import train as command
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.policy import About, Policy
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.training import evaluate, study
 from experiments.bench.training.scores import interquartile_mean
 

@@ -12,8 +12,8 @@ import pytest
 from dsnn import DSNN, EMD, MODELS, DSNNParams, EMDParams
 from dsnn.stimuli import STIMULI
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.pool import open_pool
+from experiments.bench.run.errors import UsageError
 from experiments.bench.tuning import probes
 from experiments.bench.tuning import run as tuning_run
 from experiments.bench.tuning.curves import (

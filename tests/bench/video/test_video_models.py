@@ -10,8 +10,8 @@ import pytest
 import rerun.blueprint as rrb
 
 from dsnn import Response, ResponseSeries
-from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import potentials, recorded, timelines, video
+from experiments.bench.run.errors import UsageError
 from experiments.bench.video import make
 from experiments.bench.video.choice import with_models
 from experiments.bench.video.layout import lay_out, levels_of, traces_of

@@ -14,7 +14,7 @@ from dsnn.onboard.numpy_form import rounded
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.cli import firmware as commands
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 FORMATS = {
     "companded": {},

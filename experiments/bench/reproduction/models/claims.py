@@ -16,10 +16,10 @@ from typing import Literal, get_args
 from dsnn import MODELS
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import SIGNED, Row, Rows
-from experiments.bench.judging.checks import Check, Needs
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.leaderboard.scores import answer
 from experiments.bench.reproduction.models.clips import names
+from experiments.bench.stats.checks import Check, Needs
+from experiments.bench.stats.verdict import Outcome
 
 PACKAGE = "experiments.claims.of_models"
 Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed", "not shown"]

@@ -15,13 +15,13 @@ from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pool import Pool
-from experiments.bench.judging import stored
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import look_up
+from experiments.bench.stats import stored
+from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.files import Files
 from experiments.bench.store.rows import Failure
 

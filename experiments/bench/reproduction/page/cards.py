@@ -8,16 +8,16 @@ from pathlib import Path
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import ASSUMED
-from experiments.bench.judging.claim import Reading
-from experiments.bench.judging.claims import used_to_choose, words
-from experiments.bench.judging.count import Count
-from experiments.bench.judging.paper import cited
-from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.mechanism.excitation import Course, described
+from experiments.bench.stats.claim import Reading
+from experiments.bench.stats.claims import used_to_choose, words
+from experiments.bench.stats.count import Count
+from experiments.bench.stats.paper import cited
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.constants import STUDIES, compares_with, comparing, constants_text, outcomes
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.stored import studies

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from experiments.bench import registry
-from experiments.bench.judging.claims import title_of, words
-from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
-from experiments.bench.judging.miniature import miniature
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.stats.claims import title_of, words
+from experiments.bench.stats.count import MEANINGS, SIGNS, Count, Kind, totals
+from experiments.bench.stats.miniature import miniature
+from experiments.bench.stats.verdict import Verdict
 
 Filter = Literal["kept", "broken", "unjudged"]
 """Choices of the page's filter: a claim holds, or held in all replicates of few; it fails in any, without a word that

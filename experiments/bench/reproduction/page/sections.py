@@ -11,14 +11,14 @@ from typing import Any
 from colias_sim.envs import ENVS
 from experiments.bench.clips.summary import OfflineReport, is_random
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.page.cards import Card
 from experiments.bench.reproduction.page.pictures import Seen, seen
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
+from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.rows import Failure, group
 
 ALTS: Mapping[Drawing, str] = {

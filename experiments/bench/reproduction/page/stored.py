@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.judging.stored import verdicts
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.page.overview import Tile, tile
 from experiments.bench.reproduction.page.sections import Picture, figure_of
+from experiments.bench.stats.stored import verdicts
+from experiments.bench.stats.verdict import Verdict
 from experiments.bench.studies.stored import read
 
 MODEL_CLAIMS = "model_claims.json"

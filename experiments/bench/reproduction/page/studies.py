@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.judging.count import REASONS
+from experiments.bench.stats.count import REASONS
 from experiments.bench.studies.table import cell_text
 
 LONG = 60

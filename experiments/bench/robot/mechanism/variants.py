@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.bench.judging.checks import Check, exceeds
-from experiments.bench.judging.statistics import paired
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.judging import DSNN, Rows, paper_trials
 from experiments.bench.robot.mechanism import peaks
 from experiments.bench.robot.mechanism.peaks import Curve
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.tests import paired
+from experiments.bench.stats.verdict import Outcome
 
 CONNECTIONS = {1: "dsnn:n_con=1", 2: "dsnn:n_con=2", 4: "dsnn:n_con=4", 8: DSNN}
 """N_con -> label."""

@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.robot.experiment import Settings
 from experiments.bench.robot.plan import Plan
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel
 
 MARK = "@"
 TRUE = "ov7670"

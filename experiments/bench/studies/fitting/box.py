@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import PRESET, look_up
-from experiments.bench.engine.settings import changed, collect, schema_of, unit_of
 from experiments.bench.robot.plan import sections as robot_sections
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import PRESET, look_up
+from experiments.bench.run.settings import changed, collect, schema_of, unit_of
 from experiments.bench.studies.clips import offline
 from experiments.bench.studies.grid import ENDS, apart
 from experiments.bench.studies.study import Study, keys_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.settings import MOST_JOBS
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.settings import MOST_JOBS
 from experiments.bench.studies.study import Study, make_tuples
 
 Sampler = Literal["tpe", "random"]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.judging.count import LEAST_JUDGED, Count
+from experiments.bench.stats.count import LEAST_JUDGED, Count
 from experiments.bench.studies.counts import TOGETHER
 from experiments.bench.studies.fitting.result import FitResult, lost, setting_words
 from experiments.bench.studies.fitting.scores import Score, word

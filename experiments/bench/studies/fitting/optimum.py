@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.judging.statistics import Summary, summarise
+from experiments.bench.stats.tests import Summary, summarise
 from experiments.bench.store.rows import known
 from experiments.bench.studies.fitting.fit import Goal
 from experiments.bench.studies.fitting.result import FitResult, lost, setting_words

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ask, look_up
 from experiments.bench.engine.pool import Pool
 from experiments.bench.leaderboard import looming_scores
 from experiments.bench.leaderboard import run as leaderboard
 from experiments.bench.leaderboard import scores as direction_scores
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ask, look_up
 from experiments.bench.store.rows import Failure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts

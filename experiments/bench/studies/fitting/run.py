@@ -16,13 +16,13 @@ import numpy as np
 
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.settings import check_counts
 from experiments.bench.engine.terminal import error_console
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.settings import check_counts
+from experiments.bench.run.streams import stream
 from experiments.bench.store.description import KIND, begun, reconciled, write_new
 from experiments.bench.store.kinds import FIT
 from experiments.bench.store.rows import Failure
-from experiments.bench.streams import stream
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.fitting.box import Box, box_of
 from experiments.bench.studies.fitting.fit import NEXT_BEST, SLACK, TOGETHER, Fit, Goal

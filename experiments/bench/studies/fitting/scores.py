@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from experiments.bench.judging.checks import MARGIN, Check
-from experiments.bench.judging.count import Count, count
-from experiments.bench.judging.verdict import Outcome, together
+from experiments.bench.stats.checks import MARGIN, Check
+from experiments.bench.stats.count import Count, count
+from experiments.bench.stats.verdict import Outcome, together
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.fitting.box import Setting
 from experiments.bench.studies.fitting.fit import KEPT, Goal

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 from experiments.bench.studies.fitting import run
 from experiments.bench.studies.fitting.box import Range, box_of
 from experiments.bench.studies.fitting.fit import Fit

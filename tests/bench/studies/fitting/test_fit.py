@@ -11,10 +11,10 @@ from PIL import Image
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.tests import proportion_interval
+from experiments.bench.stats.verdict import Outcome
 from experiments.bench.store.files import tables_hash, tables_of
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import registry

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from experiments.bench.engine.errors import short
-from experiments.bench.judging.claim import Claim
+from experiments.bench.run.errors import short
+from experiments.bench.stats.claim import Claim
 
 
 def check_claims(experiment: str, claims: Any) -> None:

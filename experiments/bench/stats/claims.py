@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeVar
 
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.claim import Claim, Reading
-from experiments.bench.judging.claim_files import PAPER, claim_ids, claim_module
-from experiments.bench.judging.verdict import Verdict
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.claim import Claim, Reading
+from experiments.bench.stats.claim_files import PAPER, claim_ids, claim_module
+from experiments.bench.stats.verdict import Verdict
 from experiments.claims.readings import READINGS
 
 Kind = TypeVar("Kind", bound=Claim)
@@ -20,7 +20,7 @@ def declared(claim: str) -> tuple[Claim, ...]:
     Parameters
     ----------
     claim
-        Its id, one of `experiments.bench.judging.claim_files.claim_ids`.
+        Its id, one of `experiments.bench.stats.claim_files.claim_ids`.
     """
     values = vars(claim_module(claim)).values()
     return tuple(value for value in values if isinstance(value, Claim) and value.id == claim)

@@ -8,19 +8,19 @@ import experiments
 import experiments.claims
 from experiments.bench import registry
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.claim_files import BEHAVIOURS, PAPER, claim_ids, claim_module
-from experiments.bench.judging.claims import declared, find, of_kind, words
-from experiments.bench.judging.paper import cited
 from experiments.bench.robot.claims import RobotClaim, outcome
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.claim_files import BEHAVIOURS, PAPER, claim_ids, claim_module
+from experiments.bench.stats.claims import declared, find, of_kind, words
+from experiments.bench.stats.paper import cited
 from experiments.claims.readings import READINGS
 
 EVERY = (*experiments.NAMES, *experiments.OFFLINE)
 
 NEW = """
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome
 
 
 def judge(rows, threshold):

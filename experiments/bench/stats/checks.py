@@ -9,7 +9,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Literal, get_args
 
-from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.run.errors import UsageError, short
 
 Needs = Literal["above", "at least", "below", "at most", "within"]
 """Where a reading has to lie: on which side of its bound, or between two of them, ends included."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.streams import stream
+from experiments.bench.run.streams import stream
 
 RESAMPLES, PERMUTATIONS = 10_000, 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal

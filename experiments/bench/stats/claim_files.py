@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from types import ModuleType
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 PACKAGE = "experiments.claims"
 PAPER, BEHAVIOURS = "C", "B"

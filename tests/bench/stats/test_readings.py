@@ -10,14 +10,14 @@ from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips.claims import paper_claims
 from experiments.bench.clips.judging import ASSUMED, compared
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.claim_files import PAPER, claim_ids
-from experiments.bench.judging.claims import bears_on
-from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import claims
 from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.readings import _SIDES, NOT_RUN, Evidence, chapters
 from experiments.bench.robot.mechanism.variants import FALLING
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.claims import bears_on
+from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes
 from experiments.bench.studies.counts import Counts
@@ -29,7 +29,7 @@ from experiments.studies.sensitivity import STUDY as ON_ROBOT
 from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_clip_mechanisms import speed_responses
-from tests.bench.judging.test_replicates import planned_rows
+from tests.bench.stats.test_replicates import planned_rows
 from tests.helpers.paper import every as every_of
 from tests.helpers.paper import first
 

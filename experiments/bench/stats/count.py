@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, get_args
 
-from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.stats.tests import proportion_interval
 
 Reason = Literal["judge failed", "not shown", "silent model", "unknown constants"]
 """Why a claim cannot be judged in a replicate.

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType, ModuleType, TracebackType
 
-from experiments.bench.engine.errors import UsageError
+from experiments.bench.run.errors import UsageError
 
 _COMMANDS: Mapping[str, str] = MappingProxyType(
     {

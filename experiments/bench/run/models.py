@@ -12,8 +12,8 @@ from typing import Any, Literal
 
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.user_code import declared, is_file
 from scenes.hints import nearest
 
 

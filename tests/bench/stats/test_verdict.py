@@ -3,8 +3,8 @@
 import itertools
 
 from experiments import Outcome
-from experiments.bench.judging.count import REASONS, Count
-from experiments.bench.judging.verdict import Verdict, together
+from experiments.bench.stats.count import REASONS, Count
+from experiments.bench.stats.verdict import Verdict, together
 
 
 def test_parts_come_to_the_same_in_every_order():

@@ -12,8 +12,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.verdict import Decision
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.verdict import Decision
 
 WIDTH, HEIGHT = 160.0, 60.0
 TOP, FLOOR = 16.0, 46.0

@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from experiments.bench.engine.errors import short
-from experiments.bench.judging.checks import Check as Check
-from experiments.bench.judging.checks import decide as decide
-from experiments.bench.judging.checks import weakest
-from experiments.bench.judging.count import REASONS, Count, Reason, count
+from experiments.bench.run.errors import short
+from experiments.bench.stats.checks import Check as Check
+from experiments.bench.stats.checks import decide as decide
+from experiments.bench.stats.checks import weakest
+from experiments.bench.stats.count import REASONS, Count, Reason, count
 
 LEAST_ANSWERED = 0.5
 """Share of the translations of one kind that a model answers, below which it counts as silent there."""
@@ -43,7 +43,7 @@ class Outcome:
     Parameters
     ----------
     verdict
-        ``holds``, ``fails``, or the reason why it cannot be judged: see `experiments.bench.judging.count.Reason`.
+        ``holds``, ``fails``, or the reason why it cannot be judged: see `experiments.bench.stats.count.Reason`.
     measured
         The measured numbers, in words.
     effect
@@ -125,7 +125,7 @@ class Outcome:
         why
             Why, in words.
         reason
-            The same in one of the words of `experiments.bench.judging.count.REASONS`.
+            The same in one of the words of `experiments.bench.stats.count.REASONS`.
         effect, n, fewest, checks
             As of an `Outcome`.
 

@@ -4,9 +4,9 @@ import itertools
 
 import pytest
 
-from experiments.bench.judging.count import REASONS, Count, count, totals
-from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.stats.count import REASONS, Count, count, totals
+from experiments.bench.stats.tests import proportion_interval
+from experiments.bench.stats.verdict import Outcome, Verdict
 
 
 @pytest.mark.parametrize(

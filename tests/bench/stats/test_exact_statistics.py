@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
-from experiments.bench.judging.statistics import (
+from experiments.bench.stats.tests import (
     LEVEL,
     PERMUTATIONS,
     area_under_roc,

@@ -6,9 +6,9 @@ import math
 import pytest
 
 from experiments import Check, Outcome
-from experiments.bench.judging.count import REASONS, Count
-from experiments.bench.judging.stored import VERSION, document, verdicts
-from experiments.bench.judging.verdict import Verdict
+from experiments.bench.stats.count import REASONS, Count
+from experiments.bench.stats.stored import VERSION, document, verdicts
+from experiments.bench.stats.verdict import Verdict
 
 CHECKS = (Check("3 spikes", 3.0, 2.0, unit="spikes"), Check("no number", math.nan, (0.4, 0.6), "within", scale=0.1))
 OUTCOMES = {

@@ -13,10 +13,10 @@ import numpy.typing as npt
 from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
-from experiments.bench.engine.errors import UsageError, short
-from experiments.bench.engine.models import ConfiguredModel, family
-from experiments.bench.engine.settings import changed, collect
-from experiments.bench.engine.user_code import traced
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.models import ConfiguredModel, family
+from experiments.bench.run.settings import changed, collect
+from experiments.bench.run.user_code import traced
 
 
 class ModelRunner:

@@ -12,9 +12,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
 from dsnn.field_docs import meaning
-from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import PRESET as PRESET
-from experiments.bench.engine.models import ConfiguredModel, ModelRequest, SelectedModel, family, look_up
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import PRESET as PRESET
+from experiments.bench.run.models import ConfiguredModel, ModelRequest, SelectedModel, family, look_up
 from scenes.hints import closest
 
 LISTED_BY = "colias parameters"

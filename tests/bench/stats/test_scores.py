@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from experiments.bench.judging.scores import written
+from experiments.bench.stats.scores import written
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from experiments.bench.engine.errors import check_name, short
-from experiments.bench.engine.user_code import traced
-from experiments.bench.judging.checks import weakest
-from experiments.bench.judging.claim_files import PACKAGE, claim_ids
-from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.run.errors import check_name, short
+from experiments.bench.run.user_code import traced
+from experiments.bench.stats.checks import weakest
+from experiments.bench.stats.claim_files import PACKAGE, claim_ids
+from experiments.bench.stats.verdict import Outcome, Verdict
 from scenes.hints import closest
 
 

@@ -21,9 +21,9 @@ from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import Any
 
-from experiments.bench.judging.checks import Check
-from experiments.bench.judging.count import Count
-from experiments.bench.judging.verdict import Decision, Outcome, Verdict
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.count import Count
+from experiments.bench.stats.verdict import Decision, Outcome, Verdict
 
 VERSION = 2
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import rankdata
 
-from experiments.bench.judging.statistics import contrast, holm, paired, summarise, trend
+from experiments.bench.stats.tests import contrast, holm, paired, summarise, trend
 
 
 def test_summary_of_known_numbers():

@@ -1,1 +1,0 @@
-"""The words of the paper's claims, and the counts of their verdicts in several replicates."""

@@ -1,0 +1,1 @@
+"""Core of every kind of run: models, settings, users' files, random numbers, errors."""

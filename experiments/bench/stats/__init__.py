@@ -1,0 +1,1 @@
+"""Statistics and verdicts: tests, intervals, checks, claims, and the count of their verdicts over replicates."""
