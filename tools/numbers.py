@@ -163,7 +163,7 @@ def _number(text: str) -> float | str | None:
 
 def _commit(run: Path) -> str:
     """Return the commits that computed a reproduction's parts; of a changed tree with "-dirty" at the end."""
-    sources = [json.loads(path.read_text(encoding="utf-8")).get("source", {}) for path in run.glob("*/experiment.json")]
+    sources = [json.loads(path.read_text(encoding="utf-8")).get("source", {}) for path in run.glob("*/run.json")]
     commits = {str(source["commit"])[:7] for source in sources if source.get("commit")}
     if not commits:
         return "unknown"

@@ -184,7 +184,7 @@ def _of_run(run: Path, shows: Mapping[str, str], root: Path) -> dict[str, Any]:
     description = read_description(run)
     line = (description.get("command") or {}).get("line")
     if not line or "--out" not in line:
-        raise Stale(f"{run}: experiment.json has no command with --out")
+        raise Stale(f"{run}: run.json has no command with --out")
     tables = tables_of(run)
     if not tables:
         raise Stale(f"{run}: has no trials.parquet")

@@ -34,7 +34,7 @@ def test_a_user_without_a_home_gets_rows(tmp_path):
     )
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
     assert pq.read_table(tmp_path / "out" / "trials.parquet").num_rows
-    assert len(json.loads((tmp_path / "out" / "experiment.json").read_text())["reference_frames"][0]) == 12
+    assert len(json.loads((tmp_path / "out" / "run.json").read_text())["reference_frames"][0]) == 12
 
 
 def test_one_episode_has_no_interval_and_a_robot_at_rest_a_gain_of_0(colias):

@@ -128,7 +128,7 @@ def test_a_model_in_an_experiment_with_a_claim(folder):
     assert {claim for claim, _ in verdicts} == {"C14", "both-ways"}
     rows = pq.read_table(folder / "out" / "trials.parquet").to_pylist()
     assert {(row["model"], row["mean.gain"]) for row in rows} == {("dsnn", None), ("mean", 2.0)}
-    document = json.loads((folder / "out" / "experiment.json").read_text())
+    document = json.loads((folder / "out" / "run.json").read_text())
     user_claim = {"id": "both-ways", "says": "it spikes both ways", "source": "me"}
     assert document["experiment"]["claims"] == ["C14", user_claim]
     assert sorted(document["files"]) == sorted(str(folder / name) for name in ("mine.py", "my_model.py"))

@@ -265,7 +265,7 @@ def test_a_run_notes_its_form_and_is_not_gone_on_with_by_another(colias, monkeyp
     arguments = ("run", "clean", "--only", "--model", "dsnn", "--repeats", "1", "--no-recordings", "--workers", "0")
     monkeypatch.setenv(forms.VARIABLE, "reference")
     assert colias(*arguments, "--out", "out", "-q").returncode == 0
-    assert '"form": "reference"' in (colias.folder / "out" / "experiment.json").read_text()
+    assert '"form": "reference"' in (colias.folder / "out" / "run.json").read_text()
     monkeypatch.setenv(forms.VARIABLE, "native")
     for more in ((), ("--other-code",)):
         done = colias(*arguments, "--out", "out", *more)

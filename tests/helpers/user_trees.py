@@ -81,7 +81,7 @@ def peaks(finished_run: Run) -> dict[str, float]:
 
 
 def hashes(finished_run: Run) -> dict[str, str]:
-    return json.loads((finished_run.folder / "experiment.json").read_text())["files"]
+    return json.loads((finished_run.folder / "run.json").read_text())["files"]
 
 
 def sha(file: Path) -> str:

@@ -38,9 +38,9 @@ def run(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("runs") / "fast"
     assert command([*COMMAND, "--out", str(folder), "--workers", "0", "--quiet"]) == 0
-    description = json.loads((folder / "experiment.json").read_text())
+    description = json.loads((folder / "run.json").read_text())
     description["source"] |= {"commit": "abc123abc123", "dirty": False}  # as of a clean checkout
-    (folder / "experiment.json").write_text(json.dumps(description))
+    (folder / "run.json").write_text(json.dumps(description))
     return folder
 
 
@@ -171,7 +171,7 @@ def test_the_notes_are_json_of_short_records():
 
 
 def test_a_run_of_changed_code_is_not_taken(run, docs):
-    file = run / "experiment.json"
+    file = run / "run.json"
     before = file.read_text()
     try:
         file.write_text(before.replace('"dirty": false', '"dirty": true'))

@@ -99,7 +99,7 @@ def _repeat(
 
         arguments = dict(command["arguments"])
         name = arguments.pop("experiment")
-        experiment = visit.declared(name, f"{run}: experiment.json") or name
+        experiment = visit.declared(name, f"{run}: run.json") or name
         if isinstance(experiment, Mapping):
             raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
         repeated = experiments.run(experiment, **arguments, out=out, workers=workers, quiet=quiet)

@@ -80,7 +80,7 @@ def run_experiment(
     does the rest. Results do not depend on the number of workers.
 
     The folder has trials.parquet (a row per trial and model), frames.parquet (a row per frame), summary.csv (a row per
-    condition), claims.json (the verdicts), experiment.json (every parameter, the seed, the versions), figure.svg and
+    condition), claims.json (the verdicts), run.json (every parameter, the seed, the versions), figure.svg and
     figure.png (every repeat visible), and recordings/ (one .rrd per trial).
     """
     from experiments.bench import registry

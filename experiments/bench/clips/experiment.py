@@ -313,7 +313,7 @@ def _image(replicate: int, pictures: Pictures | None) -> str:
 
 
 def described_scenes(clips: Iterable[Clip], replicates: int, pictures: Pictures | None) -> dict[str, list[str]]:
-    """Return what ``experiment.json`` has of the scenes of clips; nothing where none of them takes one.
+    """Return what ``run.json`` has of the scenes of clips; nothing where none of them takes one.
 
     ``backgrounds`` has the background of each replicate, ``pictures`` each of a user's own with its digest.
     """

@@ -1,4 +1,4 @@
-"""Plan of an off-line run, and its description in ``experiment.json``."""
+"""Plan of an off-line run, and its description in ``run.json``."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class OfflinePlan:
         return differing(self.showings[0].models, offline=True)
 
     def describe(self) -> dict[str, Any]:
-        """Return what ``experiment.json`` holds: every parameter, the seed, and what computes.
+        """Return what ``run.json`` holds: every parameter, the seed, and what computes.
 
         ``changed``, where it is there, has the parameters that are not at their defaults.
         """

@@ -165,7 +165,7 @@ class Batch(Generic[AnySpec]):
     work
         A job's pure function. It is pickled, so it is a function of a module or a `functools.partial` of one.
     description
-        What ``experiment.json`` says: every parameter, the seed, and what computes (`provenance.of`).
+        What ``run.json`` says: every parameter, the seed, and what computes (`provenance.of`).
     schemas
         Of ``trials.parquet`` and ``frames.parquet``; ``parameters`` get columns beside them.
     parameters

@@ -37,7 +37,7 @@ class Pictures:
         return self.files[(self.first + replicate) % len(self.files)]
 
     def described(self) -> list[str]:
-        """Return what ``experiment.json`` has of them: each name with its digest."""
+        """Return what ``run.json`` has of them: each name with its digest."""
         return [f"{Path(path).name} {digest}" for path, digest in zip(self.files, self.digests, strict=True)]
 
 

@@ -103,7 +103,7 @@ def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, 
         counted = tuple(channel for channel, spikes in CHANNELS.items() if spikes and model_rows[0][spikes] is not None)
         declared = stored_thresholds(description, models[label]) if label in models else None
         if declared is None:
-            why = f"experiment.json does not store the channels of {label}, and no file is run for them"
+            why = f"run.json does not store the channels of {label}, and no file is run for them"
             note = f"note: --to log: {why}: the log has those that spike ({', '.join(counted) or 'none'})"
             error_console.print(note, soft_wrap=True, markup=False)
         by_model[str(label)] = tuple(

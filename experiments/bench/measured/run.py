@@ -231,7 +231,7 @@ def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
 
 
 def _described(plan: Import) -> dict[str, Any]:
-    """Return what ``experiment.json`` holds."""
+    """Return what ``run.json`` holds."""
     provenances = [_provenance(trial, from_frames=from_frames) for trial in plan.log.trials
             for from_frames, models in ((False, plan.ran), (True, plan.models)) if models]  # fmt: skip
     measured = {

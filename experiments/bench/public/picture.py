@@ -77,12 +77,12 @@ _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {
 
 
 def _thresholds(run: Record, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
-    """Read the threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run."""
+    """Read the threshold of each model's counted channel, as ``run.json`` tells; no model's file is run."""
     thresholds: dict[str, float | None] = {}
     for model in models:
         levels = stored_thresholds(run.description, model)
         if levels is None:
-            why = f"experiment.json does not store the threshold of {model['label']}, and no file is run for it"
+            why = f"run.json does not store the threshold of {model['label']}, and no file is run for it"
             note = f"note: {run.folder}: {why}: the figure has no line of it"
             error_console.print(note, soft_wrap=True, markup=False)
         thresholds[model["label"]] = (

@@ -52,7 +52,7 @@ class Run(Record):
     folder
         Where its files are.
     description
-        ``experiment.json``: every parameter, the seed, and what computed it. Empty of a whole that says nothing of
+        ``run.json``: every parameter, the seed, and what computed it. Empty of a whole that says nothing of
         itself, such as the leaderboard of an older version, and of footage.
     kind
         What kind of run it is. Where something makes no sense of a kind, it raises `UsageError`.

@@ -1,4 +1,4 @@
-"""Plan of a run, its checks, and its description in ``experiment.json``."""
+"""Plan of a run, its checks, and its description in ``run.json``."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def _check_powers(condition: Condition, robot: RobotConfig) -> None:
 
 
 def describe(plan: Plan) -> dict[str, Any]:
-    """Return what ``experiment.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
+    """Return what ``run.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
 
     ``changed``, where it is there, has the parameters that are not at their defaults.
     """

@@ -85,7 +85,7 @@ class ConfiguredModel:
 
 
 def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
-    """Return a model with the values of its parameters: what crossed to a worker, or ``experiment.json`` tells."""
+    """Return a model with the values of its parameters: what crossed to a worker, or ``run.json`` tells."""
     entry = load_model(source)
     return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry)
 

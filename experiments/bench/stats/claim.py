@@ -143,7 +143,7 @@ class Claim:
         return [*plain, *({**row, "model": labels[row["model"]]} for row in rows if row["model"] in labels)]
 
     def described(self) -> dict[str, str]:
-        """Describe the claim as ``experiment.json`` does.
+        """Describe the claim as ``run.json`` does.
 
         Returns
         -------

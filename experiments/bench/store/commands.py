@@ -1,4 +1,4 @@
-"""The command line, or the call from Python, by which a run was begun: a note in its ``experiment.json``."""
+"""The command line, or the call from Python, by which a run was begun: a note in its ``run.json``."""
 
 from __future__ import annotations
 

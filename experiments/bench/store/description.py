@@ -1,4 +1,4 @@
-"""``experiment.json``: what a run is. Written once, whole and never over another; read by every kind of run alike."""
+"""``run.json``: what a run is. Written once, whole and never over another; read by every kind of run alike."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from experiments.bench.stats.claim import Claim
 from experiments.bench.store import commands, provenance
 from experiments.bench.store.places import replacing
 
-NAME = "experiment.json"
+NAME = "run.json"
 RESUMED = "resumed_with"
 """The entry that lists what computed the run after `--other-code` let it go on with something else."""
 RENDERERS = "renderers"
@@ -129,6 +129,8 @@ def read_description(folder: Path) -> dict[str, Any]:
     try:
         text = (folder / NAME).read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):
+        if (folder / "experiment.json").is_file():
+            raise UsageError(f"{folder}: colias-sim 0.3 or earlier made this run, and reads it") from None
         raise UsageError(f"{folder}: no {NAME} there, so it is no run's folder") from None
     description: dict[str, Any] = json.loads(text)
     return description
@@ -188,7 +190,7 @@ def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) 
     Parameters
     ----------
     description
-        The run's ``experiment.json``.
+        The run's ``run.json``.
     model
         The model's entry there: ``label``, ``source`` and ``network``.
 

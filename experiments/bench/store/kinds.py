@@ -1,4 +1,4 @@
-"""The kinds of run: what a folder of each holds. ``experiment.json`` says the kind since the run began."""
+"""The kinds of run: what a folder of each holds. ``run.json`` says the kind since the run began."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Kind:
     Parameters
     ----------
     name
-        As ``experiment.json`` has it.
+        As ``run.json`` has it.
     what
         What it is a run of, for people.
     things
@@ -73,7 +73,7 @@ def kind_of(folder: Path, description: Mapping[str, Any]) -> Kind:
     folder
         The run's folder.
     description
-        Its ``experiment.json``; empty of a folder that only holds runs.
+        Its ``run.json``; empty of a folder that only holds runs.
 
     Raises
     ------

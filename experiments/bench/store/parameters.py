@@ -123,7 +123,7 @@ def _untold(key: str, values: Any) -> Any:
 
 
 def in_words(parameters: Mapping[str, Any]) -> str:
-    """Return parameters, as ``experiment.json`` tells them, in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
+    """Return parameters, as ``run.json`` tells them, in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
     parts = []
     for key, values in parameters.items():
         known = values.values() if isinstance(values, Mapping) else [values]

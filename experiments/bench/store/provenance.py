@@ -21,12 +21,12 @@ from experiments.bench.stats.claim import Claim
 
 LIBRARIES = (
     "colias-sim", "mujoco", "mujoco-core", "numpy", "opencv-python-headless", "gymnasium", "rerun-sdk", "scipy",
-    "pyarrow", "pydantic", "threadpoolctl", "av",
+    "pyarrow", "polars", "pydantic", "threadpoolctl", "av",
 )  # fmt: skip
 """Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
 of a package tells it (`description.RENDERERS`)."""
 KEYS = ("files", "versions", "source", "code")
-"""Entries that `of` returns, without the form. Every other entry of an ``experiment.json`` is a parameter of the run,
+"""Entries that `of` returns, without the form. Every other entry of an ``run.json`` is a parameter of the run,
 and has to be the same wherever the run is continued."""
 SHOWS = (".pyc", ".j2")
 """Endings of the packages' files that no number depends on."""
@@ -41,7 +41,7 @@ class OtherCode(UsageError):
 
 
 def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]:
-    """Return the provenance of a run as ``experiment.json`` holds it.
+    """Return the provenance of a run as ``run.json`` holds it.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def versions() -> dict[str, str]:
 
 
 def made_by(description: Mapping[str, Any]) -> str:
-    """Return the version of colias-sim that made a run, as its ``experiment.json`` says."""
+    """Return the version of colias-sim that made a run, as its ``run.json`` says."""
     return str(_table(description, "versions").get("colias-sim", "0.1"))
 
 

@@ -31,7 +31,7 @@ class Record:
     folder
         Where its files are; of footage the table or the recording itself, or a folder of recordings.
     description
-        ``experiment.json``: every parameter, the seed, and what computed it. Empty of footage, and of a folder that
+        ``run.json``: every parameter, the seed, and what computed it. Empty of footage, and of a folder that
         only holds runs.
     kind
         What kind of run it is. What makes no sense of a kind raises `UsageError` in one line.

@@ -244,11 +244,11 @@ class RunFolder(Files):
         if len(frames := self._noted[PIXELS]) > 1:
             notes.append(
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
-                " so trials of one machine may have other numbers on another; experiment.json tells what drew"
+                " so trials of one machine may have other numbers on another; run.json tells what drew"
             )
         notes += [f"{self.folder}: {note}" for note in self._uncounted()]
         mixed = mixture(self.rows())
-        return [*notes, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
+        return [*notes, *([f"{self.folder}: {mixed}; run.json tells them apart"] if mixed else [])]
 
     def _uncounted(self) -> list[str]:
         """Return a line for each model that spikes in a channel whose count is null, as far as frames are kept."""

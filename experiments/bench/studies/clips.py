@@ -287,7 +287,7 @@ def _shown_once(clips: Sequence[Clip]) -> tuple[Clip, ...]:
 def _description(
     parts: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int, pictures: Pictures | None
 ) -> dict[str, Any]:
-    """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
+    """Return what ``run.json`` holds beside the grid: every parameter, and what computes it."""
     models = {model.label: model for part in parts for model in part.models}
     files = [path for part in parts for path in provenance.of((), part.declared)["files"]]
     sources = [*(model.source for model in models.values()), *files, *filter(None, (study.file,))]

@@ -88,7 +88,7 @@ class Measure:
     conditions: tuple[tuple[str, Any], ...] = ()
 
     def described(self) -> dict[str, str]:
-        """Return what ``experiment.json`` says of it."""
+        """Return what ``run.json`` says of it."""
         return {"name": self.name, "says": self.says, "unit": self.unit}
 
 

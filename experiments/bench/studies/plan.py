@@ -93,7 +93,7 @@ class StudyPlan:
     shares
         Which trials are of which point: (point, model, experiment, replicate) -> its trials.
     description
-        What ``experiment.json`` holds: every parameter, the grid, claims and measures, and what computes it.
+        What ``run.json`` holds: every parameter, the grid, claims and measures, and what computes it.
     parameters
         The grid's values as columns of the table of trials.
     """
@@ -134,7 +134,7 @@ def study_description(
     plan: Mapping[str, Any], axes: Sequence[Axis], claims: Sequence[tuple[Claim, str]],
     measures: Sequence[tuple[Measure, str]], replicates: int,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return what ``experiment.json`` says of a study beside ``plan``: the grid, claims and measures."""
+    """Return what ``run.json`` says of a study beside ``plan``: the grid, claims and measures."""
     levels = {
         axis.name: axis.labels if axis.of_keys else {level.label: level.settings for level in axis.levels}
         for axis in axes

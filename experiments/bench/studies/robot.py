@@ -286,7 +286,7 @@ def _check_repeats(claims: Claims, repeats: Mapping[str, int], study: Study) -> 
 def _description(
     plans: Sequence[Plan], study: Study, renderings: Sequence[Rendering], parameters: Mapping[str, Any], trials: int
 ) -> dict[str, Any]:
-    """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
+    """Return what ``run.json`` holds beside the grid: every parameter, and what computes it."""
     first = plans[0]
     models = {model.label: model for rendering in renderings for model in rendering.plan.settings.models}
     sources = [model.source for model in models.values()]

@@ -76,7 +76,7 @@ class TuningPlan:
         return differing(self.models, offline=True)
 
     def describe(self) -> dict[str, Any]:
-        """Return what ``experiment.json`` holds."""
+        """Return what ``run.json`` holds."""
         changed = self.changed()
         return {
             "kind": "tuning",
@@ -91,7 +91,7 @@ class TuningPlan:
 
 
 def described(family: Family) -> Family | dict[str, Any]:
-    """Return what ``experiment.json`` holds of a family; of `STIMULUS` it is the parameters of the clips."""
+    """Return what ``run.json`` holds of a family; of `STIMULUS` it is the parameters of the clips."""
     if family.name != STIMULUS:
         return family
     points = {probe.clip.name: {"params": probe.clip.build(0).params, "x": probe.x} for probe in family.probes}

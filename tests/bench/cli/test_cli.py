@@ -82,7 +82,7 @@ def test_summary_agrees_with_the_trials(finished):
 
 def test_experiment_json_holds_every_parameter(finished):
     folder, _ = finished
-    description = json.loads((folder / "experiment.json").read_text())
+    description = json.loads((folder / "run.json").read_text())
     assert (description["seed"], description["repeats"], description["trials"]) == (3, 2, 8)
     assert description["settings"]["models"][0]["network"]["tau_s"] == [10.0, 200.0]
     assert description["settings"]["camera"]["read_noise"] == 0.64
@@ -103,7 +103,7 @@ def test_figures_note_the_rows_that_they_are_drawn_from_and_the_commit(finished)
     with Image.open(folder / "figure.png") as picture:
         noted = picture.info["Source"]
     assert noted.startswith(f"rows {rows_hash(folder / 'trials.parquet')} of trials.parquet, commit ")
-    commit = json.loads((folder / "experiment.json").read_text())["source"]["commit"]
+    commit = json.loads((folder / "run.json").read_text())["source"]["commit"]
     assert (commit or "unknown")[:12] in noted and noted in (folder / "figure.svg").read_text()
 
 
@@ -258,8 +258,8 @@ def test_a_run_is_never_overwritten(finished, colias):
     assert (other.returncode, other.stderr.count("\n")) == (2, 1)
     assert "--seed is 3 there and 0 now" in other.stderr and "choose another --out" in other.stderr
     assert files() == before
-    del before[copy / "experiment.json"]
-    (copy / "experiment.json").unlink()
+    del before[copy / "run.json"]
+    (copy / "run.json").unlink()
     nameless = colias("run", "speed", *QUICK, "--out", "copy")
     assert (nameless.returncode, nameless.stderr.count("\n")) == (2, 1)
     assert "holds other files" in nameless.stderr

@@ -76,7 +76,7 @@ def test_an_edited_file_is_named_and_so_is_the_first_row_that_differs(folder):
 @pytest.mark.parametrize("changes", [{"trials": 3, "ended": None}, {"command": {"line": ["train", "Optomotor"]}},
                                      {"resumed_with": [{"code": "0123456789ab"}]}])  # fmt: skip
 def test_what_cannot_be_repeated_is_refused(folder, changes):
-    file = folder / "run" / "experiment.json"
+    file = folder / "run" / "run.json"
     there = {**json.loads(file.read_text()), **changes}
     file.write_text(json.dumps({name: value for name, value in there.items() if value is not None}))
     assert rerun(folder).returncode == 2 and not (folder / "elsewhere" / "again").exists()
@@ -86,7 +86,7 @@ def test_a_call_from_python_is_repeated_in_its_folder(folder, monkeypatch):
     monkeypatch.chdir(folder)
     (folder / "run").rename(folder / "other")
     experiments.run("mine.py", seed=2, settings={"mean.gain": 6}, out="run", workers=0, quiet=True)
-    note = json.loads(Path("run/experiment.json").read_text())
+    note = json.loads(Path("run/run.json").read_text())
     assert (note["command"]["call"], note["command"]["arguments"]["seed"]) == ("experiments.run", 2)
     again = rerun(folder)
     assert (again.returncode, again.stdout.split(":")[0]) == (0, "equal"), again.stderr

@@ -255,7 +255,7 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     recordings = sorted((folder / "recordings").glob("*.rrd"))
     subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", *map(str, recordings)], check=True)
     assert len(recordings) == 2 and (folder / "figure.svg").exists()
-    assert json.loads((folder / "experiment.json").read_text())["clips"]["right"]["speed"] == 240.0
+    assert json.loads((folder / "run.json").read_text())["clips"]["right"]["speed"] == 240.0
     again = colias(*arguments, "--out", "out", "--workers", "0")
     assert again.returncode == 0 and "2 of them done already" in again.stderr
     other = colias(*arguments[:-2], "--out", "out")

@@ -392,7 +392,7 @@ def test_behave_prints_scores_and_leaves_files(played):
     assert gains["oracle-heading"] > 0.9 and abs(gains["straight"]) < 0.05
     assert len(list((folder / "recordings").glob("*.rrd"))) == 2  # of the behaviour asked for
     assert pq.read_table(folder / "frames.parquet").num_rows == sum(row["frames"] for row in table)
-    assert json.loads((folder / "experiment.json").read_text())["settings"][0]["options"] == [["robots", 1]]
+    assert json.loads((folder / "run.json").read_text())["settings"][0]["options"] == [["robots", 1]]
 
 
 def test_behave_goes_on_where_it_was_and_refuses_another(played):

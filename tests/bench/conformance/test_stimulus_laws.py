@@ -147,7 +147,7 @@ def test_a_stimulus_of_one_s_own_is_shown_in_workers_and_by_each_command(tmp_pat
     assert command(["run", "flicker.py", "--out", "out", "--workers", "1", "--quiet"]) == 0
     (row,) = pq.read_table("out/trials.parquet").to_pylist()
     assert (row["stimulus"], row["clip"], row["frames"]) == ("flicker", "one", 9)
-    description = json.loads((tmp_path / "out" / "experiment.json").read_text())
+    description = json.loads((tmp_path / "out" / "run.json").read_text())
     assert description["experiment"]["clips"][0]["stimulus"] == "flicker"
     assert description["clips"]["one"] == {"rows": 20, "columns": 30, "fps": 60.0}
     assert [*description["files"]] == [str(tmp_path / "flicker.py")], "what computes it is noted"

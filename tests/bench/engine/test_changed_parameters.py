@@ -80,7 +80,7 @@ def test_rows_have_columns_for_them(tmp_path):
     run = clips(tmp_path / "out")
     columns = ["model", "dsnn.w_i", "dsnn.n_con"]
     rows = [tuple(row.values()) for row in run.trials.select(columns).to_pylist()]
-    usual = json.loads((tmp_path / "out" / "experiment.json").read_text())["models"][0]["network"]["n_con"]
+    usual = json.loads((tmp_path / "out" / "run.json").read_text())["models"][0]["network"]["n_con"]
     assert rows == [("dsnn", 0.5, usual), ("emd", None, None), ("dsnn:n_con=6", 0.5, 6)]
     assert clips(tmp_path / "out").trials == run.trials
 

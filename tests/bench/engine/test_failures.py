@@ -174,6 +174,6 @@ def test_parameters_that_make_themselves_travel_too(colias):
     flags = ("--only", "--model", "my_model.py", "--set", "gradient.gain=0.1")
     done = colias("run", "speed", *QUICK, *flags, "--out", "out")
     assert done.returncode == 0, done.stderr
-    described = json.loads((colias.folder / "out" / "experiment.json").read_text())
+    described = json.loads((colias.folder / "out" / "run.json").read_text())
     assert described["settings"]["models"][0]["network"]["twice"] == 0.2
     assert len(described["files"]) == 1

@@ -93,7 +93,7 @@ def test_tune_and_leaderboard_add_too(colias):
     common = ("--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
     ran(colias, "tune", "--curve", "size", *common)
     assert models_of(colias.folder / "out") == [*COMPARED, "gradient"]
-    models = json.loads((colias.folder / "out" / "experiment.json").read_text())["models"]
+    models = json.loads((colias.folder / "out" / "run.json").read_text())["models"]
     assert [model["label"] for model in models] == [*COMPARED, "gradient"]
     ran(colias, "tune", "--curve", "size", "--only", "--model", "emd", "--out", "alone", "--workers", "0")
     assert models_of(colias.folder / "alone") == ["emd"]
@@ -119,7 +119,7 @@ def test_one_model_under_two_settings_is_paired(colias):
     done = ran(colias, "run", "speed", *common, *given, "--workers", "1", "--out", "out")
     labels = ["dsnn", "dsnn:n_con=4,tau_s=200,10", "gradient:gain=1e-9"]
     assert models_of(colias.folder / "out") == labels
-    there = json.loads((colias.folder / "out" / "experiment.json").read_text())
+    there = json.loads((colias.folder / "out" / "run.json").read_text())
     networks = {model["label"]: model["network"] for model in there["settings"]["models"]}
     assert [networks[label]["n_con"] for label in labels[:2]] == [6, 4], "--set is the family's; what is its own wins"
     assert networks[labels[1]]["tau_s"] == [200.0, 10.0] and networks[labels[2]]["gain"] == 1e-9
@@ -231,5 +231,5 @@ def test_a_grid_shows_several_models(colias):
 
 def test_what_a_model_has_settled_itself_no_point_varies(colias):
     ran(colias, *GRID, "--over", "dsnn.n_con=4,6", "--model", "dsnn", "--model", "dsnn:n_con=5", "--out", "out")
-    models = json.loads((colias.folder / "out/experiment.json").read_text())["models"]
+    models = json.loads((colias.folder / "out/run.json").read_text())["models"]
     assert sorted(model["network"]["n_con"] for model in models) == [4, 5, 6]

@@ -313,7 +313,7 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "measured: imported from a log" in printed and "[measured]" in printed
     run = experiments.load(tmp_path / "runs" / "first")
-    described = json.loads((run.folder / "experiment.json").read_text())
+    described = json.loads((run.folder / "run.json").read_text())
     assert described["measured"]["provenance"] == run.provenance == "measured"
     assert set(run.trials["provenance"].to_pylist()) == set(run.claims["provenance"].to_pylist()) == {"measured"}
     assert set(run.claims["outcome"].to_pylist()) == {"not shown"}

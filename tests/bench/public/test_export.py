@@ -29,7 +29,7 @@ def described(folder, kind="trials"):
     folder.mkdir(parents=True)
     made_by = {"colias-sim": colias_sim.__version__}
     noted = {"kind": kind, "experiment": "x", "seed": 0, "trials": 1, "versions": made_by}
-    (folder / "experiment.json").write_text(json.dumps(noted))
+    (folder / "run.json").write_text(json.dumps(noted))
 
 
 def colias(*arguments) -> int:

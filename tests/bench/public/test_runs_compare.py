@@ -48,8 +48,8 @@ def test_runs_tell_when_they_were_begun_and_by_what_commit(runs_folder, tmp_path
     """The time is the run's own, whatever becomes of its files."""
     began = datetime.datetime.now(datetime.UTC) - datetime.timedelta(minutes=30)
     shutil.copytree(runs_folder / "a", tmp_path / "copied")
-    os.utime(tmp_path / "copied" / "experiment.json", (0, 0))
-    text = json.loads((runs_folder / "a" / "experiment.json").read_text())
+    os.utime(tmp_path / "copied" / "run.json", (0, 0))
+    text = json.loads((runs_folder / "a" / "run.json").read_text())
     (copied,) = experiments.runs(tmp_path).to_pylist()
     assert copied["when"] > began and copied["when"] == experiments.load(runs_folder / "a").begun
     assert copied["commit"] == experiments.load(runs_folder / "a").commit
@@ -63,7 +63,7 @@ def test_runs_tell_when_they_were_begun_and_by_what_commit(runs_folder, tmp_path
 
 def test_going_on_keeps_the_time(runs_folder, tmp_path):
     shutil.copytree(runs_folder / "a", tmp_path / "out")
-    file = tmp_path / "out" / "experiment.json"
+    file = tmp_path / "out" / "run.json"
     text = json.loads(file.read_text())
     file.write_text(json.dumps({**text, "begun": "2001-01-01T00:00:00+00:00"}))
     run = experiments.run("speed", settings=FAST, out=tmp_path / "out", **QUICK)
@@ -74,7 +74,7 @@ def test_going_on_keeps_the_time(runs_folder, tmp_path):
 def test_a_run_of_another_version_is_listed_with_the_version_that_reads_it(runs_folder, colias):
     shutil.copytree(runs_folder / "a", colias.folder / "runs" / "a")
     (colias.folder / "runs" / "older").mkdir()
-    (colias.folder / "runs" / "older" / "experiment.json").write_text('{"experiment": {}, "seed": 0, "trials": 3}')
+    (colias.folder / "runs" / "older" / "run.json").write_text('{"experiment": {}, "seed": 0, "trials": 3}')
     done = colias("runs")
     assert done.returncode == 0 and done.stdout.startswith("run: a ")
     assert "colias-sim 0.1" in done.stderr and done.stderr.count("\n") == 1
@@ -135,7 +135,7 @@ def test_nothing_in_common(runs_folder, colias, tmp_path):
     assert done.returncode == 0 and "nothing to pair" in done.stderr
     done = colias("compare", str(runs_folder / "a"), "no")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert done.stderr.startswith("colias: no: no experiment.json there")
+    assert done.stderr.startswith("colias: no: no run.json there")
 
 
 def test_the_version(colias):

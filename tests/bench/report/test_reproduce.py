@@ -125,7 +125,7 @@ def test_every_claim_is_answered(reproduced):
     assert "C7, C8, C9, C10, C11, C12, C24, C26, C28, B1, B2, B3, B4. Each says below" in page
     assert "Nothing was moved in this run" in page
     assert "replicates with the robot here are short: 5 trials of each condition instead of 10" in page
-    note = json.loads((run / "out" / "speed" / "experiment.json").read_text())
+    note = json.loads((run / "out" / "speed" / "run.json").read_text())
     assert note["renderers"][0] in page and note["reference_frames"][0] in page
     assert "start acceleration" in page and not re.search(r"(holds|fails|not shown)\W+(at|in) \d+ of", page)
     plain = " ".join(page.split())

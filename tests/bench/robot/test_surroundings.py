@@ -113,7 +113,7 @@ def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
     (tmp_path / "own.py").write_text(OWN)
     settings = {"scene.shell_picture": "tex/own.png"}
     first_run = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
-    noted = json.loads((first_run.folder / "experiment.json").read_text())
+    noted = json.loads((first_run.folder / "run.json").read_text())
     assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
     assert set(first_run.trials.column("scene.shell_picture").to_pylist()) == {"own.png"}
     assert main.command(["rerun", "there", "--quiet", "--out", "again", "--workers", "1"]) == 0

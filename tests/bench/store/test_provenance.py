@@ -1,4 +1,4 @@
-"""What experiment.json tells of what computed a run: every library that does, and what drew the frames."""
+"""What run.json tells of what computed a run: every library that does, and what drew the frames."""
 
 import json
 import os
@@ -19,7 +19,7 @@ from tests.conftest import Colias
 ROOT = Path(__file__).parents[3]
 COMPUTE_NOTHING = {
     "matplotlib": "figures", "typer": "the command line", "rich": "the terminal", "jinja2": "the report's page",
-    "filelock": "keeps two runs apart",
+    "filelock": "keeps two runs apart", "loky": "keeps worker processes",
     "packaging": "compares versions for colias doctor", "pyopengl": "asks OpenGL for its name",
     "cffi": "hands arrays to the network in C", "lazy-loader": "imports public names when they are asked for",
 }  # fmt: skip
@@ -50,7 +50,7 @@ def test_a_checkout_that_belongs_to_another_user_keeps_its_commit(tmp_path, monk
 
 
 def described(folder: Path) -> dict:
-    return json.loads((folder / "experiment.json").read_text())
+    return json.loads((folder / "run.json").read_text())
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     assert re.fullmatch(r".+, OpenGL \d.+, by (egl|osmesa|glfw|cgl)", drew)
     rows = pq.read_table(out / "trials.parquet")
     # The same run, begun where something else draws.
-    (out / "experiment.json").write_text(json.dumps(first | {"renderers": ["another"]}))
+    (out / "run.json").write_text(json.dumps(first | {"renderers": ["another"]}))
     pq.write_table(rows.slice(1), out / "trials.parquet")
     again = colias(*RUN, "--out", "out", "-q")
     assert (again.returncode, again.stderr) == (0, "")
@@ -86,7 +86,7 @@ def test_what_drew_is_noted_and_refuses_nothing(colias, out):
 
 def test_a_resume_where_pixels_differ_says_so(colias, out):
     first = described(out)
-    (out / "experiment.json").write_text(json.dumps(first | {"reference_frames": ["0123456789ab"]}))
+    (out / "run.json").write_text(json.dumps(first | {"reference_frames": ["0123456789ab"]}))
     pq.write_table(pq.read_table(out / "trials.parquet").slice(1), out / "trials.parquet")
     again = colias(*RUN, "--out", "out", "-q")
     assert again.returncode == 0

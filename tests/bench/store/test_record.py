@@ -15,7 +15,7 @@ from experiments.bench.store.kinds import KINDS
 def describe(folder, description):
     folder.mkdir(parents=True, exist_ok=True)
     made_by = {"versions": {"colias-sim": colias_sim.__version__}} if "kind" in description else {}
-    (folder / "experiment.json").write_text(json.dumps({"seed": 0, "trials": 2, **made_by, **description}))
+    (folder / "run.json").write_text(json.dumps({"seed": 0, "trials": 2, **made_by, **description}))
     return folder
 
 

@@ -126,7 +126,7 @@ def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     assert done.returncode == 0, done.stderr
     folder = colias.folder / "out"
     (first,) = {row["code"] for row in pq.read_table(folder / TRIALS).to_pylist()}
-    assert str(colias.folder / "gains.py") in json.loads((folder / "experiment.json").read_text())["files"]
+    assert str(colias.folder / "gains.py") in json.loads((folder / "run.json").read_text())["files"]
     drop_first_trial(folder)
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
@@ -140,7 +140,7 @@ def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     assert asked.returncode == 0, asked.stderr
     assert "rows of 2 codes" in asked.stderr
     rows = pq.read_table(folder / TRIALS).to_pylist()
-    described = json.loads((folder / "experiment.json").read_text())
+    described = json.loads((folder / "run.json").read_text())
     (second,) = [resumption["code"] for resumption in described["resumed_with"]]
     assert described["code"] == first != second
     assert all(row["code"] == (first if row["trial"] else second) for row in rows)
@@ -201,7 +201,7 @@ def test_other_source_of_the_project_is_refused_or_marked(colias, elsewhere):
     folder, run = elsewhere
     write_files(folder)
     assert colias(*ARGUMENTS, "--out", "out", "-q").returncode == 0
-    described = json.loads((folder / "out" / "experiment.json").read_text())
+    described = json.loads((folder / "out" / "run.json").read_text())
     same = run(*ARGUMENTS, "--out", "out", "-q")
     assert (same.returncode, same.stderr) == (0, "")
     with (folder / "copy" / "dsnn" / "emd.py").open("a") as file:
@@ -212,7 +212,7 @@ def test_other_source_of_the_project_is_refused_or_marked(colias, elsewhere):
     drop_first_trial(folder / "out")
     asked = run(*ARGUMENTS, "--out", "out", "--other-code", "-q")
     assert asked.returncode == 0 and "rows of 2 codes" in asked.stderr
-    (more,) = json.loads((folder / "out" / "experiment.json").read_text())["resumed_with"]
+    (more,) = json.loads((folder / "out" / "run.json").read_text())["resumed_with"]
     assert more["source"]["digest"] != described["source"]["digest"]
     assert (more["source"]["commit"], more["source"]["dirty"]) == (None, None), "it is in no checkout"
     again = run(*ARGUMENTS, "--out", "out", "-q")
@@ -221,7 +221,7 @@ def test_other_source_of_the_project_is_refused_or_marked(colias, elsewhere):
 
 def test_other_versions_are_refused_unless_asked_for(base, monkeypatch, capsys, tmp_path):
     shutil.copytree(base / "clips-whole", tmp_path / "out")
-    file = tmp_path / "out" / "experiment.json"
+    file = tmp_path / "out" / "run.json"
     described = json.loads(file.read_text())
     described["versions"] |= {"numpy": "1.0", "python": "3.0"}
     file.write_text(json.dumps(described))

@@ -112,7 +112,7 @@ def test_a_map_goes_on_where_it_was_cut_short(whole, tmp_path, monkeypatch):
     rows = pq.read_table(folder / "trials.parquet")
     cut = tmp_path / "cut"
     cut.mkdir()
-    (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
+    (cut / "run.json").write_bytes((folder / "run.json").read_bytes())
     pq.write_table(rows.slice(0, 40), cut / "trials.parquet")  # 20 trials of two rows
     pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
     with pytest.raises(UsageError, match=r"--over dsnn\.t_sp is 0\.01, 0\.2 there and 0\.02, 0\.2 now"):

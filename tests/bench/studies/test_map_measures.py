@@ -204,7 +204,7 @@ def test_a_map_of_clips_is_the_same_without_workers_and_goes_on(whole, tmp_path)
     assert (tmp_path / "again" / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
     rows, cut = pq.read_table(folder / "trials.parquet"), tmp_path / "cut"
     cut.mkdir()
-    (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
+    (cut / "run.json").write_bytes((folder / "run.json").read_bytes())
     pq.write_table(rows.slice(0, 2), cut / "trials.parquet")  # a clip of two models
     pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
     assert main.command([*arguments, "--workers", "0", "--out", str(cut)]) == 0

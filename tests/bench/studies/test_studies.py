@@ -217,7 +217,7 @@ def stored(folder):
     """What a study's folder says of its numbers, its table, its trials, and how long each of these took."""
     import pyarrow.parquet as pq
 
-    note = json.loads((folder / "experiment.json").read_text())
+    note = json.loads((folder / "run.json").read_text())
     trials = pq.read_table(folder / "trials.parquet").to_pylist()
     took = [row.pop("wall_s") for row in trials]
     return (note["replicates"], note["trials"], (folder / "counts.csv").read_bytes(), trials), took

@@ -427,4 +427,4 @@ def test_numbers_do_not_depend_on_workers(tmp_path):
     for name in ("tuning.csv", "preferences.csv", "speed.svg"):
         first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (1, 2))
         assert first == second
-    assert json.loads((tmp_path / "1" / "experiment.json").read_text())["experiment"] == "tuning"
+    assert json.loads((tmp_path / "1" / "run.json").read_text())["experiment"] == "tuning"

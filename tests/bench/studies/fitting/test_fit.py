@@ -155,7 +155,7 @@ def test_frames_are_shared_by_settings_of_the_network_alone(folder):
     speeds = [row["dots.speed"] for row in searched]
     assert len({*speeds[:4]}) == len({*speeds[4:]}) == 1 and len({*speeds}) == 2
     assert len({row["planted.a"] for row in searched}) == 8
-    description = json.loads((folder / "shared" / "search-0000" / "experiment.json").read_text())
+    description = json.loads((folder / "shared" / "search-0000" / "run.json").read_text())
     assert description["trials"] == 2, "one showing for each rendering, with four models"
 
 
@@ -228,7 +228,7 @@ def test_another_fit_does_not_go_on_there(folder, undisturbed):
 def test_seeds_of_search_sample_and_judging_anew_differ(folder, undisturbed):
     seeds = []
     for part in ("search-0000", "search-0002", "sample-4", "held-out-24"):
-        seeds.append(json.loads((undisturbed / part / "experiment.json").read_text())["seed"])
+        seeds.append(json.loads((undisturbed / part / "run.json").read_text())["seed"])
     assert seeds[0] == seeds[1] and len({*seeds}) == 3
     assert min(abs(seed - seeds[0]) for seed in seeds[2:]) > 1000, "no replicate of one is a replicate of another"
 
@@ -238,7 +238,7 @@ def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeat
     small = ["--share", "1", "--sample", "1", "--held-out", "1", "--out", str(tmp_path / "few"), "-q", "--workers", "0"]
     assert main.command([*words, *small]) == 0
     trials = [
-        json.loads((tmp_path / "few" / part / "experiment.json").read_text())["trials"]
+        json.loads((tmp_path / "few" / part / "run.json").read_text())["trials"]
         for part in ("search-0000", "sample-1", "held-out-2")
     ]
     assert trials == [10, 10, 20], "both directions of crossing, five times and then ten times each"
