@@ -18,6 +18,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.store": 0,
     "experiments.bench.stats": 0,
     "experiments.bench.figures": 0,
+    "experiments.bench.report": 0,
     "experiments.bench.recording": 0,
     "experiments.bench.doctor": 1,
     "experiments.bench.new": 1,

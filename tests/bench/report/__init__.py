@@ -1,1 +1,1 @@
-"""Tests of experiments/bench/report."""
+"""Tests of figures, and of the report of a reproduction."""

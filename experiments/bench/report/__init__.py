@@ -1,0 +1,1 @@
+"""Figures over tables, one file a kind, in one style."""

@@ -1,0 +1,176 @@
+"""The look that all figures share: titles that state findings, means with intervals, labels at their lines, saving."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import textwrap
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.patheffects import withStroke
+
+from experiments.bench.figures.media import sheet
+from experiments.bench.stats.tests import summarise
+from experiments.bench.store.places import replacing
+
+WIDTH, PAGE = 7.16, 11.0
+"""Width of a figure (both columns of IEEE's page) and the most that it is high, inches."""
+SMALL, BODY, TITLE = 7.0, 8.0, 9.0
+"""Sizes of type, points: labels at lines and ticks; axes; findings."""
+LOOK: dict[Any, Any] = {
+    "font.size": BODY,
+    "axes.labelsize": BODY,
+    "axes.titlesize": BODY,
+    "axes.titlelocation": "left",
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.3,
+    "text.parse_math": False,  # a dollar sign in a user's label begins no formula
+    "svg.hashsalt": "colias-sim",  # equal tables, equal bytes
+    "svg.fonttype": "none",
+}
+INK, GREY = "#222222", "#5f5f5f"
+HUES = ("#1f3f94", "#dd7a00", "#7b1050", "#2a8fd0", "#0b5226", "#e0559a", "#5a3208", "#4f9e2f")
+"""Colours of things without an order. Dark and light take turns, so neighbours differ in grey too, and all have a
+contrast of at least 3:1 on white."""
+DIVERGING = "RdBu_r"
+"""Colour map of signed quantities: red is right or down."""
+HALO = (withStroke(linewidth=2.0, foreground="white"),)
+"""White around text that may lie on a line."""
+
+
+@contextlib.contextmanager
+def look() -> Iterator[None]:
+    """Draw in the style, and without a warning for each character of a user's text that the font has not."""
+    with warnings.catch_warnings(), mpl.rc_context(LOOK):
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
+        yield
+
+
+def colours(names: Iterable[str]) -> dict[str, str]:
+    """Return a colour for each name, in turn; with more than eight names, panels have to tell them apart."""
+    return {name: HUES[place % len(HUES)] for place, name in enumerate(dict.fromkeys(names))}
+
+
+def shades(levels: Iterable[float]) -> dict[float, str]:
+    """Return a colour for each level of a quantity, from dark for the lowest to light for the highest."""
+    ordered = sorted(set(levels))
+    places = np.linspace(0.0, 0.78, max(len(ordered), 2))
+    return {level: to_hex(mpl.colormaps["viridis"](place)) for level, place in zip(ordered, places, strict=False)}
+
+
+def wrapped(text: str, inches: float, points: float = BODY) -> str:
+    """Break ``text`` into lines of at most ``inches`` in type of so many points; long labels part at their commas."""
+    most = max(int(inches * 72.0 / (0.6 * points)), 8)
+    lines = textwrap.wrap(re.sub(r",(?=\S)", ",\x1f ", text), most, break_on_hyphens=False)
+    return "\n".join(lines).replace("\x1f ", "").replace("\x1f", "")
+
+
+def finding(axes: Axes, text: str, letter: str = "") -> None:
+    """Write the finding of a panel above it, after the panel's letter."""
+    inches = axes.bbox.width / axes.figure.dpi
+    axes.set_title(wrapped(f"{letter}  {text}" if letter else text, inches, TITLE), fontsize=TITLE, fontweight="bold")
+
+
+def headline(figure: Figure | SubFigure, text: str, letter: str = "") -> None:
+    """Write the finding of a figure, or of a part of one, at its upper left."""
+    inches = figure.bbox.width / figure.figure.dpi
+    words = wrapped(f"{letter}  {text}" if letter else text, inches, TITLE)
+    figure.suptitle(words, x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
+
+
+def caption(figure: Figure, text: str) -> None:
+    """Write below a figure what was run, n, and what the symbols mean."""
+    words = wrapped(text, figure.get_size_inches()[0], SMALL)
+    figure.supxlabel(words, x=0.01, ha="left", fontsize=SMALL, color=GREY)
+
+
+def means(axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], colour: str, name: str = "") -> None:
+    """Draw trials as dots, their means as a line called ``name``, and the 95 % interval of each mean as a whisker.
+
+    Parameters
+    ----------
+    x
+        Places along the axis.
+    samples
+        The values of the trials at each place. Fewer than three have no interval, and a single one is its mean.
+    """
+    summaries = [summarise(values) for values in samples]
+    centres = np.array([summary.mean for summary in summaries])
+    ends = np.array([[summary.ci_low, summary.ci_high] for summary in summaries]).T
+    axes.plot(x, centres, "-o", ms=3.0, color=colour, label=name or None)
+    known = np.isfinite(ends[0])
+    if known.any():
+        reach = np.abs(ends - centres)[:, known]
+        axes.errorbar(np.asarray(x)[known], centres[known], reach, fmt="none", ecolor=colour, elinewidth=1.0, capsize=2)
+    for place, values in zip(x, samples, strict=True):
+        if len(values) > 1:
+            axes.plot([place] * len(values), values, "o", ms=2.2, mfc="none", mec=colour, mew=0.6, alpha=0.8)
+
+
+def threshold(axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold") -> None:
+    """Draw a threshold, of either sign where the potential is ``signed``, with its name at the line; ``None``: none."""
+    if level is None:
+        return
+    for sign in (1, -1) if signed else (1,):
+        axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
+    axes.annotate(name, (1.0, level), (0.0, 1.5), ("axes fraction", "data"), "offset points", ha="right",
+                  fontsize=SMALL, color=GREY, path_effects=HALO)  # fmt: skip
+
+
+def label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
+    """Write names beside the ends of lines, clear of each other; ``ends`` are x, y, name and colour, limits are set."""
+    ends = sorted(ends, key=lambda end: end[1])
+    scale, gap = 72.0 / axes.figure.dpi, 1.2 * SMALL
+    heights = [scale * float(axes.transData.transform(end[:2])[1]) for end in ends]
+    places = list(heights)
+    for _ in range(200):
+        for lower in range(len(places) - 1):
+            overlap = max(gap - (places[lower + 1] - places[lower]), 0.0)
+            places[lower] -= overlap / 2.0
+            places[lower + 1] += overlap / 2.0
+    for (x, y, name, colour), height, place in zip(ends, heights, places, strict=True):
+        axes.annotate(name, (x, y), (5.0, place - height), textcoords="offset points", va="center", color=colour,
+                      fontsize=SMALL, fontweight="bold", annotation_clip=False, path_effects=HALO)  # fmt: skip
+
+
+def save(figure: Figure, path: Path, source: str = "") -> Path:
+    """Write a figure as SVG and PNG, as large as its medium; equal figures give equal bytes.
+
+    Parameters
+    ----------
+    path
+        Where, without a suffix.
+    source
+        Of what rows and code it is: noted in both files.
+
+    Returns
+    -------
+    pathlib.Path
+        That of the PNG file.
+    """
+    scale, noted = sheet().inches / WIDTH, {"Source": source} if source else {}
+    with look():
+        if engine := figure.get_layout_engine():
+            engine.execute(figure)  # whose last bits differ from run to run, and with them the names of clip paths
+            figure.set_layout_engine(None)
+            for axes in figure.axes:
+                axes.set_position(tuple(round(side, 6) for side in axes.get_position(original=True).bounds))
+        for kind, metadata in (("svg", {"Date": None} | noted), ("png", noted)):
+            with replacing(path.with_name(f"{path.name}.{kind}")) as partial:
+                figure.savefig(partial, format=kind, dpi=sheet().dpi * scale, metadata=metadata)
+                if kind == "svg":
+                    svg = re.sub(r'(?<=th="|ht=")[\d.]+(?=pt")', lambda side: f"{scale * float(side[0]):.6g}",
+                                 partial.read_text(encoding="utf-8"), count=2)  # fmt: skip
+                    partial.write_text(svg, encoding="utf-8")
+    return path.with_name(f"{path.name}.png")

@@ -1,0 +1,80 @@
+"""The style of figures: colours apart in grey, means and intervals of the data, labels clear of each other, bytes."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from experiments.bench.report import style
+from experiments.bench.stats.tests import summarise
+
+
+def luminance(colour):
+    channels = np.array(to_rgb(colour))
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    return linear @ (0.2126, 0.7152, 0.0722)
+
+
+def test_neighbours_differ_in_grey_and_every_colour_is_seen_on_white():
+    tints = list(style.colours("abcdefghi").values())
+    for one, other in pairwise(tints):
+        low, high = sorted((luminance(one), luminance(other)))
+        assert (high + 0.05) / (low + 0.05) > 2.0
+    assert all(1.05 / (luminance(tint) + 0.05) >= 3.0 for tint in tints)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 9])
+def test_shades_rise_with_the_level(count):
+    tints = style.shades(np.random.default_rng(0).permutation(count))
+    greys = [luminance(tints[level]) for level in range(count)]
+    assert greys == sorted(greys) and len(set(greys)) == count
+
+
+def test_means_intervals_and_trials_are_those_of_the_values():
+    samples = [[3.0], [1.0, 2.0], [4.0, 5.0, 9.0]]
+    axes = Figure().subplots()
+    style.means(axes, [1.0, 2.0, 3.0], samples, style.INK, "dsnn")
+    (line,) = (line for line in axes.lines if line.get_label() == "dsnn")
+    assert list(line.get_ydata()) == [3.0, 1.5, 6.0]
+    dots = [list(line.get_ydata()) for line in axes.lines if line.get_markerfacecolor() == "none"]
+    assert dots == samples[1:]
+    (whisker,) = (segment for bars in axes.collections for segment in bars.get_segments())
+    expected = summarise(samples[2])
+    assert tuple(whisker[:, 1]) == pytest.approx((expected.ci_low, expected.ci_high)), "and none of fewer than three"
+
+
+def test_a_threshold_that_is_none_is_not_drawn():
+    axes = Figure().subplots()
+    style.threshold(axes, None)
+    assert not axes.lines and not axes.texts
+    style.threshold(axes, 0.16, signed=True)
+    assert {line.get_ydata()[0] for line in axes.lines} == {0.16, -0.16}
+
+
+def test_labels_of_lines_that_end_together_do_not_collide(tmp_path):
+    figure = Figure(figsize=(4.0, 3.0), layout="constrained")
+    axes = figure.subplots()
+    axes.set(xlim=(0, 1), ylim=(0, 1))
+    style.label_ends(axes, [(1.0, y, str(y), style.INK) for y in (0.5, 0.51, 0.1, 0.52)])
+    style.save(figure, tmp_path / "labels")
+    placed = sorted(axes.texts, key=lambda text: text.get_window_extent().y0)
+    assert [text.get_text() for text in placed] == ["0.1", "0.5", "0.51", "0.52"], "in the order of the lines"
+    heights = [text.get_window_extent().y0 * 72.0 / figure.dpi for text in placed]
+    assert min(np.diff(heights)) > style.SMALL
+
+
+def test_equal_figures_give_equal_bytes_that_note_their_source(tmp_path):
+    def written(name):
+        with style.look():
+            figure = Figure(figsize=(4.0, 3.0), layout="constrained")
+            for axes in figure.subplots(2, 2).flat:
+                style.finding(axes, "Nothing rises", "a")
+                style.means(axes, [1.0, 2.0], [[1.0, 2.0, 3.0]] * 2, style.INK)
+            style.caption(figure, "n = 3")
+        style.save(figure, tmp_path / name, "rows 1234")
+        return [(tmp_path / f"{name}.{kind}").read_bytes() for kind in ("svg", "png")]
+
+    first, second = written("first"), written("second")
+    assert first == second and all(b"rows 1234" in content for content in first)
