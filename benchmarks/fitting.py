@@ -46,7 +46,7 @@ def table() -> Table:
 
 def _searched(fit: Fit) -> tuple[str, str, str]:
     """Search for the wall time, in batches as a fit has them, and judge the winner anew."""
-    from experiments.bench.engine.batch import Resources
+    from experiments.bench.run.runs import Resources
     from experiments.bench.studies.fitting.players import Player
     from experiments.bench.studies.fitting.run import TEST, planned
     from experiments.bench.studies.fitting.search import Search

@@ -16,10 +16,10 @@ from benchmarks.timing import interleaved
 from colias_sim import CameraConfig, Frame, PathFollower, Pose, Route, Simulation
 from dsnn import DSNN, DSNNParams
 from experiments.bench import registry
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.pool import InProcess
 from experiments.bench.robot.plan import Plan, configure
 from experiments.bench.robot.run import Keep, batch
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 
 FRAMES = 60
 
@@ -124,7 +124,7 @@ def recording_table() -> Table:
                 trials = batch(plan, Keep(recordings))
                 folder = trials.open(Path(name) / "run", resources)
                 began, worked = time.perf_counter(), time.process_time()
-                trials.fill(folder, InProcess(), resources)
+                trials.fill(folder, Workers(0), resources)
                 wall[recordings].append(time.perf_counter() - began)
                 work[recordings].append(time.process_time() - worked)
                 frames = folder.frames().num_rows

@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.table import Table
 
 from experiments.bench import registry
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.pool import open_pool
 from experiments.bench.robot.plan import Plan, plan
 from experiments.bench.robot.run import Keep, batch
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import open_workers
 
 TRIALS = 170
 
@@ -22,8 +22,8 @@ def table() -> Table:
     """The paper's angular approaches, 34 repeats at 5 angles, without recordings."""
     work = plan(registry.load("angular-approach"), ["dsnn"], (), TRIALS // 5, 0)
     taken = {
-        "1 worker": _timed(work, lambda: open_pool(1)),
-        "2 workers": _timed(work, lambda: open_pool(2)),
+        "1 worker": _timed(work, lambda: open_workers(1)),
+        "2 workers": _timed(work, lambda: open_workers(2)),
         "Dask, 2 workers": _on_cluster(work),
     }
     timings = Table(title=f"{TRIALS} trials, seconds")
@@ -56,4 +56,4 @@ def _on_cluster(work: Plan) -> float:
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as cluster:
-        return _timed(work, lambda: open_pool(0, cluster.scheduler_address))
+        return _timed(work, lambda: open_workers(0, cluster.scheduler_address))

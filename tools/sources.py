@@ -27,8 +27,8 @@ import pyarrow.compute as pc
 from PIL import Image
 
 from experiments.bench.cli.main import command
-from experiments.bench.engine.batch import Enough, first
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Enough, first
 from experiments.bench.store import provenance
 from experiments.bench.store.description import read_description
 from experiments.bench.store.files import UNREPEATABLE, hash_of, read_parquet, tables_hash, tables_of

@@ -33,9 +33,9 @@ import pytest
 import typer
 
 from experiments.bench.cli import main
-from experiments.bench.engine import batch
 from experiments.bench.public import run as public_run
 from experiments.bench.robot.trial import forget_simulations
+from experiments.bench.run import runs as batch
 from tests.conftest import one_core
 
 ROOT = Path(__file__).parents[2]

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from experiments.bench.engine.workers import local
+from experiments.bench.run import workers
 
 IMPORTS = """
 import builtins, importlib, os, pkgutil, signal, sys
@@ -42,6 +42,6 @@ def test_every_module_is_imported_without_what_windows_lacks(tmp_path):
 
 
 def test_workers_start_without_signal_masks(monkeypatch):
-    monkeypatch.delattr(local.signal, "pthread_sigmask")
-    with local.without_interrupts():
+    monkeypatch.delattr(workers.signal, "pthread_sigmask")
+    with workers.without_interrupts():
         pass

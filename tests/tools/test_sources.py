@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import experiments
-from experiments.bench.engine.batch import Enough, first
+from experiments.bench.run.runs import Enough, first
 from experiments.bench.store.files import TABLE as TABLE_FILE
 from experiments.bench.store.files import drawn_from, read_parquet
 from tools.sources import (

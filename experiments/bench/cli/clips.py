@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.bench.cli.options import Models, Only
-from experiments.bench.engine import interrupts
+from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus, StimulusEntry

@@ -8,7 +8,7 @@ import os
 import sys
 
 from experiments.bench.doctor import memory
-from experiments.bench.engine import interrupts
+from experiments.bench.run import interrupts
 
 TYPE_CHECKING = False  # that of typing, whose import takes longer than all else here
 if TYPE_CHECKING:

@@ -93,7 +93,7 @@ def budget(
         programs = f"{len(points)} program{'s' * (len(points) > 1)}"
         message = f"firmware budget: {programs} to build and to run in QEMU, into {folder}"
         error_console.print(message, soft_wrap=True, markup=False)
-    with progress("budget", len(points), quiet, "programs", width=means.workers or 1) as advance:
+    with progress("budget", len(points), quiet, "programs") as advance:
         budgets = measure_all(points, tools, means.workers, advance)
     from experiments.bench.figures.plotting import save
     from experiments.bench.firmware import figure

@@ -10,8 +10,8 @@ import typer
 from experiments.bench.figures.media import Medium, choose
 
 if TYPE_CHECKING:
-    from experiments.bench.engine.batch import Resources
     from experiments.bench.engine.pictures import Pictures
+    from experiments.bench.run.runs import Resources
 
 EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
@@ -77,7 +77,7 @@ def experiment_names(incomplete: str) -> list[str]:
 
 def resources(workers: int | None, cluster: str | None, quiet: bool, other_code: bool) -> Resources:
     """Return what these options say a run is done with."""
-    from experiments.bench.engine.batch import Resources, worker_count
+    from experiments.bench.run.runs import Resources, worker_count
 
     return Resources(worker_count(workers), cluster, quiet, other_code)
 

@@ -25,7 +25,7 @@ from experiments.bench.cli.options import (
 from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
-    from experiments.bench.engine.batch import Resources
+    from experiments.bench.run.runs import Resources
 
 MODEL_CLAIMS = "model-claims"
 QUICK = (2, 5)

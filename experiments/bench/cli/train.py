@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.bench.cli.options import EXIT_FAILED, For, OtherCode, Quiet, Seed, Workers, resources, results_folder
-from experiments.bench.engine import interrupts
 from experiments.bench.figures.media import Medium
+from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
     from experiments.bench.closed_loop.policy import About
     from experiments.bench.closed_loop.run import Played
-    from experiments.bench.engine.batch import Resources
+    from experiments.bench.run.runs import Resources
     from experiments.bench.training.study import Study
 
 STEPS, ENVS, REPLAYED = 40_960, 8, 5
@@ -175,13 +175,9 @@ def _train(about: About, out: Path | None, means: Resources) -> int:
     if not means.quiet:
         message = f"{about.env}: {about.steps} steps in {about.envs} envs, which are starting, into {folder}"
         error_console.print(message, soft_wrap=True, markup=False)
-    from experiments.bench.closed_loop.policy import ROLLOUT
     from experiments.bench.training import evaluate, ppo
 
-    # Steps come fast until the first rollout is learnt from: the time left is known after two.
-    learnt = ppo.train(
-        about, lambda: progress("train", rounds, means.quiet, f"steps of {about.envs} envs", width=ROLLOUT)
-    )
+    learnt = ppo.train(about, lambda: progress("train", rounds, means.quiet, f"steps of {about.envs} envs"))
 
     with interrupts.held():
         file = evaluate.keep(learnt.policy, learnt.curve, folder)

@@ -67,8 +67,8 @@ def _view_both(first: Path, second: Path, trial: int | None, web: bool) -> int:
     """Show a trial of a run beside the equal trial of another."""
     from experiments.bench.cli import viewer
     from experiments.bench.cli.beside import side_by_side
-    from experiments.bench.engine import interrupts
     from experiments.bench.engine.terminal import error_console
+    from experiments.bench.run import interrupts
     from experiments.bench.viewer import require_screen
 
     title, data = side_by_side(first, second, trial)

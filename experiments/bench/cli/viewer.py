@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from experiments.bench.cli import kept
-from experiments.bench.engine import interrupts
 from experiments.bench.engine.terminal import program
+from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
 
 PATIENCE_S = 5.0

@@ -11,8 +11,8 @@ from experiments.bench.clips.plan import OfflinePlan, pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA
 from experiments.bench.clips.show import show, show_first_seed, show_without_frames
 from experiments.bench.clips.summary import OfflineReport, conclude
-from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.pool import Pool
+from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.workers import Workers
 
 SCHEMAS = (CLIP_SCHEMA, SERIES_SCHEMA)
 
@@ -35,7 +35,7 @@ def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Ba
     )
 
 
-def run(plan: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, record: bool = False) -> OfflineReport:
+def run(plan: OfflinePlan, out: Path, pool: Workers, resources: Resources, *, record: bool = False) -> OfflineReport:
     """Show what has not been shown, and conclude.
 
     Parameters

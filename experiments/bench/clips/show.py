@@ -54,7 +54,7 @@ def show(showing: Showing, *, record: bool = False) -> TrialRecord:
     rows = tuple(_row(showing, clip, motions, model, series, wall_s) for model, series in answers)
     tables = pa.concat_tables([_series(showing.index, model.label, series) for model, series in answers])
     failures = tuple(
-        Failure(showing.index, label, showing.condition.label(), showing.seed, 1, trouble)
+        Failure(showing.index, label, showing.condition.label(), showing.seed, trouble)
         for label, trouble in troubles.items()
     )
     recording = recording_of(partial(_recording, showing, clip, frames, answers)) if record else None

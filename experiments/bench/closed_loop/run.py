@@ -24,13 +24,13 @@ from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
-from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import count, progress
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import load_model
+from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.user_code import is_file, is_own
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.store import provenance
 from experiments.bench.store.drawing import drawn_here
@@ -246,12 +246,10 @@ def batch(plan: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
         things="episodes",
         amount=lambda: f"{count(len(specs), 'episode')} ({', '.join(names)}){kept}",
         size=longest,
-        taken=steps_run,
-        kind=lambda spec: spec.index // plan.episodes,  # the behaviour
     )
 
 
-def run(plan: BehaviourPlan, out: Path, pool: Pool, resources: Resources, *, recordings: int = 0) -> Played:
+def run(plan: BehaviourPlan, out: Path, pool: Workers, resources: Resources, *, recordings: int = 0) -> Played:
     """Play what is missing, and score it.
 
     Parameters
@@ -302,8 +300,3 @@ def table(env: str, standings: Sequence[Standing]) -> list[dict[str, Any]]:
 def longest(spec: EpisodeSpec) -> float:
     """Return the steps of an episode that goes on to its end."""
     return float(spec.condition.steps or ENVS[spec.condition.env].max_episode_steps)
-
-
-def steps_run(record: TrialRecord) -> float:
-    """Return the steps that an episode had: what it took goes by them, and a collision ends it early."""
-    return float(record.frames.num_rows)

@@ -11,16 +11,15 @@ import re
 import shlex
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import Protocol
 
 from rich.cells import cell_len
 from rich.console import Console
 from rich.measure import Measurement
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -237,114 +236,49 @@ def show_places(places: Mapping[str, object]) -> None:
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 
-class Advance(Protocol):
-    """Called as each job is done or has failed, with its ``size`` in whatever unit the whole is told in.
-
-    ``left`` is what the other jobs will take, where that is not the whole less the sizes so far.
-    """
-
-    def __call__(self, size: float = 1.0, left: float | None = None) -> None:
-        """Count one more."""
-
-
-class Pace:
-    """Pace at which jobs come back, ``width`` at a time, the first of each worker aside: it has the worker's start in
-    it.
-
-    ``whole`` is the sum of the jobs' sizes. Nothing is said before ``least`` jobs are back.
-    """
-
-    def __init__(self, whole: float, width: int, least: int = 0) -> None:
-        self._left, self._width, self._least = whole, max(width, 1), least
-        self._since_s: float | None = None
-        self._size = self._before = 0.0
-        self.count = 0
-
-    def add(self, size: float, now_s: float, left: float | None = None) -> None:
-        """Count a job of that size as back, with so much work ``left``; without it, the whole less all sizes so far."""
-        self.count += 1
-        self._size += size
-        self._left = self._left - size if left is None else left
-        if self.count == self._width:
-            self._since_s, self._before = now_s, self._size
-        self._now_s = now_s
-
-    @property
-    def known(self) -> bool:
-        """Tell whether as many jobs again are back as there are workers, and no fewer than the least."""
-        return self.count >= max(2 * self._width, self._least)
-
-    def left_s(self) -> float | None:
-        """Seconds that the rest will take, as of the last job; ``None`` before that is known."""
-        if not self.known or self._since_s is None or self._size <= self._before:
-            return None
-        return max(self._left, 0.0) * (self._now_s - self._since_s) / (self._size - self._before)
-
-    def said(self) -> str:
-        """``about 40 s left``; empty before that is known."""
-        left = self.left_s()
-        if left is None:
-            return ""
-        return f"about {left:.0f} s left" if left < MINUTES_FROM_S else f"about {left / 60:.0f} min left"
-
-
-class _Left(ProgressColumn):
-    """The rate, and the time left."""
-
-    def __init__(self, pace: Pace) -> None:
-        super().__init__()
-        self._pace = pace
-
-    def render(self, task: Task) -> Text:
-        rate = f"{task.speed:.1f}/s  " if task.speed else ""
-        return Text(rate + self._pace.said())
-
-
 @contextmanager
 def progress(
-    name: str, total: int, quiet: bool, things: str = "trials", *, width: int = 1, whole: float | None = None,
-    least: int = 0,
-) -> Iterator[Advance]:  # fmt: skip
-    """Show how far ``total`` jobs have got, ``width`` under way at a time; yields what to call for each.
+    name: str, total: int, quiet: bool, things: str = "trials", *, whole: float | None = None
+) -> Iterator[Callable[..., None]]:
+    """Show how far ``total`` jobs have got, and the time left.
 
-    On a terminal that is a bar with the time left. Elsewhere it is a line as soon as the time left is known, and one a
-    minute. ``whole`` is the sum of the sizes that the calls will give; without it all jobs count alike.
-    The time left is told once ``least`` jobs are back.
+    On a terminal that is a bar, elsewhere a line a minute.
+
+    Parameters
+    ----------
+    name, things
+        What is done, and what its jobs are called.
+    total
+        Number of jobs.
+    quiet
+        Whether to show nothing.
+    whole
+        Sum of the jobs' sizes, in any unit; otherwise all jobs count alike.
+
+    Yields
+    ------
+    callable
+        To be called with the size of each job that is finished, 1 by default.
     """
-    pace = Pace(float(total) if whole is None else whole, width, least)
-    if quiet or not error_console.is_terminal:
-        yield _lines(pace, total, quiet, things)
-        return
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), _Left(pace))
-    with Progress(*columns, console=error_console, transient=True) as bar:
-        task = bar.add_task(f"{name}: {things}", total=total)
+    size = float(total if whole is None else whole)
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.fields[left]}"))
+    bar = Progress(*columns, console=error_console, transient=True, disable=quiet or not error_console.is_terminal)
+    began_s = shown_s = time.monotonic()
+    done, amount = 0, 0.0
+    with bar:
+        task = bar.add_task(f"{name}: {things}", total=size, left="")
 
-        def advance(size: float = 1.0, left: float | None = None) -> None:
-            pace.add(size, time.monotonic(), left)
-            bar.advance(task)
+        def advance(more: float = 1.0) -> None:
+            nonlocal done, amount, shown_s
+            done, amount, now_s = done + 1, amount + more, time.monotonic()
+            left_s = max(size - amount, 0.0) * (now_s - began_s) / amount
+            left = f"about {left_s:.0f} s left" if left_s < MINUTES_FROM_S else f"about {left_s / 60:.0f} min left"
+            bar.update(task, advance=more, left=f"{done} of {total}, {left}")
+            if bar.disable and not quiet and done < total and now_s - shown_s > LINE_EVERY_S:
+                shown_s = now_s
+                error_console.print(f"{done} of {total} {things}, {left}", markup=False)
 
         yield advance
-
-
-def _lines(pace: Pace, total: int, quiet: bool, things: str) -> Advance:
-    began_s = time.monotonic()
-    told_s: float | None = None
-
-    def advance(size: float = 1.0, left: float | None = None) -> None:
-        nonlocal told_s
-        now_s = time.monotonic()
-        pace.add(size, now_s, left)
-        if quiet or pace.count >= total or not pace.known:
-            return
-        if told_s is None:
-            told_s = now_s
-            error_console.print(f"{pace.said()}, by the first {pace.count} {things}", markup=False)
-        elif now_s - told_s > LINE_EVERY_S:
-            told_s = now_s
-            rate = pace.count / (now_s - began_s)
-            error_console.print(f"{pace.count} of {total} {things}, {rate:.1f}/s, {pace.said()}", markup=False)
-
-    return advance
 
 
 def program() -> list[str]:

@@ -17,8 +17,6 @@ from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import OfflineExperiment, Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.alarms import alarm_count, first_alarm_s
-from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.figures import plotting
 from experiments.bench.leaderboard import figure as leaderboard_figure
@@ -31,7 +29,9 @@ from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.run.models import ConfiguredModel, shown_models
+from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats.scores import Standing
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import LEADERBOARD
@@ -128,7 +128,7 @@ class Played:
 
 
 def play(
-    folder: Path, models: Sequence[str], repeats: int | None, seed: int, pool: Pool, resources: Resources
+    folder: Path, models: Sequence[str], repeats: int | None, seed: int, pool: Workers, resources: Resources
 ) -> Played:
     """Run what ``folder`` lacks of the trials and clips.
 
@@ -190,7 +190,7 @@ class _Done:
     failures: list[Failure]
 
 
-def _run(batch: Batch[Any], out: Path, pool: Pool, resources: Resources) -> _Done:
+def _run(batch: Batch[Any], out: Path, pool: Workers, resources: Resources) -> _Done:
     """Do what is missing of a batch."""
     with closing(batch.open(out, resources)) as folder:
         failures = batch.fill(folder, pool, resources)

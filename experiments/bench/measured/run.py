@@ -15,7 +15,6 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.engine.batch import tell
 from experiments.bench.engine.terminal import error_console, progress
 from experiments.bench.measured.frames import FrameFolder
 from experiments.bench.measured.log import Log, LoggedTrial, read
@@ -28,6 +27,7 @@ from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import ConfiguredModel, ask, choose, rate_notes
+from experiments.bench.run.runs import tell
 from experiments.bench.run.user_code import is_file, sha256
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.store.pictures import Images
@@ -273,7 +273,7 @@ def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
         if isinstance(answer, Given):
             answers.append(answer)
         else:
-            failures.append(Failure(trial.index, model.label, trial.condition.label(), trial.seed or 0, 1, answer))
+            failures.append(Failure(trial.index, model.label, trial.condition.label(), trial.seed or 0, answer))
     if not answers:
         raise TrialError(f"trial {trial.index}: {failures[0].reason}")
     recorded = None

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from experiments.bench.engine.batch import Resources, worker_count
 from experiments.bench.public.arguments import flag, folder, whole
 from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
 from experiments.bench.studies import registry

@@ -21,7 +21,7 @@ from experiments.bench.store.rows import Failure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_COUNTED = ("trial", "seed", "attempts")
+_COUNTED = ("trial", "seed")
 CLAIM_SCHEMA = pa.schema(
     {
         **dict.fromkeys(("id", "model", "word", "count"), pa.string()),

@@ -12,7 +12,6 @@ from experiments.bench import registry, viewer
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.plan import plan as clips_plan
-from experiments.bench.engine.batch import Resources, worker_count
 from experiments.bench.engine.pictures import Pictures, folder_pictures
 from experiments.bench.engine.terminal import error_console, tell_troubles
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
@@ -24,6 +23,7 @@ from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.plan import plan as robot_plan
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import shown_models
+from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store import commands
 from experiments.bench.store.description import check_own

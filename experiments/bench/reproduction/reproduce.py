@@ -14,9 +14,7 @@ from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
-from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.reproduction import claims, readings
 from experiments.bench.reproduction.plan import (
@@ -34,6 +32,8 @@ from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import shown_models
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import Files
@@ -203,7 +203,7 @@ def _announce(whole: Planned, folder: Path, resources: Resources) -> None:
     error_console.print(amount, soft_wrap=True, markup=False)
 
 
-def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: ExitStack) -> RunFolder:
+def _run(plan: Plan, folder: Path, pool: Workers, resources: Resources, locks: ExitStack) -> RunFolder:
     """Run an experiment's trials. Its folder stays locked until all is judged."""
     batch = robot_run.batch(plan, robot_run.Keep())
     run = batch.open(folder / plan.experiment.name, resources)
@@ -212,7 +212,7 @@ def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: Exit
     return run
 
 
-def _play(run_plan: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -> Played:
+def _play(run_plan: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> Played:
     """The episodes in one env, without recordings, and their figure."""
     short = run_plan.settings[0].env.partition("/")[2].partition("-")[0].lower()
     done = closed_loop_run.run(run_plan, folder / f"behave-{short}", pool, resources)
@@ -245,7 +245,7 @@ def _onboard(whole: Planned, every: Sequence[Replicate], moved: Counts) -> Count
 
 
 def _study(
-    plan: StudyPlan | None, place: str, name: str, folder: Path, pool: Pool, resources: Resources
+    plan: StudyPlan | None, place: str, name: str, folder: Path, pool: Workers, resources: Resources
 ) -> tuple[Counts | None, list[Failure]]:
     """Run a study in a folder of its own inside that of the reproduction. Returns its counts, and what failed."""
     if plan is None:

@@ -131,8 +131,7 @@ def finished(result: TrialResult, recording: bytes | str | None, *, frames: bool
     table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
     spec = result.spec
     broken = tuple(
-        Failure(spec.index, label, spec.condition.label(), spec.seed, 1, reason)
-        for label, reason in result.broken.items()
+        Failure(spec.index, label, spec.condition.label(), spec.seed, reason) for label, reason in result.broken.items()
     )
     return TrialRecord(spec.index, tuple(_rows(result)), table, recording, broken)
 

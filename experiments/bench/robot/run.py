@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import cv2
 from threadpoolctl import threadpool_limits
 
-from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, notes
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
 from experiments.bench.robot.trajectory import nominal
 from experiments.bench.robot.trial import TrialResult, Watch, run_trial
+from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.store.drawing import drawn_here
 from experiments.bench.store.rows import TrialRecord, recording_of
 

@@ -111,7 +111,6 @@ class Failure:
     """Empty for a whole trial, `RECORDING` for its recording."""
     condition: str
     seed: int
-    attempts: int
     reason: str
     """The traceback of what was raised, or one line where an input was refused."""
 
@@ -119,8 +118,7 @@ class Failure:
         what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
         if self.model == RECORDING:
             what = f"trial {self.trial} has no recording"
-        times = f" after {self.attempts} attempts" if self.attempts > 1 else ""
-        return f"{what}{times} ({self.condition}): {self.reason}"
+        return f"{what} ({self.condition}): {self.reason}"
 
 
 def in_words(failures: Iterable[Failure]) -> list[str]:

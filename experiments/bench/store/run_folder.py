@@ -170,7 +170,7 @@ class RunFolder(Files):
         if isinstance(trial.recording, bytes):
             self.write_bytes(self.recording(trial.index), trial.recording)
         elif trial.recording:
-            self._failures.append(Failure(trial.index, RECORDING, condition, seed, 1, trial.recording))
+            self._failures.append(Failure(trial.index, RECORDING, condition, seed, trial.recording))
         self._note(trial)
         self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames

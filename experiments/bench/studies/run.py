@@ -16,12 +16,12 @@ from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.show import show_without_frames
-from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.claim_files import claim_ids
 from experiments.bench.store.files import Files

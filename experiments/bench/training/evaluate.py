@@ -13,7 +13,7 @@ from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.engine.batch import Resources
+from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.store.places import replacing
 from experiments.bench.store.rows import known

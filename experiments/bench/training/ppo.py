@@ -17,7 +17,7 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
 from experiments.bench.closed_loop.policy import ROLLOUT, About, Layer, Policy
-from experiments.bench.engine.workers.local import without_interrupts
+from experiments.bench.run.workers import without_interrupts
 from experiments.bench.store.provenance import versions
 from experiments.bench.training.env import steered
 

@@ -14,10 +14,10 @@ from pydantic import TypeAdapter
 
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.policy import ROLLOUT, About
-from experiments.bench.engine import interrupts
-from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.terminal import count, error_console, progress
+from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
 from experiments.bench.stats.scores import Standing
 from experiments.bench.store.files import Files
 from experiments.bench.store.rows import Failure
@@ -166,7 +166,7 @@ def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
         error_console.print(f"{name}: starting {count(study.first.envs, 'env')}", markup=False)
     learnt = ppo.train(
         study.about(seed),
-        lambda: progress(name, rounds, resources.quiet, f"steps of {count(study.first.envs, 'env')}", width=ROLLOUT),
+        lambda: progress(name, rounds, resources.quiet, f"steps of {count(study.first.envs, 'env')}"),
     )
     if learnt.stopped:
         hint = f"stopped in training seed {seed}; finished ones are in {folder}: --out {folder} goes on"

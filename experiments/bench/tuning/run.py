@@ -15,12 +15,12 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA
 from experiments.bench.clips.show import show
-from experiments.bench.engine.batch import Batch, Resources
-from experiments.bench.engine.pool import Pool
 from experiments.bench.figures import plotting
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
+from experiments.bench.run.workers import Workers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.store.rows import Failure
@@ -153,7 +153,7 @@ def batch(plan: TuningPlan) -> Batch[Showing]:
     )
 
 
-def run(plan: TuningPlan, out: Path, pool: Pool, resources: Resources) -> TuningReport:
+def run(plan: TuningPlan, out: Path, pool: Workers, resources: Resources) -> TuningReport:
     """Show what has not been shown, and conclude. Goes on where an earlier call stopped.
 
     Parameters

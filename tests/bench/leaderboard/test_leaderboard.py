@@ -15,7 +15,6 @@ from experiments.bench.clips.experiment import Clip
 from experiments.bench.clips.judging import SIGNED
 from experiments.bench.clips.plan import plan
 from experiments.bench.clips.show import show
-from experiments.bench.engine.batch import Resources
 from experiments.bench.leaderboard import run as board
 from experiments.bench.leaderboard.kinds import DIRECTION, Ranking
 from experiments.bench.leaderboard.looming_stimuli import looming_experiments
@@ -41,6 +40,7 @@ from experiments.bench.robot.designs import Translation
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import COMPARED, choose, shown_models
+from experiments.bench.run.runs import Resources
 from experiments.bench.stats.tests import area_under_roc, median_interval
 from tests.helpers import user_files
 

@@ -6,9 +6,9 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.engine import batch
 from experiments.bench.new.kinds import KINDS
 from experiments.bench.new.write import write
+from experiments.bench.run import runs as batch
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import declared
 

@@ -21,8 +21,8 @@ TRIALS = 8
 COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
 IMPATIENT = [sys.executable, "-c", """
 from experiments.bench.cli import entry
-from experiments.bench.engine.workers.cluster import ClusterPool
-ClusterPool.ANSWER_S = ClusterPool.PATIENCE_S = 2.0
+from experiments.bench.run import workers
+workers.ANSWER_S = workers.PATIENCE_S = 2.0
 entry.main()
 """]  # fmt: skip
 """The command line, which waits shorter for a cluster."""
@@ -116,7 +116,9 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path, whole, 
 def test_a_killed_worker_costs_nothing(tmp_path, whole):
     process = start(tmp_path, *SLOW, "--out", "out", "-q")
     wait_for_trials(tmp_path / "out", 1, process)
-    victims = [pid for pid in children_of(process.pid) if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
+    victims = [
+        pid for pid in children_of(process.pid) if "loky.backend.popen_loky" in Path(f"/proc/{pid}/cmdline").read_text()
+    ]
     os.kill(victims[0], signal.SIGKILL)
     process.communicate(timeout=120)
     assert process.returncode == 0

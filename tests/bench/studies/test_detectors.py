@@ -7,10 +7,10 @@ import pytest
 
 from dsnn import MODELS
 from experiments.bench import registry
-from experiments.bench.engine.batch import Resources
 from experiments.bench.reproduction.page.cards import detectors_text
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.robot.plan import plan
+from experiments.bench.run.runs import Resources
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.stored import studies

@@ -5,11 +5,11 @@ import json
 import pytest
 
 from dsnn import MODELS
-from experiments.bench.engine.batch import Resources
 from experiments.bench.reproduction.models import run as running
 from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, names
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
 

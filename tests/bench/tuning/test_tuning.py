@@ -11,9 +11,9 @@ import pytest
 
 from dsnn import DSNN, EMD, MODELS, DSNNParams, EMDParams
 from dsnn.stimuli import STIMULI
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.pool import open_pool
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import open_workers
 from experiments.bench.tuning import probes
 from experiments.bench.tuning import run as tuning_run
 from experiments.bench.tuning.curves import (
@@ -413,7 +413,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     assert again.returncode == 0 and "11 of them done already" in again.stderr
     assert pq.read_table(out / "trials.parquet").equals(before)
     tuning_plan = tuning_run.plan([str(colias.folder / "my_model.py"), "dsnn"], ["size"], ["gradient.gain=0.1"], 0)
-    with open_pool(0) as pool, pytest.raises(UsageError, match=r"--set \w+\.gain is 0\.05 there and 0\.1 now"):
+    with open_workers(0) as pool, pytest.raises(UsageError, match=r"--set \w+\.gain is 0\.05 there and 0\.1 now"):
         tuning_run.run(tuning_plan, out, pool, Resources(0, quiet=True))
 
 
@@ -421,7 +421,7 @@ def test_numbers_do_not_depend_on_workers(tmp_path):
     tuning_plan = tuning_run.plan(["dsnn", "emd", "lgmd1"], ["speed"], [], 0)
     reports = []
     for workers in (1, 2):
-        with open_pool(workers) as pool:
+        with open_workers(workers) as pool:
             reports.append(tuning_run.run(tuning_plan, tmp_path / str(workers), pool, Resources(workers, quiet=True)))
     assert reports[0].answers == reports[1].answers
     for name in ("tuning.csv", "preferences.csv", "speed.svg"):

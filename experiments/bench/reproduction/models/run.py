@@ -14,12 +14,12 @@ from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.pool import Pool
 from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.files import Files
@@ -130,7 +130,7 @@ def _plans(wanted: Sequence[Asked], seed: int) -> dict[str, OfflinePlan]:
 
 
 def _shown(
-    plan: OfflinePlan, out: Path, pool: Pool, resources: Resources
+    plan: OfflinePlan, out: Path, pool: Workers, resources: Resources
 ) -> tuple[list[dict[str, Any]], list[Failure]]:
     batch = clips_run.batch(plan, frames=False)
     with closing(batch.open(out, resources)) as folder:

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.pool import Pool
 from experiments.bench.leaderboard import looming_scores
 from experiments.bench.leaderboard import run as leaderboard
 from experiments.bench.leaderboard import scores as direction_scores
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ask, look_up
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.bench.store.rows import Failure
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
@@ -58,7 +58,7 @@ class Player:
     failures: list[Failure]
 
     def play(
-        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Pool, *, anew: bool = False
+        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Workers, *, anew: bool = False
     ) -> list[Score] | list[Reading]:
         """Play settings; return the score or the measures of each, in their order.
 
@@ -94,7 +94,7 @@ class Player:
         ]
 
     def _studied(
-        self, name: str, settings: Sequence[Setting], study: Study, seed: int, pool: Pool
+        self, name: str, settings: Sequence[Setting], study: Study, seed: int, pool: Workers
     ) -> list[Score] | list[Reading]:
         plan = study_run.planned(study, seed)
         batch = study_run.batch(plan, name)
@@ -105,7 +105,7 @@ class Player:
         by_label = dict(zip(study.axes[0].labels, settings, strict=True))
         return scores(counts, by_label) if self.fit.of_claims else readings(counts, self.fit.goals, by_label)
 
-    def _boarded(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Pool) -> list[dict[str, Any]]:
+    def _boarded(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Workers) -> list[dict[str, Any]]:
         texts = [text_of(self.fit, setting) for setting in settings]
         played = leaderboard.play(folder, list(dict.fromkeys(texts)), None, seed, pool, self.resources)
         self.failures.extend(played.failures)
@@ -115,7 +115,7 @@ class Player:
                 rows.setdefault(row["model"], {}).update(row)
         return [rows.get(label, {}) for label in _labels(texts)]
 
-    def _tuned(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Pool) -> list[dict[str, Any]]:
+    def _tuned(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Workers) -> list[dict[str, Any]]:
         texts = [text_of(self.fit, setting) for setting in settings]
         plan = tuning.plan(list(dict.fromkeys(texts)), (), (), seed)
         batch = tuning.batch(plan)

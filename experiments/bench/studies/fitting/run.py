@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from experiments.bench import registry
-from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
 from experiments.bench.store.description import KIND, begun, reconciled, write_new

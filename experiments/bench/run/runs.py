@@ -9,7 +9,7 @@ are all a `Batch`. Footage is not: it is a stream without a plan.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -21,11 +21,10 @@ import pyarrow as pa
 
 from colias_sim import GLUnavailable
 from dsnn import forms
-from experiments.bench.engine.jobs import Jobs, Workload
-from experiments.bench.engine.pool import Pool, open_pool
 from experiments.bench.engine.terminal import count, error_console, progress
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, rate_notes
+from experiments.bench.run.workers import Workers, finished, open_workers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.store.rows import Failure, TrialRecord, in_words
@@ -61,7 +60,7 @@ class Resources:
         return f"on {self.cluster or count(max(self.workers, 1), 'worker')}"
 
     @contextmanager
-    def pool(self, *, rendering: bool = True) -> Iterator[Pool]:
+    def pool(self, *, rendering: bool = True) -> Iterator[Workers]:
         """Open a pool of workers, and close it at the end of the block.
 
         Raises `GLUnavailable` where ``rendering`` is asked of this machine and it has no OpenGL.
@@ -70,7 +69,7 @@ class Resources:
             from colias_sim.reference import reference_hash
 
             reference_hash()  # no trial is begun where nothing can be drawn
-        with open_pool(self.workers, self.cluster) as pool:
+        with open_workers(self.workers, self.cluster) as pool:
             yield pool
 
 
@@ -147,11 +146,6 @@ def equal_size(_: Any) -> float:
     return 1.0
 
 
-def one_kind(_: Any) -> Hashable:
-    """Take all jobs for one kind."""
-    return None
-
-
 @dataclass(frozen=True, slots=True)
 class Batch(Generic[AnySpec]):
     """Jobs whose rows go into one folder.
@@ -176,10 +170,6 @@ class Batch(Generic[AnySpec]):
         Says the whole plan in words, where that is printed; without it the number of jobs is.
     size
         How much work a job is planned to be, in any unit. The time left is estimated by it.
-    taken
-        How much work a job that is back was, in the same unit, where that may differ from its size: see `Workload`.
-    kind
-        The kind of a job: those of one kind take about the same share of their size.
     """
 
     name: str
@@ -191,8 +181,6 @@ class Batch(Generic[AnySpec]):
     things: str = "trials"
     amount: Callable[[], str] | None = None
     size: Callable[[AnySpec], float] = equal_size
-    taken: Callable[[TrialRecord], float] | None = None
-    kind: Callable[[AnySpec], Hashable] = one_kind
 
     def open(self, out: Path, resources: Resources) -> RunFolder:
         """Make the run's folder, or go on with the run that it holds; the caller closes it.
@@ -213,7 +201,7 @@ class Batch(Generic[AnySpec]):
         folder.enter(self.description, resources.other_code)
         return folder
 
-    def fill(self, folder: RunFolder, pool: Pool, resources: Resources) -> list[Failure]:
+    def fill(self, folder: RunFolder, pool: Workers, resources: Resources) -> list[Failure]:
         """Do those jobs that ``folder`` lacks, with progress; say how far it got if this is cut short.
 
         Returns
@@ -233,19 +221,10 @@ class Batch(Generic[AnySpec]):
         for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
             self._say(f"note: {note}")
         left = [spec for spec in self.specs[: _first.get()] if spec.index not in done]
-        sizes = {spec.index: self.size(spec) for spec in left}
-        load = Workload(sizes, {spec.index: self.kind(spec) for spec in left})
-
-        def on_job(index: int, done: TrialRecord | None) -> None:
-            taken = sizes[index] if self.taken is None else self.taken(done) if done is not None else None
-            advance(load.back(index, taken), load.left())
-
-        with progress(
-            self.name, len(left), resources.quiet, self.things, width=pool.width, whole=sum(sizes.values()),
-            least=min(load.kinds, len(left) // 2),
-        ) as advance:  # fmt: skip
+        whole = sum(map(self.size, left))
+        with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
             try:
-                _run(left, self.work, folder, pool, on_job)
+                self._play(left, folder, pool, advance)
             except BaseException:
                 have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
@@ -257,31 +236,23 @@ class Batch(Generic[AnySpec]):
         tell(folder)
         return folder.failures()
 
+    def _play(
+        self, left: Sequence[AnySpec], folder: RunFolder, pool: Workers, advance: Callable[[float], None]
+    ) -> None:
+        """Do the jobs. Those that are finished stay readable whenever this ends, by an exception or a kill too."""
+        work = partial(_by_same_code, self.work, folder.provenance)
+        try:
+            for spec, done, trouble in finished(left, work, pool, fatal=(GLUnavailable, provenance.OtherCode)):
+                if done is None:
+                    folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, trouble))
+                else:
+                    folder.add(done, spec.condition.label(), spec.seed)
+                advance(self.size(spec))
+        finally:
+            folder.flush()
+
     def _say(self, text: str) -> None:
         error_console.print(text, soft_wrap=True, markup=False)
-
-
-def _run(
-    specs: Sequence[AnySpec], work: Callable[[AnySpec], TrialRecord], folder: RunFolder, pool: Pool,
-    on_job: Callable[[int, TrialRecord | None], None],
-) -> None:  # fmt: skip
-    """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
-    planned = {spec.index: spec for spec in specs}
-
-    def deliver(done: TrialRecord) -> None:
-        spec = planned[done.index]
-        folder.add(done, spec.condition.label(), spec.seed)
-        on_job(done.index, done)
-
-    def fail(spec: AnySpec, attempts: int, reason: str) -> None:
-        folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
-        on_job(spec.index, None)
-
-    try:
-        same = partial(_by_same_code, work, folder.provenance)
-        Jobs(pool, same, deliver, fail, fatal=(GLUnavailable, provenance.OtherCode)).run(specs)
-    finally:
-        folder.flush()
 
 
 def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:

@@ -1,20 +1,16 @@
-"""The runner under fire: workers killed, jobs that fail, a driver killed, a full disk."""
+"""Workers: jobs that raise, jobs whose process dies, the end of a pool."""
 
 import contextlib
 import multiprocessing
 import os
 import signal
-import struct
-import sys
 import threading
 import time
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
 
-from experiments.bench.engine.jobs import ATTEMPTS, Jobs
-from experiments.bench.engine.pool import InProcess, open_pool
+from experiments.bench.run.workers import DIED, Workers, finished, open_workers
 
 
 def double(job):
@@ -39,58 +35,29 @@ def complain(job):
     return 2 * job[0]
 
 
-def run(pool, work, numbers, folder="", fatal=()):
+def run(workers, work, numbers, folder="", fatal=()):
     done, failed = [], {}
-    Jobs(
-        pool, work, done.append, lambda job, attempts, error: failed.update({job[0]: (attempts, str(error))}), fatal
-    ).run([(number, str(folder)) for number in numbers])
+    for job, result, trouble in finished([(number, str(folder)) for number in numbers], work, workers, fatal):
+        if result is None:
+            failed[job[0]] = trouble
+        else:
+            done.append(result)
     return sorted(done), failed
 
 
 @pytest.mark.parametrize("workers", [0, 1, 2])
 def test_every_job_is_done_once(workers):
-    with open_pool(workers) as pool:
+    with open_workers(workers) as pool:
         assert run(pool, double, range(20)) == ([2 * n for n in range(20)], {})
 
 
-def test_a_job_whose_worker_dies_runs_again_and_the_rest_go_on(tmp_path):
-    with open_pool(2) as pool:
+def test_a_job_whose_worker_dies_is_repeated_and_named_if_it_dies_again(tmp_path):
+    with open_workers(2) as pool:
         done, failed = run(pool, die_or_double, range(20), tmp_path)
     assert done == [2 * n for n in range(20) if n != 13]
-    assert failed == {13: (ATTEMPTS, "its worker process died each time")}
-    assert len((tmp_path / "tried-7").read_text()) == 2
-    assert len((tmp_path / "tried-13").read_text()) == ATTEMPTS
-    assert {len(path.read_text()) for path in tmp_path.glob("tried-*")} == {1, 2, ATTEMPTS}, "nobody else's is repeated"
-
-
-def sending_ends(frame):
-    """The pipes that the functions up the stack hold, whatever keeps the workers."""
-    while frame is not None:
-        for value in list(frame.f_locals.values()):
-            parts = (value, *getattr(value, "__dict__", {}).values())
-            yield from (part for part in parts if isinstance(part, Connection) and part.writable)
-        frame = frame.f_back
-
-
-def send_half(job):
-    """Be killed while a result is on its way: once, leaving a mark."""
-    mark = Path(job[1]) / f"sent-{job[0]}"
-    if job[0] == 2 and not mark.exists():
-        mark.touch()
-        pipe = next(sending_ends(sys._getframe()))
-        os.write(pipe.fileno(), struct.pack("!i", 1_000_000) + b"half")
-        os.kill(os.getpid(), signal.SIGKILL)
-    return 2 * job[0]
-
-
-def test_a_worker_killed_while_it_sends_its_result_is_noticed(tmp_path):
-    with open_pool(2) as pool:
-        assert run(pool, send_half, range(5), tmp_path) == ([0, 2, 4, 6, 8], {})
-    assert (tmp_path / "sent-2").exists()
-
-
-def blocked(_):
-    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    assert failed == {13: DIED}
+    assert {len((tmp_path / f"tried-{n}").read_text()) for n in (7, 13)} == {2}
+    assert all((tmp_path / f"tried-{n}").exists() for n in range(20))
 
 
 @contextlib.contextmanager
@@ -101,12 +68,17 @@ def dask():
         LocalCluster(
             n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0", protocol="tcp://"
         ) as c,
-        open_pool(0, c.scheduler_address) as pool,
+        open_workers(0, c.scheduler_address) as pool,
     ):
         yield pool
 
 
-POOLS = {"here": lambda: open_pool(0), "one worker": lambda: open_pool(1), "two": lambda: open_pool(2), "dask": dask}
+POOLS = {
+    "here": lambda: open_workers(0),
+    "one worker": lambda: open_workers(1),
+    "two": lambda: open_workers(2),
+    "dask": dask,
+}
 
 
 @pytest.mark.parametrize("kind", POOLS)
@@ -114,16 +86,16 @@ def test_a_job_that_raises_fails_alone_with_its_traceback(kind):
     with POOLS[kind]() as pool:
         done, failed = run(pool, complain, range(6))
     assert done == [0, 2, 4, 8, 10]
-    ((attempts, why),) = failed.values()
-    assert attempts == 1 and why.endswith("ValueError: three is not a number I like")
+    (why,) = failed.values()
+    assert why.endswith("ValueError: three is not a number I like")
     assert f'File "{__file__}", line {complain.__code__.co_firstlineno + 2}, in complain' in why
 
 
 def test_a_fatal_error_ends_the_run():
-    with pytest.raises(ValueError, match="three"), open_pool(1) as pool:
+    with pytest.raises(ValueError, match="three"), open_workers(1) as pool:
         run(pool, complain, range(6), fatal=(ValueError,))
     with pytest.raises(ValueError, match="three"):
-        run(InProcess(), complain, range(6), fatal=(ValueError,))
+        run(Workers(0), complain, range(6), fatal=(ValueError,))
 
 
 def sleep_long(job):
@@ -145,7 +117,7 @@ def test_closing_a_pool_leaves_no_process(tmp_path):
     before = set(multiprocessing.active_children())
     old = signal.signal(signal.SIGALRM, interrupt)
     try:
-        with pytest.raises(KeyboardInterrupt), open_pool(2) as pool:
+        with pytest.raises(KeyboardInterrupt), open_workers(2) as pool:
             threading.Thread(target=ring, daemon=True).start()
             run(pool, sleep_long, range(4), tmp_path)
     finally:

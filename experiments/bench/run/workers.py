@@ -1,0 +1,255 @@
+"""Play trials in this process, in worker processes (loky) or on a Dask cluster, and collect them as they finish."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import pickle
+import re
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from typing import Any, TypeVar
+
+from experiments.bench.run import interrupts
+from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.run.user_code import of_users, traced
+
+Job = TypeVar("Job")
+Done = TypeVar("Done")
+
+QUEUED = 2
+"""Jobs handed out for each worker: one under way and one waiting, so that no worker idles."""
+LOOK_EVERY_S = 2.0
+"""Seconds between looks at the workers while no job finishes."""
+ANSWER_S, PATIENCE_S = 10.0, 20.0
+"""Seconds that a Dask scheduler may take to answer, and that it may be without workers, which it may be replacing."""
+DIED = "its worker process died, and died again when the trial was repeated alone"
+
+
+class Workers:
+    """Executor of jobs that is renewed when one of its processes dies.
+
+    Parameters
+    ----------
+    count
+        Number of worker processes; 0 runs each job in this process, for debuggers.
+    cluster
+        Address of a Dask scheduler, used instead.
+
+    Attributes
+    ----------
+    width
+        Number of jobs that run at a time.
+
+    Raises
+    ------
+    OSError
+        No Dask scheduler with workers answers at that address.
+    """
+
+    def __init__(self, count: int, cluster: str | None = None) -> None:
+        self._count, self._address = count, cluster
+        self._client = _client(cluster) if cluster else None
+        self.width = sum(self._client.nthreads().values()) if self._client else max(count, 1)
+        self._seen_s = time.monotonic()
+        self.renew()
+
+    def renew(self) -> None:
+        """Start new processes in place of a pool that broke."""
+        if self._client is not None:
+            self._executor: Executor = self._client.get_executor(pure=False, retries=0)
+        elif self._count:
+            import loky  # type: ignore[import-untyped]  # not before: commands that run nothing do without it
+
+            self._executor = loky.ProcessPoolExecutor(
+                self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),)
+            )
+        else:
+            self._executor = _Here()
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Hand out a job; its future raises ``BrokenExecutor`` if a worker process dies meanwhile."""
+        with without_interrupts():
+            return self._executor.submit(function, *arguments)
+
+    def look(self) -> None:
+        """Raise ``OSError`` if the scheduler is gone, or has had no worker for `PATIENCE_S`."""
+        if self._client is None:
+            return
+        now = time.monotonic()
+        try:
+            threads = self._client.nthreads() if self._client.status == "running" else None
+        except Exception:  # a connection breaks in many ways
+            threads = None
+        if threads is None:
+            raise OSError(f"--cluster {self._address}: lost the scheduler")
+        if threads:
+            self._seen_s = now
+        elif now - self._seen_s > PATIENCE_S:
+            raise OSError(f"--cluster {self._address}: the scheduler has lost all its workers")
+
+    def close(self) -> None:
+        """Stop every job at once and free the workers."""
+        if self._client is not None:
+            with contextlib.suppress(Exception):
+                self._executor.shutdown(wait=False)
+            with contextlib.suppress(Exception):
+                self._client.close(timeout=2)
+        elif self._count:
+            self._executor.shutdown(kill_workers=True)  # type: ignore[call-arg]
+
+
+class _Here(Executor):
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        interrupts.check()
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@contextlib.contextmanager
+def open_workers(count: int, cluster: str | None = None) -> Iterator[Workers]:
+    """Yield ``count`` worker processes (0: none), or the cluster at an address, and close them after the block."""
+    # Ctrl-C waits until there is something to close.
+    with interrupts.held():
+        workers = Workers(count, cluster)
+        try:
+            interrupts.check()
+            yield workers
+        finally:
+            workers.close()
+
+
+def finished(
+    jobs: Iterable[Job], work: Callable[[Job], Done], workers: Workers, fatal: tuple[type[Exception], ...] = ()
+) -> Iterator[tuple[Job, Done | None, str]]:
+    """Do independent jobs and yield each when it is finished, in order of completion.
+
+    When a worker process dies, the jobs under way are repeated one at a time; one that dies again has failed.
+
+    Parameters
+    ----------
+    jobs
+        What to do. They are pickled.
+    work
+        A job's function, of a module or a `functools.partial` of one.
+    workers
+        Where they are done.
+    fatal
+        What ends the whole run when a job raises it. Anything else that a job raises is that job's failure.
+
+    Yields
+    ------
+    tuple of Job, Done or None, str
+        The job, its result, and an empty text; of a failed job no result, and the traceback or the reason.
+
+    Raises
+    ------
+    OSError
+        The cluster is lost.
+    """
+    waiting, alone, lost = deque(jobs), deque[Job](), list[Job]()
+    under_way: dict[Future[tuple[Done | None, str]], Job] = {}
+    repeating = False
+    while waiting or alone or under_way or lost:
+        if lost and not under_way:
+            workers.renew()
+            if repeating:
+                yield lost[0], None, DIED
+            else:
+                alone.extend(lost)
+            lost = []
+        if not under_way:
+            repeating = bool(alone)
+        queue = alone if repeating else waiting
+        while queue and not lost and len(under_way) < (1 if repeating else QUEUED * workers.width):
+            job = queue.popleft()
+            # Pickled here and unpickled in `_attempt`: a job that cannot be is its own failure, not a dead worker.
+            under_way[workers.submit(_attempt, pickle.dumps((fatal, work, job)))] = job
+        with interrupts.window():
+            done, _ = wait(under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
+        if not done:
+            workers.look()
+        for future in done:
+            job = under_way.pop(future)
+            try:
+                result, trouble = future.result()
+            except BrokenExecutor:
+                lost.append(job)
+            except CancelledError:
+                workers.look()
+                raise OSError("the cluster dropped a trial under way") from None
+            except Exception as error:
+                if type(error).__name__ != "KilledWorker":  # Dask has repeated it by itself
+                    raise
+                yield job, None, DIED
+            else:
+                yield job, result, trouble
+
+
+def _attempt(parcel: bytes) -> tuple[Any, str]:
+    """Do a job in the worker; not every exception survives the way back, so that its text is returned."""
+    fatal: tuple[type[Exception], ...] = ()
+    try:
+        fatal, work, job = pickle.loads(parcel)
+        return work(job), ""
+    except fatal:
+        raise
+    except Exception as error:
+        checked = isinstance(error, TrialError | UsageError) and of_users(error) is None
+        return None, str(error) if checked else traced(error)
+
+
+@contextlib.contextmanager
+def without_interrupts() -> Iterator[None]:
+    """Start processes that never see Ctrl-C: they inherit that it is blocked in this thread."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin_worker(parent: int) -> None:
+    """Leave Ctrl-C to the parent process, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
+
+
+def _client(address: str) -> Any:
+    """Connect to a Dask scheduler that has workers."""
+    if not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://\S+:\d+", address):
+        raise OSError(f"--cluster {address}: expected the address of a Dask scheduler, such as tcp://127.0.0.1:8786")
+    try:
+        from distributed import Client
+    except ImportError:
+        raise OSError("--cluster needs Dask: install colias-sim[cluster]") from None
+    for name in list(logging.root.manager.loggerDict):
+        if name.startswith(("distributed", "tornado", "asyncio")):  # a lost connection is pages of traceback there
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        client: Any = Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except Exception as error:  # of many kinds: unknown host, refused, another protocol, another version
+        message = " ".join(str(error).split())
+        raise OSError(f"--cluster {address}: no Dask scheduler answers there ({message})") from None
+    if not client.nthreads():
+        client.close()
+        raise OSError(f"--cluster {address}: that scheduler has no workers")
+    return client
