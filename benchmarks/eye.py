@@ -5,18 +5,16 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from unittest.mock import patch
 
 import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
 from benchmarks.timing import interleaved
-from colias_sim import CameraConfig, Frame, PathFollower, Pose, Robot, Route, SceneConfig, Simulation
+from colias_sim import CameraConfig, Frame, PathFollower, Pose, Robot, Route, Simulation
 from colias_sim.exposure import exposure_samples
 from colias_sim.scene import FrameClock
 from dsnn import DSNN, DSNNParams
-from scenes import ARENAS
 
 FRAMES = 60
 SPEEDS = (0.04, 0.06, 0.10)
@@ -73,40 +71,6 @@ def table() -> Table:
         result.add_row(name, f"{rendering.min():.0f}", f"{ratio:.2f}", *_errors(seen, truth))
     result.add_row("  dense", "", "", *_errors(truth, truth))
     return result
-
-
-GAINS = (0.1, 0.25, 0.5, 0.75, 1.25, 1.5, 2.0, 3.0)
-
-
-def light_table() -> Table:
-    """Tell how near a picture at another gain is to the picture scaled, and what clipping the light as OpenGL does
-    costs.
-    """
-    result = Table(title="Pictures at gains from 0.1 to 3 against the picture scaled, in grey levels")
-    for name in ("arena", "greatest error", "mean error", "greatest where light is clipped"):
-        result.add_column(name, justify="left" if name == "arena" else "right")
-    for arena in ARENAS:
-        truth = np.mean([_picture(arena, gain) / gain for gain in (0.9, 0.93, 0.96, 0.99)], axis=0)
-        wanted = {gain: np.minimum(gain * truth, 255.0) for gain in GAINS}
-        off = [_picture(arena, gain) - wanted[gain] for gain in GAINS]
-        with patch("colias_sim.gl.clip_light"):
-            clipped = max(np.abs(_picture(arena, gain) - wanted[gain]).max() for gain in GAINS)
-        greatest, mean = (
-            max(np.abs(difference).max() for difference in off),
-            max(abs(difference.mean()) for difference in off),
-        )
-        result.add_row(arena, f"{greatest:.1f}", f"{mean:.2f}", f"{clipped:.1f}")
-    return result
-
-
-def _picture(arena: str, gain: float) -> npt.NDArray[np.float64]:
-    """A still scene without noise and without mixed pixels."""
-    camera = CameraConfig(gain=gain, multisample=0, shot_noise=0.0, read_noise=0.0)
-    scene = SceneConfig(arena=arena, light_sd=0.0, turn_wall=False)
-    with Simulation(camera=camera, scene=scene) as sim:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, rng)
-        return sim.step(rng).luma.astype(float)
 
 
 Answers = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], int]

@@ -84,8 +84,8 @@ class Arena:
         Raises
         ------
         ValueError
-            There is no such arena, it is no XML, or it names a file that is not there, or lies outside of its folder.
-            In one line that begins with the file.
+            There is no such arena, it is no XML, or it names a file that is not there. In one line that begins with
+            the file.
         """
         path = arena_path(source)
         data = _bytes(path)
@@ -179,7 +179,7 @@ def _decoded(path: Path, data: bytes) -> str:
 
 
 class _Reader:
-    """Collects the files that an arena names, and refuses those outside of its folder."""
+    """Collects the files that an arena names."""
 
     def __init__(self, path: Path, user_arena: bool) -> None:
         self._path, self._folder, self._own = path, path.parent, user_arena
@@ -203,8 +203,6 @@ class _Reader:
                     self.includes[name] = self._taken(place)
                     roots.append(_parsed(str(place), self.includes[name]))
         folders = [value for root in roots for value in _folders(root)]
-        for value in folders:
-            self._check_inside("compiler", value)
         for root in roots:
             self._check_elements(root)
             for element, name in _files(root):
@@ -229,16 +227,8 @@ class _Reader:
                 if child.tag in FORBIDDEN and FORBIDDEN[child.tag] in ("", parent.tag):
                     raise ValueError(f"arena {self._path}: has an element <{child.tag}>: legal is none in an arena")
 
-    def _check_inside(self, tag: str, name: str) -> None:
-        if name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
-            raise ValueError(
-                f"arena {self._path}: <{tag}> names {name}, outside of its folder: legal is a file in {self._folder};"
-                " copy it there"
-            )
-
     def _place(self, tag: str, name: str, beside: tuple[Path, ...], shipped: tuple[Path, ...]) -> Path:
         """Find a file beside the arena's own, or among those that ship."""
-        self._check_inside(tag, name)
         for folder in beside:
             place = self._folder / folder / name
             if place.is_file() and place != self._path:

@@ -80,7 +80,11 @@ def context(columns: int, rows: int) -> Any:
         raise unavailable("MuJoCo's rendering is switched off")
     backend = chosen if chosen in LIBRARIES else "cgl" if sys.platform == "darwin" and chosen != "glfw" else "glfw"
     try:
-        with warnings.catch_warnings(record=True) as said:  # GLFW only warns of a dead display
+        # GLFW only warns of a dead display. The filters of warnings are not a thread's own, and GLFW is for one alone.
+        heard: contextlib.AbstractContextManager[list[warnings.WarningMessage]] = (
+            warnings.catch_warnings(record=True) if backend == "glfw" else contextlib.nullcontext([])
+        )
+        with heard as said:
             made = importlib.import_module(f"mujoco.{backend}").GLContext(columns, rows)
         if not made._context:
             raise unavailable(" ".join(str(warning.message) for warning in said[:1]))

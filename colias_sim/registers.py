@@ -2,7 +2,7 @@
 
 Sources: the values after a reset as two public lists of the OV7670's registers have them, a table for an FPGA and an
 annotated driver (mikrocontroller.net, attachment 391403). They agree with each other and with the exposure registers of
-the data sheet; its page was not read. The inputs of the gamma curve and the formula of SLOP are
+the data sheet; its page was not read. The inputs of the gamma curve are
 of the data sheet of the sibling OV7675 (version 2.0, section 5.5), which has the same registers. The sign of BRIGHT is
 that of the Linux driver of the OV7670.
 """
@@ -19,22 +19,6 @@ UNIT_CONTRAS = 0x40
 """CONTRAS, 0x56, after a reset: a contrast of 1."""
 CONTRAS_CENTER_RESET = 0x80
 """CONTRAS_CENTER, 0x57, after a reset: the grey that contrast leaves as it is."""
-
-
-def slop(points: tuple[int, ...]) -> int:
-    """Compute register SLOP, 0x7A, of a gamma curve: the slope of its highest segment, times 64.
-
-    Parameters
-    ----------
-    points
-        GAM1 to GAM15.
-
-    Returns
-    -------
-    int
-        (256 - GAM15) 40 / 30, the data sheet's formula.
-    """
-    return round((256 - points[-1]) * 40 / 30)
 
 
 def bright(brightness: int) -> int:

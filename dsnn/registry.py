@@ -344,5 +344,5 @@ def model_entry(name: str) -> ModelEntry:
     if name not in MODELS:
         near = difflib.get_close_matches(name.lower(), MODELS, 1)
         hint = f" (nearest: {near[0]})" if near else ""
-        raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)}{hint}")
+        raise ValueError(f"unknown model '{name}'{hint}: known are {', '.join(MODELS)}")
     return MODELS[name]

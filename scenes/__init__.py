@@ -65,7 +65,7 @@ def arena_path(name: str) -> Path:
         return FOLDER / f"{name}.xml"
     if not is_arena_file(name):
         near = nearest(name, ARENAS, " (", ")")
-        raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)}{near}, or an .xml or .py file")
+        raise ValueError(f"unknown arena '{name}'{near}: known are {', '.join(ARENAS)}, or an .xml or .py file")
     if not Path(name).is_file():
         raise ValueError(f"arena {name}: there is no such file")
     if not name.endswith(ARENA_ENDINGS):

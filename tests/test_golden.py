@@ -53,7 +53,7 @@ KINDS = {
     "b": ("episodes", ("model", "repeat")),
 }
 """First letter of a run -> its table, and the columns that name a row. Fewer curves or episodes have other trials."""
-BY_CLOCK = ("wall_s", "us_", "seed", "code", "run", "trial")
+BY_CLOCK = ("wall_s", "us_", "code", "run", "trial")
 SECTIONS = ("dsnn", "robot", "camera", "scene", "emd", "dsn2017")
 """Columns of single parameters begin with these and a point: how tables show settings is not a number."""
 

@@ -301,7 +301,8 @@ def _claims(results: Mapping[str, Any]) -> str:
         if equal:
             verdict += f"; on equal terms {_verdict(Count(**claim['equal_terms']))}"
             decided += f"; on equal terms {equal['verdict']}: {Outcome(**equal).deciding}"
-        decided += f". *Why:* {asked.cause}" if asked.cause and count.word != "holds" else ""
+        cause = asked.cause or ("Not known." if count.word in ("fails", "sometimes") else "")
+        decided += f". *Why:* {cause}" if cause and count.word != "holds" else ""
         lines.append(f"| {' | '.join(map(_cell, (says, verdict, decided)))} |")
     return "\n".join(lines) + "\n"
 

@@ -258,7 +258,7 @@ def _problem(kind: Any, problem: Mapping[str, Any]) -> str:
         return text
     name, known = str(problem["loc"][0]), options_of(kind)
     if name not in known:
-        return f"no keyword argument '{name}': known are {', '.join(known)}{nearest(name, known, ' (', ')')}"
+        return f"no keyword argument '{name}'{nearest(name, known, ' (', ')')}: known are {', '.join(known)}"
     if problem["type"] == "value_error":
         return f"{name}={problem['input']!r}: {text}"
     must = text.removeprefix("Input should be ")

@@ -88,7 +88,7 @@ class StimulusEntry:
             if key not in known:
                 near = difflib.get_close_matches(key.lower(), known, 1)
                 hint = f" (nearest: {near[0]})" if near else ""
-                raise ValueError(f"{self.name} has no parameter '{key}': known are {', '.join(known)}{hint}")
+                raise ValueError(f"{self.name} has no parameter '{key}'{hint}: known are {', '.join(known)}")
         try:
             built = self.build(replace(self.params, **changes), seed)
         except ValidationError as error:
@@ -153,7 +153,7 @@ def stimulus_entry(name: str) -> StimulusEntry:
     if name not in STIMULI:
         near = difflib.get_close_matches(name.lower(), STIMULI, 1)
         hint = f" (nearest: {near[0]})" if near else ""
-        raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)}{hint}")
+        raise ValueError(f"unknown stimulus '{name}'{hint}: known are {', '.join(STIMULI)}")
     return STIMULI[name]
 
 

@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or broken; memory that is limited; what is printed for people."""
+"""Runs in odd places: a user without a home, one episode, a robot at rest, one repeat."""
 
 from __future__ import annotations
 

@@ -1,15 +1,21 @@
-"""Simulations and envs in threads: made, used and closed by any one of them at a time."""
+"""Simulations and envs beside other OpenGL, in threads too: made, used and closed by any one of them at a time."""
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import gymnasium as gym
+import mujoco
 import numpy as np
 import pytest
+from mujoco.rendering.classic import gl_context
 
 from colias_sim import CameraConfig, Pose, Simulation
 from colias_sim.presets import OV7670
@@ -55,6 +61,29 @@ def test_frames_of_two_simulations_that_threads_take_turns_at_are_those_of_one_t
         for world in worlds:
             run(world.close)
     assert np.array_equal(*frames)
+
+
+def test_a_renderer_of_somebody_else_between_the_steps_freezes_no_observation():
+    """MuJoCo's own leaves its context current."""
+    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='.1'/></worldbody></mujoco>")
+
+    def observed(foreign: mujoco.Renderer | None) -> list[np.ndarray]:
+        with contextlib.closing(gym.make("colias_sim/Fixation-v0")) as env:
+            seen = [env.reset(seed=3)[0]]
+            for _ in range(4):
+                if foreign is not None:
+                    foreign.update_scene(mujoco.MjData(model))
+                    foreign.render()
+                seen.append(env.step(np.array([0.2, -0.2], np.float32))[0].copy())
+        return seen
+
+    alone = observed(None)
+    # MuJoCo chooses its backend when it is imported, which here may be before colias_sim has named one.
+    backend = importlib.import_module(f"mujoco.{os.environ['MUJOCO_GL']}")
+    with patch.object(gl_context, "GLContext", backend.GLContext), mujoco.Renderer(model, 24, 32) as foreign:
+        beside = observed(foreign)
+    assert all(np.array_equal(one, other) for one, other in zip(alone, beside, strict=True))
+    assert not np.array_equal(alone[-2], alone[-1])
 
 
 def memory_mb() -> float:

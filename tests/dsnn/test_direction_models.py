@@ -119,15 +119,18 @@ def test_reverse_phi_is_seen_backward(quadrants):
     assert back < -0.1 < 0.1 < there
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_a_deep_copy_is_refused_or_answers_alike(name):
+OF_LIBRARIES = (
+    "dsnn", "dsnn-on-blocked", "dsnn-off-blocked", "dsn2017", "dsnn-onboard", "hybrid", "lgmd1", "flow",
+)  # fmt: skip
+"""Models whose state is C's or OpenCV's: these libraries refuse a copy."""
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if name not in OF_LIBRARIES])
+def test_a_deep_copy_answers_alike(name):
     """Buffers that are views of one another, copied one by one, would answer wrong without a word."""
     clip = crossing()
     model = MODELS[name].build(clip[0].shape, MODELS[name].robot)
     for frame in clip[:10]:
         model.step(frame)
-    try:
-        twin = copy.deepcopy(model)
-    except TypeError:
-        return
+    twin = copy.deepcopy(model)
     assert [model.step(frame) for frame in clip[10:20]] == [twin.step(frame) for frame in clip[10:20]]

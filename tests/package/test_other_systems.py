@@ -1,4 +1,4 @@
-"""What is POSIX only says so in one line on another system, and no import needs it."""
+"""No import needs what Windows lacks."""
 
 import subprocess
 import sys

@@ -15,7 +15,8 @@ from experiments.bench.figures.series import CHANNELS_OF, THRESHOLD
 from experiments.bench.recording import Model, lanes, page, recorded
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.recording import arena_view
-from experiments.bench.run.errors import UsageError, explained
+from experiments.bench.run.errors import UsageError
+from experiments.bench.store.pictures import chunks
 from experiments.bench.store.record import recordings_in
 from experiments.bench.video.reading import model_of
 from experiments.bench.video.source import recording
@@ -86,7 +87,7 @@ def side_by_side(first: Path, second: Path, trial: int | None) -> tuple[str, byt
 def conditions(path: Path) -> dict[str, Any]:
     """Return what has to be equal in equal trials, clips or episodes; empty where a recording does not tell."""
     told: dict[str, Any] = {}
-    for entity, chunk in _chunks(path, f"/{PROPERTIES}**"):
+    for entity, chunk in chunks(path, f"/{PROPERTIES}**"):
         kind = entity.removeprefix(PROPERTIES)
         columns = chunk.to_record_batch()
         values = {
@@ -124,27 +125,16 @@ def _names(first: Path, second: Path) -> tuple[str, str]:
     return (names[0], names[1]) if names[0] != names[1] else ("first", "second")
 
 
-def _chunks(path: Path, content: str = "/**") -> Iterator[tuple[str, Any]]:
-    """Yield the chunks of a recording with their entities; `UsageError` where it cannot be read."""
-    try:
-        for chunk in rr.chunk.RrdReader(str(path)).stream().filter(content=content):
-            yield str(chunk.entity_path).lstrip("/"), chunk
-    except OSError as error:
-        raise UsageError(f"view {path}: {error.strerror or error}") from None
-    except Exception as error:  # bytes that are no recording can make the library raise anything
-        raise UsageError(f"view {path}: no recording that can be read ({explained(error)})") from None
-
-
 def _moved(path: Path, below: str) -> Iterator[Any]:
     """Yield a recording's chunks but its properties, below another path."""
-    for entity, chunk in _chunks(path):
+    for entity, chunk in chunks(path):
         if not entity.startswith("__properties"):
             yield chunk.with_entity_path(f"/{below}/{entity}")
 
 
 def _contents(path: Path) -> _Contents:
     held = _Contents()
-    for entity, chunk in _chunks(path):
+    for entity, chunk in chunks(path):
         place = entity.partition("/")[0]
         held.places.add(place)
         batch = chunk.to_record_batch()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -21,11 +20,9 @@ def register(app: typer.Typer) -> None:
 
 
 def doctor(
-    out: Annotated[Path, typer.Option(help="The folder that runs are to be written into.")] = Path("runs"),
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object, for a report or a script.")] = False,
 ) -> int:
-    """Say whether this machine has what the bench needs: Python, packages, what draws, the network's forms, the viewer,
-    memory, the disk.
+    """Say whether this machine has what the bench needs: Python, packages, what draws, the network's forms, the viewer.
 
     A reference frame is drawn and compared with the known ones. One that is not known is a notice: pixels, and so
     numbers, may differ from the documented ones. The exit status is 1 if anything fails; each failure has its remedy.
@@ -33,7 +30,7 @@ def doctor(
     from experiments.bench.doctor.run import examine
 
     findings: list[Finding] = []
-    for finding in examine(out):
+    for finding in examine():
         findings.append(finding)
         if not as_json:
             _show(finding)

@@ -1,19 +1,16 @@
-"""Rerun's viewer, or its web server, as a process that lives no longer than the command that opened it."""
+"""Rerun's viewer, or its web server, as a process that ends with the command that opened it."""
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from experiments.bench.cli import kept
 from experiments.bench.engine.terminal import program
 from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
@@ -26,8 +23,8 @@ ENDING = ("SIGTERM", "SIGHUP")
 def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
     """Open recordings in Rerun, listening on 127.0.0.1 only, and wait until it is closed; returns its exit status.
 
-    However this process ends, the viewer ends too. Raises `UsageError`, which tells ``instead``, where its window does
-    not open.
+    When this process ends, the viewer ends too, unless this is killed. Raises `UsageError`, which tells ``instead``,
+    where its window does not open.
     """
     paths = [str(file.absolute()) for file in files]  # a name such as --save=a.rrd is no option
     command = [*program(), "--bind", "127.0.0.1", *(["--web-viewer"] if web else []), *paths]
@@ -46,10 +43,9 @@ def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
 
 def _attend(command: Sequence[str], output: IO[str] | None) -> int:
     """Run a command until it ends, and no longer than this process; ``output`` takes what it writes."""
-    bound = [sys.executable, "-I", "-S", kept.__file__, str(os.getpid()), *command]
     with _ended_in_order(), interrupts.held():
         # In a session of its own a terminal's Ctrl-C comes to this process alone, which then ends the viewer.
-        child = subprocess.Popen(bound, stdout=output, stderr=output, start_new_session=True)
+        child = subprocess.Popen(command, stdout=output, stderr=output, start_new_session=True)
         try:
             with interrupts.window():
                 status = child.wait()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import errno
-import os
 from collections.abc import Callable, Generator
 from contextlib import closing
 from pathlib import Path
@@ -20,7 +18,6 @@ COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",
     "background_x_px_s", "background_y_px_s", "time_to_contact_s",
 )  # fmt: skip
-PROBE_BYTES = 2**16
 
 
 def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) -> Path:
@@ -37,39 +34,18 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     if rows % 2 or columns % 2:  # OpenCV would drop the odd one, and say nothing
         raise UsageError(f"--out {video}: legal in a video are even rows and columns, not {rows} and {columns}")
     video.parent.mkdir(parents=True, exist_ok=True)
-    video.parent.mkdir(parents=True, exist_ok=True)
-    # OpenCV chooses the container by the name's end.
-    with replacing(video, ".avi") as part, replacing(table) as lines:
-        # Closed before the parts are removed: an open video would be written to once more.
-        with lines.open("w", newline="") as file, closing(_encoded(clip, part)) as frames:
-            writer = csv.writer(file)
-            writer.writerow(COLUMNS)
-            for index, frame in enumerate(frames):
-                writer.writerow(_row(index, index / clip.fps, frame.truth))
-                advance()
-        _check_whole(part)
+    # OpenCV chooses the container by the name's end. The video is closed before the parts are removed: an open one
+    # would be written to once more.
+    with (
+        replacing(video, ".avi") as part, replacing(table) as lines,
+        lines.open("w", newline="") as file, closing(_encoded(clip, part)) as frames,
+    ):  # fmt: skip
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for index, frame in enumerate(frames):
+            writer.writerow(_row(index, index / clip.fps, frame.truth))
+            advance()
     return table
-
-
-def _check_whole(video: Path) -> None:
-    """Raise ``OSError`` if a part of an .avi file is missing. OpenCV tells nobody that a disk is full.
-
-    Such a file is a row of RIFF chunks, each with its length, which is known when its end has been written.
-    """
-    end, size = 0, video.stat().st_size
-    with video.open("rb") as file:
-        while end < size:
-            file.seek(end)
-            head = file.read(8)
-            if head[:4] != b"RIFF" or len(head) < 8:
-                break
-            end += 8 + int.from_bytes(head[4:], "little")
-    if end != size or not size:
-        with video.open("ab") as file:  # a full disk refuses more, and says so
-            file.write(bytes(PROBE_BYTES))
-            file.flush()
-            os.fsync(file.fileno())
-        raise OSError(errno.EIO, "")
 
 
 def refuse(*places: Path) -> None:
@@ -83,8 +59,6 @@ def _encoded(clip: Stimulus[ClipParams], path: Path) -> Generator[StimulusFrame,
     """Write each frame to the video at ``path``, and pass it on."""
     rows, columns = clip.shape
     fourcc = cv2.VideoWriter.fourcc(*"FFV1")
-    # A warning for each frame that a full disk does not take: `_check_whole` says it in a line.
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, clip.fps, (columns, rows), isColor=False)
     try:
         if not writer.isOpened():

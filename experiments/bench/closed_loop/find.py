@@ -32,8 +32,10 @@ def load_behaviour(source: str) -> Behaviour:
 
         if source not in BEHAVIOURS:
             known = (*GROUPS, *BEHAVIOURS)
-            raise UsageError(f"no behaviour '{source}': known are {', '.join(known)}, a .py file, or a policy's"
-                             f" .npz{nearest(source, known, ' (', ')')}")  # fmt: skip
+            near = nearest(source, known, " (", ")")
+            raise UsageError(
+                f"no behaviour '{source}'{near}: known are {', '.join(known)}, a .py file, or a policy's .npz"
+            )
         return BEHAVIOURS[source]
     entry = declared(Path(source), "BEHAVIOUR")
     if not isinstance(entry, Behaviour):
@@ -57,4 +59,4 @@ def env_id(name: str) -> str:
         if name in (known, known.partition("/")[2], known.partition("/")[2].partition("-")[0]):
             return known
     shorts = [known.partition("/")[2] for known in ENVS]
-    raise UsageError(f"--env {name}: known are {', '.join(shorts)}{nearest(name, shorts, ' (', ')')}")
+    raise UsageError(f"--env {name}{nearest(name, shorts, ' (', ')')}: known are {', '.join(shorts)}")

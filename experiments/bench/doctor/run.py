@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
-from experiments.bench.doctor import installed, machine, picture
+from experiments.bench.doctor import installed, picture
 from experiments.bench.doctor.finding import Finding
 
 REPORT = "report it, with the output of 'colias doctor --json'"
 
 
-def examine(folder: Path) -> Iterator[Finding]:
-    """Yield what every check finds, as soon as it is known.
-
-    Parameters
-    ----------
-    folder
-        Where runs are to be written.
-    """
+def examine() -> Iterator[Finding]:
+    """Yield what every check finds, as soon as it is known."""
     checks: tuple[tuple[str, Callable[[], Finding | list[Finding]]], ...] = (
         ("python", installed.python),
         ("packages", installed.packages),
@@ -26,9 +19,6 @@ def examine(folder: Path) -> Iterator[Finding]:
         ("rendering", picture.drawing),
         ("network", installed.network),
         ("rerun viewer", installed.viewer),
-        ("cores", machine.cores),
-        ("memory", machine.memory),
-        ("run folder", lambda: machine.run_folder(folder)),
         ("extras", installed.extras),
     )
     for name, check in checks:

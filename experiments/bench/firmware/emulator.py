@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.firmware.toolchain import QemuProgram
-from experiments.bench.run.errors import UsageError, printable, require_posix
+from experiments.bench.run.errors import UsageError, printable
 
 BOARD = "mps2-an386"
 SHIFT = 8
@@ -84,11 +84,10 @@ class Emulator:
     EmulatorError
         It does not start, or is of another shape.
     UsageError
-        This QEMU does not count instructions one by one, or the system is not POSIX.
+        This QEMU does not count instructions one by one.
     """
 
     def __init__(self, program: QemuProgram, elf: Path, shape: tuple[int, int]) -> None:
-        require_posix("QEMU")
         command = [
             program.path, "-M", BOARD, "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
             "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native",

@@ -32,7 +32,6 @@ from experiments.bench.firmware.settings import MODEL, STACKED, Firmware, dead_z
 from experiments.bench.measured.export import FRAMES
 from experiments.bench.measured.frames import RAW, trial_name
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""
@@ -61,8 +60,6 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     ------
     UsageError
         The parameters have no fixed-point form. Nothing was written.
-    OSError
-        The disk is full, say. Nothing is left there.
     """
     parameters = config(wanted)
     if isinstance(measured, str):
@@ -93,20 +90,10 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         f"{FRAMES}/{trial_name(index)}{RAW}": np.ascontiguousarray(frames).tobytes()
         for index, frames in enumerate(chosen_clips.values())
     }
-    folders = [folder / "include", folder / FRAMES]
-    try:
-        for subfolder in folders:
-            subfolder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            with places.replacing(folder / name) as partial:
-                partial.write_bytes(content)
-    except OSError:
-        for name in contents:
-            (folder / name).unlink(missing_ok=True)
-        for subfolder in folders:
-            if subfolder.is_dir():
-                subfolder.rmdir()
-        raise
+    for subfolder in (folder / "include", folder / FRAMES):
+        subfolder.mkdir(parents=True, exist_ok=True)
+    for name, content in contents.items():
+        (folder / name).write_bytes(content)
 
 
 def frames_header(chosen_clips: Mapping[str, clips.Frames], wanted: Firmware) -> str:

@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
-import select
 import subprocess
-import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -41,7 +38,7 @@ from experiments.bench.recording import (
     send_thresholds,
     timelines,
 )
-from experiments.bench.run.errors import UsageError, require_posix
+from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.store.places import part
 
@@ -49,7 +46,6 @@ QUALITY = 80
 CHUNK_FRAMES = 64
 ARROW_WIDTH = 6.0
 """Width of the arrows along HS and VS, in points of the screen: as wide in a small picture as in a large one."""
-PIPE_BYTES = 2**16
 LONGEST_ARROW_AT = 0.5
 """Potential from which an arrow is as long as it gets. Models spike from some 0.15 on, and rarely go beyond 0.5."""
 VIEWER_EVERY_S, VIEWER_IMAGES_PER_S = 0.1, 20.0
@@ -74,10 +70,10 @@ class LiveLog:
 
     def __init__(
         self, stream: rr.RecordingStream, models: Sequence[ConfiguredModel], size: tuple[int, int],
-        process: subprocess.Popen[bytes] | None = None, file: _File | None = None,
+        process: subprocess.Popen[bytes] | None = None, path: Path | None = None,
     ) -> None:  # fmt: skip
         self._stream, self._models, self._size, self._viewer = stream, models, size, process
-        self._file = file
+        self._path = path
         self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
@@ -86,15 +82,11 @@ class LiveLog:
 
     @classmethod
     def to_file(cls, path: Path, models: Sequence[ConfiguredModel], size: tuple[int, int]) -> LiveLog:
-        """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole.
-
-        Raises `UsageError` where the system is not POSIX.
-        """
-        require_posix(f"{path}: a recording while footage is watched")
+        """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole."""
         stream = rr.RecordingStream(APPLICATION)
-        file = _File(path, stream)
+        stream.save(part(path))
         send_layout(stream, blueprint(size, models))
-        return cls(stream, models, size, file=file)
+        return cls(stream, models, size, path=path)
 
     @classmethod
     def to_viewer(cls, models: Sequence[ConfiguredModel], size: tuple[int, int]) -> LiveLog:
@@ -112,12 +104,7 @@ class LiveLog:
         return cls(stream, models, size, process)
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
-        """Take a frame and the models' answers to it. A viewer that was closed is not missed.
-
-        Raises ``OSError`` where the file cannot be written.
-        """
-        if self._file is not None:
-            self._file.check()
+        """Take a frame and the models' answers to it. A viewer that was closed is not missed."""
         if self._viewer is not None and self._viewer.poll() is not None:
             self.note = "the viewer was closed, or could not open its window: watching went on without it"
             return
@@ -134,27 +121,24 @@ class LiveLog:
             self._send()
             self._sent = now
 
-    def close(self, *, whole: bool = True) -> None:
-        """Send what is left and end the stream; a viewer stays open.
-
-        A file gets its name if all was written and the frames were ``whole``; otherwise its part stays. Raises
-        ``OSError`` where the file, and ``RuntimeError`` where the viewer did not take everything.
-        """
-        if self._viewer is not None and not whole:
-            return
-        if whole and (self._viewer is None or self._viewer.poll() is None):
+    def close(self) -> None:
+        """Send what is left and end the stream: a file gets its name, and a viewer stays open."""
+        if self._viewer is None or self._viewer.poll() is None:
             if self._chunk.frames:
                 self._send()
             try:
                 self._stream.flush(timeout_sec=math.inf if self._viewer is None else 5.0)
-            except RuntimeError:
+            except RuntimeError as error:
                 # Rerun would flush once more, for ever, when the stream is deleted, and when Python ends.
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._stream))
                 rr.unregister_shutdown()
-                raise
+                if self._viewer is None:
+                    raise
+                self.note = f"the viewer did not take everything: {error}"
+                return
         self._stream.disconnect()
-        if self._file is not None:
-            self._file.close(whole=whole)
+        if self._path is not None:
+            part(self._path).replace(self._path)
 
     def _describe(self) -> None:
         """Log what does not change: names, colours, where the arrows start."""
@@ -226,65 +210,3 @@ def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.B
         lanes(described(models)),
         shares=[2, 1],
     )
-
-
-class _File:
-    """A file to which Rerun writes a stream through a pipe. A thread of ours moves what comes to the disk.
-
-    Rerun's own writer of files keeps errors to itself, and on a full disk its flush may never return. Here Rerun meets
-    no error: what the disk does not take is dropped, and the reason is kept. Raises ``OSError`` where the file cannot
-    be opened.
-    """
-
-    def __init__(self, path: Path, stream: rr.RecordingStream) -> None:
-        self._path = path
-        self._error: OSError | None = None
-        self._disk = part(path).open("wb", buffering=0)
-        self._data, entrance = os.pipe()
-        self._over, self._end = os.pipe()
-        self._thread = threading.Thread(target=self._move, daemon=True)
-        self._thread.start()
-        try:
-            stream.save(f"/dev/fd/{entrance}")
-        finally:
-            os.close(entrance)
-
-    def check(self) -> None:
-        """Raise ``OSError`` if the disk did not take all that came so far."""
-        if self._error is not None:
-            raise self._error
-
-    def close(self, *, whole: bool) -> None:
-        """End after the stream's end: give the file its name if it is ``whole``, and raise ``OSError`` if it is not."""
-        os.write(self._end, b"!")
-        self._thread.join()
-        for end in (self._data, self._over, self._end):
-            os.close(end)
-        with self._disk:
-            self.check()
-            if whole:
-                os.fsync(self._disk.fileno())
-                part(self._path).replace(self._path)
-
-    def _move(self) -> None:
-        """Write what comes, until the stream is over and the pipe is empty.
-
-        The pipe's own end does not tell: a process that a model made by fork may hold it open for ever.
-        """
-        while True:
-            ready, _, _ = select.select([self._data, self._over], [], [])
-            if self._data not in ready:
-                break
-            block = os.read(self._data, PIPE_BYTES)
-            if not block:
-                break
-            if self._error is None:
-                try:
-                    self._write(block)
-                except OSError as error:
-                    self._error = error
-
-    def _write(self, block: bytes) -> None:
-        left = memoryview(block)
-        while left:
-            left = left[self._disk.write(left) :]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -64,16 +63,11 @@ class FrameTable:
         if len(self._rows) >= ROWS_AT_ONCE:
             self._flush()
 
-    def close(self, *, whole: bool = True) -> None:
-        """Write what is left, and put the table in its place if it is ``whole``."""
-        if not whole:
-            self._writer.close()
-            return
+    def close(self) -> None:
+        """Write what is left, and put the table in its place."""
         if self._rows:
             self._flush()
         self._writer.close()
-        with self._partial.open("rb") as file:
-            os.fsync(file.fileno())
         self._partial.replace(self._path)
 
     def _flush(self) -> None:

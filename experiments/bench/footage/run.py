@@ -5,21 +5,20 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import cv2
-import pyarrow as pa
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 from threadpoolctl import threadpool_limits
 
-from dsnn import Response, forms
+from dsnn import forms
 from experiments.bench.engine.terminal import (
     coloured,
     error_console,
@@ -32,18 +31,14 @@ from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
-from experiments.bench.run.errors import explained
 from experiments.bench.run.models import ConfiguredModel, rate_notes
 from experiments.bench.stats.claims import words
 from experiments.bench.stats.count import count
 from experiments.bench.store import provenance
-from experiments.bench.store.places import part
 
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
-WRITING = (OSError, RuntimeError, pa.ArrowException)
-"""Errors that libraries raise where an output cannot be written."""
 STRONGER = "HS passes T, VS stays below T"
 
 
@@ -67,10 +62,10 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
     watchers = [Watcher(model, size[::-1]) for model in chosen]
     thresholds = [model.thresholds.get("hs") for model in chosen]
     judge = FlowJudge(thresholds) if wanted.judge else None
-    seen, spoilt = Seen(), _Spoilt()
+    seen = Seen()
     with threadpool_limits(1), _interrupts() as stop, ExitStack() as outputs:
         outputs.callback(film.close)
-        observers = [*_outputs(outputs, chosen, size, wanted, spoilt), *([judge] if judge else [])]
+        observers = [*_outputs(outputs, chosen, size, wanted), *([judge] if judge else [])]
         pictures = film.pictures(size)
         going = ahead(pictures, stop) if film.live else takewhile(lambda _: not stop.is_set(), pictures)
         watch(_counted(going, film), watchers, observers, seen)
@@ -89,84 +84,26 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
     for note in filter(None, notes):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     troubles = [f"{w.chosen.label} failed: {w.trouble}" for w in watchers if w.trouble]
-    for line in (*troubles, *spoilt.told):
+    for line in troubles:
         error_console.print(line, soft_wrap=True, markup=False)
-    failed = bool(early or troubles or spoilt.told)
-    return EXIT_INTERRUPTED if stop.is_set() else EXIT_FAILED if failed else 0
-
-
-class _Spoilt:
-    """Outputs that could not be written, a line each: the disk was full, say. What else there is goes on."""
-
-    def __init__(self) -> None:
-        self.told: list[str] = []
-
-    def goes_well(self, what: str, write: Callable[[], None]) -> bool:
-        """Write to an output, and return whether that went well. What went wrong is noted, and all else goes on."""
-        try:
-            write()
-        except WRITING as error:
-            reason = error.strerror if isinstance(error, OSError) and error.strerror else explained(error)
-            self.told.append(f"{what} could not be written: {reason}{_rest(what)}")
-            return False
-        return True
-
-
-def _rest(what: str) -> str:
-    """Return where what was written of an output is, if it is a file and there is something."""
-    rest = part(Path(what))
-    return f"; what came before is in {rest}" if rest.is_file() and rest.stat().st_size else ""
-
-
-class _Output:
-    """An observer that writes somewhere. Once it cannot, it is asked no more."""
-
-    def __init__(self, what: str, inner: Any, spoilt: _Spoilt) -> None:
-        self._what, self._inner, self._spoilt = what, inner, spoilt
-        self._well = True
-
-    @property
-    def note(self) -> str:
-        """Return what to say of it at the end; empty if nothing."""
-        return str(self._inner.note)
-
-    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
-        """Take a frame and the models' answers to it."""
-        if self._well:
-            self._well = self._spoilt.goes_well(self._what, lambda: self._inner.add(picture, answers))
-
-    def close(self) -> None:
-        """Write what is left."""
-        if self._well:
-            self._spoilt.goes_well(self._what, self._inner.close)
-        else:
-            with suppress(*WRITING):  # why is told already
-                self._inner.close(whole=False)
+    return EXIT_INTERRUPTED if stop.is_set() else EXIT_FAILED if early or troubles else 0
 
 
 def _outputs(
-    stack: ExitStack, chosen: Sequence[ConfiguredModel], size: tuple[int, int], wanted: Wanted, spoilt: _Spoilt
+    stack: ExitStack, chosen: Sequence[ConfiguredModel], size: tuple[int, int], wanted: Wanted
 ) -> Iterator[Observer]:
     """Yield the viewer and files that are wanted, each closed by ``stack``."""
-
-    def output(what: str, make: Callable[[], Any]) -> Iterator[_Output]:
-        outputs: list[_Output] = []
-        if spoilt.goes_well(what, lambda: outputs.append(_Output(what, make(), spoilt))):
-            stack.callback(outputs[0].close)
-            yield outputs[0]
-
-    record, table = wanted.record, wanted.table
-    if wanted.view or record is not None:
+    if wanted.view or wanted.record is not None:
         # Of a viewer that was closed one line of ours is enough.
         os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")
         from experiments.bench.footage.recording import LiveLog  # not before: rerun takes its time
 
         if wanted.view:
-            yield from output("the viewer's stream", lambda: LiveLog.to_viewer(chosen, size))
-        if record is not None:
-            yield from output(str(record), lambda: LiveLog.to_file(record, chosen, size))
-    if table is not None:
-        yield from output(str(table), lambda: FrameTable(table, [model.label for model in chosen]))
+            yield stack.enter_context(closing(LiveLog.to_viewer(chosen, size)))
+        if wanted.record is not None:
+            yield stack.enter_context(closing(LiveLog.to_file(wanted.record, chosen, size)))
+    if wanted.table is not None:
+        yield stack.enter_context(closing(FrameTable(wanted.table, [model.label for model in chosen])))
 
 
 @contextmanager

@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.engine.terminal import error_console
 from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import is_file
-from experiments.bench.store.description import stored_thresholds
+from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
 from experiments.bench.store.pictures import pictures, write_pictures
 from experiments.bench.store.record import Record
@@ -97,20 +96,13 @@ def _cell(value: Any) -> str:
 
 def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
     """Model -> the channels that it declares, and that the run knows. No model's file is run for it."""
-    models = {model["label"]: model for model in description["settings"]["models"]}
-    by_model = {}
-    for (label,), model_rows in group(rows, "model").items():
-        counted = tuple(channel for channel, spikes in CHANNELS.items() if spikes and model_rows[0][spikes] is not None)
-        declared = stored_thresholds(description, models[label]) if label in models else None
-        if declared is None:
-            why = f"run.json does not store the channels of {label}, and no file is run for them"
-            note = f"note: --to log: {why}: the log has those that spike ({', '.join(counted) or 'none'})"
-            error_console.print(note, soft_wrap=True, markup=False)
-        by_model[str(label)] = tuple(
-            channel for channel in (counted if declared is None else declared)
-            if channel in counted or not CHANNELS[channel]
-        )  # fmt: skip
-    return by_model
+    return {
+        str(label): tuple(
+            channel for channel in description[THRESHOLDS][label]
+            if not CHANNELS[channel] or model_rows[0][CHANNELS[channel]] is not None
+        )
+        for (label,), model_rows in group(rows, "model").items()
+    }  # fmt: skip
 
 
 def _command(description: Mapping[str, Any], log: Path, frames: Path | None, models: Iterable[str]) -> str:

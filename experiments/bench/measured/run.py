@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import os
-import shutil
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -31,7 +29,7 @@ from experiments.bench.run.runs import tell
 from experiments.bench.run.user_code import is_file, sha256
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.store.pictures import Images
-from experiments.bench.store.places import part
+from experiments.bench.store.places import replacing_folder
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.store.run_folder import RunFolder
 
@@ -241,22 +239,11 @@ def _described(plan: Import) -> dict[str, Any]:
     return {**describe(plan.plan), "kind": "measured", "trials": len(plan.log.trials), "measured": measured}
 
 
-@contextmanager
-def _whole(out: Path) -> Iterator[Path]:
-    """Yield a folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
+def _whole(out: Path) -> AbstractContextManager[Path]:
+    """Return a folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
         raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    place = part(out)
-    if os.path.lexists(place):
-        raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
-    try:
-        yield place
-        if out.exists():
-            out.rmdir()
-        place.rename(out)
-    finally:
-        shutil.rmtree(place, ignore_errors=True)
+    return replacing_folder(out)
 
 
 def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> TrialRecord:

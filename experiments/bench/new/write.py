@@ -36,38 +36,25 @@ def write(kind: str, name: str, folder: Path) -> Path:
     UsageError
         There is no such kind, the name is not legal or taken, or there is such a file. Nothing was written.
     OSError
-        The file cannot be written. Nothing is left of it.
+        The file cannot be written.
     """
     if kind not in KINDS:
-        raise UsageError(f"new {short(kind)}: legal is {', '.join(KINDS)}{nearest(kind, KINDS, ' (', ')')}")
-    path = folder / f"{_stem(kind, name)}.py"
-    text = render(f"new/{kind}.py.j2", name=name, stem=path.stem) + "\n"
-    try:
-        file = path.open("x", encoding="utf-8")
-    except FileExistsError:
-        raise UsageError(f"{path}: there is such a file already, and it is left as it is") from None
-    try:
-        with file:
-            file.write(text)
-    except OSError:
-        path.unlink(missing_ok=True)
-        raise
-    return path
-
-
-def _stem(kind: str, name: str) -> str:
-    """Return the name of the file without its ending; `UsageError` where the name is not legal, or taken."""
+        raise UsageError(f"new {short(kind)}{nearest(kind, KINDS, ' (', ')')}: legal is {', '.join(KINDS)}")
     what, stem = f"new {kind} {short(name)}", name.replace("-", "_")
     if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}", name):
         raise UsageError(f"{what}: legal is a name of a letter, then letters, digits, - and _, up to {LONGEST_NAME}")
+    path = folder / f"{stem}.py"
+    if path.exists():
+        raise UsageError(f"{path}: there is such a file already, and it is left as it is")
     if name in KINDS[kind].shipped():
         raise UsageError(f"{what}: {'an' if kind[0] in 'aeiou' else 'a'} {kind} of that name ships; give yours another")
     if keyword.iskeyword(stem) or _is_installed(stem):
         taken = "a word" if keyword.iskeyword(stem) else "a module"
         raise UsageError(f"{what}: Python has {taken} '{stem}', which {stem}.py would hide; give yours another name")
-    return stem
+    path.write_text(render(f"new/{kind}.py.j2", name=name, stem=stem) + "\n", encoding="utf-8")
+    return path
 
 
 def _is_installed(stem: str) -> bool:
     spec = importlib.util.find_spec(stem)
-    return spec is not None and spec.origin is not None and not is_users(Path(spec.origin))
+    return spec is not None and spec.origin is not None and not is_users(Path(spec.origin).resolve())

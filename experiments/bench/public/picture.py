@@ -11,14 +11,13 @@ from matplotlib.figure import Figure
 from dsnn.model import SPIKING
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.engine.terminal import error_console
 from experiments.bench.figures.plotting import drawing
 from experiments.bench.robot.mechanism import excitation
 from experiments.bench.robot.mechanism.excitation import Course
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE
 from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store.description import stored_thresholds
+from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 from scenes import arena_name
 
@@ -47,8 +46,7 @@ def draw(run: Record) -> Figure:
 def _of_clips(run: Record, rows: list[Any]) -> Figure:
     """Return the figure of clips."""
     declared = run.description["experiment"]
-    # Rows of a run of 0.1 have no rate, and every clip had this one.
-    first_rows = [{"fps": 30.0, **row} for row in rows if row["repeat"] == 0]
+    first_rows = [row for row in rows if row["repeat"] == 0]
     thresholds = _thresholds(run, run.description["models"])
     title = clips_figure.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
     return clips_figure.draw(Drawing(**declared["figure"]), first_rows, run.frames, thresholds, title)
@@ -78,17 +76,11 @@ _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {
 
 def _thresholds(run: Record, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
     """Read the threshold of each model's counted channel, as ``run.json`` tells; no model's file is run."""
-    thresholds: dict[str, float | None] = {}
-    for model in models:
-        levels = stored_thresholds(run.description, model)
-        if levels is None:
-            why = f"run.json does not store the threshold of {model['label']}, and no file is run for it"
-            note = f"note: {run.folder}: {why}: the figure has no line of it"
-            error_console.print(note, soft_wrap=True, markup=False)
-        thresholds[model["label"]] = (
-            next((levels[channel] for channel in SPIKING if channel in levels), None) if levels else None
-        )
-    return thresholds
+    stored = {model["label"]: run.description[THRESHOLDS][model["label"]] for model in models}
+    return {
+        label: next((levels[channel] for channel in SPIKING if channel in levels), None)
+        for label, levels in stored.items()
+    }
 
 
 def _png(drawn: Figure) -> bytes:

@@ -52,8 +52,8 @@ class Run(Record):
     folder
         Where its files are.
     description
-        ``run.json``: every parameter, the seed, and what computed it. Empty of a whole that says nothing of
-        itself, such as the leaderboard of an older version, and of footage.
+        ``run.json``: every parameter, the seed, and what computed it. Empty of a folder that only
+        holds runs, and of footage.
     kind
         What kind of run it is. Where something makes no sense of a kind, it raises `UsageError`.
     """

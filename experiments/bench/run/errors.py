@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 from typing import Any
 
 from pydantic import ValidationError
@@ -29,16 +27,6 @@ class UsageError(ValueError):
 
 class TrialError(RuntimeError):
     """A trial that could not be completed, and why."""
-
-
-POSIX = os.name == "posix"
-"""Whether other programs can be handed pipes by number, which needs Linux, macOS or another POSIX system."""
-
-
-def require_posix(asked: str) -> None:
-    """Raise `UsageError` in one line that begins with what was ``asked`` for where the system is not POSIX."""
-    if not POSIX:
-        raise UsageError(f"{asked} needs Linux or another POSIX system, and this is {sys.platform}")
 
 
 LONGEST_NAME = 60
@@ -68,11 +56,6 @@ def explain(error: ValidationError) -> str:
 
 LONGEST_TROUBLE = 500
 """Characters of what is told of one failure."""
-
-
-def explained(error: BaseException) -> str:
-    """Return what a library's exception says in one line that begins with the exception's kind."""
-    return printable(f"{type(error).__name__}: {error}")
 
 
 def printable(text: str, limit: int = LONGEST_TROUBLE) -> str:

@@ -28,9 +28,7 @@ def read_file(path: Path) -> pa.Table:
         if path.suffix != ".parquet":
             raise UsageError(f"{path}: no table: its name should end in .parquet or .csv")
         return read_parquet(path)
-    except UsageError:
-        raise
-    except Exception as error:  # bytes that are no table can make the library raise anything
+    except pa.ArrowException as error:
         raise UsageError(f"{path}: cannot be read ({short(error)})") from None
 
 

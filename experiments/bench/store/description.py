@@ -9,11 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dsnn import CHANNELS
 from dsnn.stimuli import StimulusEntry
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import family, rebuilt
-from experiments.bench.run.user_code import is_file
+from experiments.bench.run.models import family
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store import commands, provenance
 from experiments.bench.store.places import replacing
@@ -182,38 +180,6 @@ def _with_claims_of(here: Mapping[str, Any], there: dict[str, Any]) -> dict[str,
 
 def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in description.items() if name not in (*provenance.KEYS, *NOTED, THRESHOLDS)}
-
-
-def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, float | None] | None:
-    """Find the channels that a model of a stored run declares, and their spiking thresholds. No file is run for it.
-
-    Parameters
-    ----------
-    description
-        The run's ``run.json``.
-    model
-        The model's entry there: ``label``, ``source`` and ``network``.
-
-    Returns
-    -------
-    dict of str to float or None, or None
-        As `ConfiguredModel.thresholds`. ``None`` where nothing tells: a run of an older version stored none, and its
-        model is no registered one.
-    """
-    stored = description.get(THRESHOLDS)
-    model_thresholds = stored.get(model["label"]) if isinstance(stored, Mapping) else None
-    if isinstance(model_thresholds, Mapping):
-        return {
-            channel: float(model_thresholds[channel]) if isinstance(model_thresholds[channel], int | float) else None
-            for channel in CHANNELS if channel in model_thresholds
-        }  # fmt: skip
-    source = model["source"]
-    if not isinstance(source, str) or is_file(source):
-        return None
-    try:
-        return rebuilt(model["label"], source, model["network"]).thresholds
-    except (UsageError, ValueError, TypeError):
-        return None
 
 
 def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

@@ -111,8 +111,8 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     ------
     OSError
         The file cannot be opened.
-    Exception
-        Any, of bytes that are no table.
+    pyarrow.ArrowException
+        It is no table.
     """
     with pa.OSFile(os.fspath(path), "rb") as file:
         opened = pq.ParquetFile(file, pre_buffer=False)

@@ -82,8 +82,7 @@ def kind_of(folder: Path, description: Mapping[str, Any]) -> Kind:
     """
     if not description:
         return WHOLE
-    made_by = provenance.made_by(description)
-    here = provenance.versions()["colias-sim"]
-    if KIND not in description or made_by.split(".")[:2] != here.split(".")[:2]:
+    made_by, here = description["versions"]["colias-sim"], provenance.versions()["colias-sim"]
+    if made_by.split(".")[:2] != here.split(".")[:2]:
         raise UsageError(f"{folder}: colias-sim {made_by} made this run and reads it; this is colias-sim {here}")
     return KINDS[description[KIND]]

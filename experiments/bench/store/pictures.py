@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,28 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.run.errors import UsageError, explained
+from experiments.bench.run.errors import UsageError
 
 Images = npt.NDArray[np.uint8]
 SEEN = ("camera", "clip", "picture")
 """Entities of what models saw: in trials and episodes, in clips, in footage."""
 _ENTITY = re.compile(rf"({'|'.join(SEEN)})(_\w+)?")
 """Such an entity's name, of further eyes with the eye's. It becomes a folder's name, so it holds no ``/``."""
+
+
+def chunks(path: Path, content: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the chunks of a recording with their entities, all or those of ``content``.
+
+    Raises `UsageError` where it cannot be read.
+    """
+    import rerun as rr  # not before: it takes its time to load
+
+    try:
+        stream = rr.chunk.RrdReader(path).stream()
+        for chunk in stream.filter(content=content) if content else stream:  # "/**" would leave out the properties
+            yield str(chunk.entity_path).strip("/"), chunk
+    except (RuntimeError, ValueError) as error:  # as Rerun has it of a file that is not there, or no recording
+        raise UsageError(f"{path}: no recording that can be read ({error})") from None
 
 
 def pictures(recording: Path) -> dict[str, Images]:
@@ -38,18 +54,12 @@ def pictures(recording: Path) -> dict[str, Images]:
     UsageError
         The file cannot be read, or holds pictures that cannot.
     """
-    import rerun as rr  # not before: it takes its time to load
-
-    try:
-        chunks = [(str(chunk.entity_path).strip("/"), chunk.to_record_batch())
-                  for chunk in rr.chunk.RrdReader(recording).stream().to_chunks()]  # fmt: skip
-    except Exception as error:  # bytes that are no recording can make the library raise anything
-        raise UsageError(f"{recording}: no recording ({explained(error)})") from None
     sizes: dict[str, tuple[int, int]] = {}
     images: dict[str, list[tuple[int, Any]]] = {}
-    for entity, batch in chunks:
+    for entity, chunk in chunks(recording):
         if not _ENTITY.fullmatch(entity):
             continue
+        batch = chunk.to_record_batch()
         for name in batch.schema.names:
             if name == "Image:format":
                 (form,) = batch[name][0].as_py()

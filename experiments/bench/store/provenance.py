@@ -108,11 +108,6 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: _version(name) for name in LIBRARIES}}
 
 
-def made_by(description: Mapping[str, Any]) -> str:
-    """Return the version of colias-sim that made a run, as its ``run.json`` says."""
-    return str(_table(description, "versions").get("colias-sim", "0.1"))
-
-
 @functools.cache
 def _version(name: str) -> str:
     try:

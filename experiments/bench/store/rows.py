@@ -101,6 +101,11 @@ class TrialRecord:
     pixels: str = ""
     """Hash of the reference frame where they were drawn (`colias_sim.reference`); empty where none were."""
 
+    def __post_init__(self) -> None:
+        for name, value in (item for row in self.rows for item in row.items()):
+            if isinstance(value, float) and not math.isfinite(value):
+                raise ValueError(f"trial {self.index}: {name} must be a finite number, or None, got {value}")
+
 
 @dataclass(frozen=True, slots=True)
 class Failure:

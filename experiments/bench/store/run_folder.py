@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import time
 from collections.abc import Mapping, Sequence
@@ -35,9 +34,6 @@ from experiments.bench.store.tables import PARTS, TABLES, file_name, remove_part
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
-
-WITHOUT_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL})
-"""What a file system says that has no locks: runs do without there."""
 
 PART_S, PART_SHARE = 1.0, 0.02
 """A part of the tables is written as soon as this time has passed since the last, or this share of the run so far, if
@@ -132,9 +128,7 @@ class RunFolder(Files):
             lock.acquire()
         except Timeout:
             raise UsageError(f"{self.folder}: another process is writing its run there") from None
-        except (OSError, NotImplementedError) as error:
-            if isinstance(error, OSError) and error.errno not in WITHOUT_LOCKS:
-                raise
+        except (OSError, NotImplementedError):  # a file system without locks, as some clusters have
             return
         self._lock = lock
 

@@ -8,7 +8,6 @@ or a removal that was cut short changes nothing, and a trial that was done again
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -42,7 +41,7 @@ def sources(folder: Path) -> Iterator[int | None]:
     The whole table is one of them where it is there.
     """
     yield from reversed(parts_of(folder))
-    if os.path.lexists(folder / file_name("trials", None)):
+    if (folder / file_name("trials", None)).is_file():
         yield None
 
 

@@ -35,7 +35,7 @@ def find(name: str) -> Study:
         return _of_file(Path(name))
     known = (*names(), "model-claims")
     raise UsageError(
-        f"unknown study '{name}': known are {', '.join(known)}{nearest(name, known, ' (', ')')}, or a .py file"
+        f"unknown study '{name}'{nearest(name, known, ' (', ')')}: known are {', '.join(known)}, or a .py file"
     )
 
 
@@ -53,7 +53,7 @@ def find_fit(name: str) -> Fit:
         None that ships is called so.
     """
     if name not in fits():
-        raise UsageError(f"unknown fit '{name}': known are {', '.join(fits())}{nearest(name, fits(), ' (', ')')}")
+        raise UsageError(f"unknown fit '{name}'{nearest(name, fits(), ' (', ')')}: known are {', '.join(fits())}")
     fit: Fit = importlib.import_module(f"experiments.studies.{name.replace('-', '_')}").FIT
     return fit
 

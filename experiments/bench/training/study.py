@@ -175,8 +175,6 @@ def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
     whole = _policy(folder, seed).parent
     with interrupts.held():
         partial = whole.with_name(f"{whole.name}.part")
-        if partial.is_symlink():
-            partial.unlink()
         shutil.rmtree(partial, ignore_errors=True)  # of a process that was killed as it wrote
         partial.mkdir()
         evaluate.keep(learnt.policy, learnt.curve, partial, _policy(folder, seed).stem)

@@ -204,7 +204,7 @@ def families(names: Iterable[str]) -> tuple[Family, ...]:
     wanted = list(dict.fromkeys(names))
     for name in wanted:
         if name not in CURVES:
-            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)}{nearest(name, CURVES, ' (', ')')}")
+            raise UsageError(f"--curve {name}{nearest(name, CURVES, ' (', ')')}: known are {', '.join(CURVES)}")
     return tuple(curve_family(name) for name in CURVES if not wanted or name in wanted)
 
 

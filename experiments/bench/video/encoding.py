@@ -18,7 +18,7 @@ import numpy as np
 from PIL import Image
 
 from experiments.bench.figures.series import Colour
-from experiments.bench.run.errors import UsageError, require_posix
+from experiments.bench.run.errors import UsageError
 from experiments.bench.store.places import replacing
 from experiments.bench.video.pictures import Picture
 
@@ -30,7 +30,6 @@ COLOURS = 256
 
 def require_encoder(asked: str) -> None:
     """Raise `UsageError` in one line that begins with what was ``asked`` for if it cannot be encoded here."""
-    require_posix(asked)
     if importlib.util.find_spec("imageio_ffmpeg") is None:
         raise UsageError(f"{asked} needs {EXTRA}")
 

@@ -16,18 +16,16 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import rerun as rr
 
 from colias_sim.config import CameraConfig
 from experiments.bench.figures.series import THRESHOLD, Colour
 from experiments.bench.recording import OBSERVER_COLOUR, OTHER_COLOUR
-from experiments.bench.run.errors import UsageError, explained
+from experiments.bench.run.errors import UsageError
+from experiments.bench.store.pictures import chunks
 from experiments.bench.video.pictures import Floats, times_of
 
 PLACES = ("potential", "azimuth", "spikes")
 """Where recordings log what models answered: the first part of an entity's path."""
-OLDER_THRESHOLD, OWNERS = "potential/threshold/", "models"
-"""Where older recordings logged thresholds, each for all models that have it, and what lists these."""
 MAPS = "maps/"
 """Pictures that no video shows."""
 GREY: Colour = (90, 90, 90)
@@ -166,13 +164,8 @@ def read(path: Path) -> Reel:
         If the file cannot be read, or has neither pictures nor traces nor robots.
     """
     contents = _Found()
-    try:
-        for chunk in rr.chunk.RrdReader(str(path)).stream():
-            contents.take(str(chunk.entity_path).lstrip("/"), chunk.is_static, chunk.to_record_batch())
-    except OSError as error:
-        raise UsageError(f"video {path}: {error.strerror or error}") from None
-    except Exception as error:  # bytes that are no recording can make the library raise anything
-        raise UsageError(f"video {path}: no recording that can be read ({explained(error)})") from None
+    for entity, chunk in chunks(path):
+        contents.take(entity, chunk.is_static, chunk.to_record_batch())
     return contents.reel(path)
 
 
@@ -184,7 +177,6 @@ class _Found:
         self._places: dict[str, list[tuple[Floats, Floats]]] = {}
         self._styles: dict[str, tuple[str, Colour]] = {}
         self._dotted: set[str] = set()
-        self._owners: dict[str, tuple[str, ...]] = {}
         self._colours: dict[str, Colour] = {}
         self._eyes: dict[str, list[Floats]] = {}
         self._properties: dict[str, Any] = {}
@@ -245,25 +237,20 @@ class _Found:
             title = str(batch.column(f"{series[0]}:names")[0].as_py()[0])
             self._styles[entity] = title, _colour(batch, f"{series[0]}:colors") or GREY
             self._dotted |= {entity} if series[0] == "SeriesPoints" else set()
-            if OWNERS in names:
-                self._owners[entity] = tuple(map(str, batch.column(OWNERS)[0].as_py()))
         elif "Points2D:colors" in names:
             self._colours[entity.removesuffix("/body")] = _colour(batch, "Points2D:colors") or GREY
 
     def reel(self, path: Path) -> Reel:
         """Put together what was found."""
         series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
-        drawn = (THRESHOLD, OLDER_THRESHOLD)
-        levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(drawn)}
+        levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(THRESHOLD)}
         owners: dict[float, tuple[str, ...]] = {}
         for entity, level in levels.items():
-            whose = (model_of(entity),) if entity.startswith(THRESHOLD) else self._owners.get(entity, ())
-            if whose:
-                owners[level] = (*owners.get(level, ()), *whose)
+            owners[level] = (*owners.get(level, ()), model_of(entity))
         traces = [
             Trace(entity.partition("/")[0], *self._styles.get(look := self._look(entity), (entity, GREY)), *joined,
                   look in self._dotted, model_of(entity), entity.rpartition("/")[2])
-            for entity, joined in series.items() if not entity.startswith(drawn)
+            for entity, joined in series.items() if entity not in levels
         ]  # fmt: skip
         tracks = [
             Track(robot.rpartition("/")[2], self._colours.get(robot, _usual_colour(robot)), *_joined(parts))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from pathlib import Path
 
@@ -11,9 +12,11 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli.beside import conditions, side_by_side
+from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.robot.recording import record
 from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from tests.bench.figures.test_recording_looks import COUNT, episode
 from tests.bench.robot.test_trial import spec
 
 
@@ -82,3 +85,19 @@ def test_trials_of_other_conditions_or_seeds_are_refused_and_it_says_what_differ
     assert "seed is 1 and 2" in told and "a.b" in told
     faster = write(tmp_path / "faster.rrd", speed=20.0, seed=2)
     assert "speed_cm_s is 10.0 and 20.0" in refusal(runs / "usual", faster, 1)
+
+
+def test_episodes_are_paired_by_the_seed_of_their_reset_and_not_by_their_number(tmp_path):
+    for run, seeds in {"a": (4, 5), "b": (5, 4, None)}.items():
+        (tmp_path / run / "recordings").mkdir(parents=True)
+        for number, seed in enumerate(seeds):
+            wheels = np.full((COUNT, 2), (seed or 0) / 10, np.float32)
+            data = record_episode(dataclasses.replace(episode("colias_sim/Fixation-v0"), seed=seed, wheels=wheels))
+            (tmp_path / run / "recordings" / f"trial-{number:04d}.rrd").write_bytes(data)
+    for number in range(2):
+        (tmp_path / "both.rrd").write_bytes(side_by_side(tmp_path / "a", tmp_path / "b", number)[1])
+        one, other = (of(tmp_path / "both.rrd", f"/{run}/wheels/left")[1] for run in "ab")
+        np.testing.assert_array_equal(one, other)
+    for number, why in ((0, "reset seed is 5 and 4"), (2, "has no equal one")):
+        (tmp_path / "a" / "recordings" / "trial-0001.rrd").unlink(missing_ok=True)
+        assert why in refusal(tmp_path / "b", tmp_path / "a", number)

@@ -90,7 +90,7 @@ def test_parts_of_a_run_and_single_tables(tmp_path):
     (tmp_path / "bad.parquet").write_bytes(b"PAR1")
     with pytest.raises(UsageError, match=r"bad\.parquet: cannot be read"):
         read_file(tmp_path / "bad.parquet")
-    with pytest.raises(UsageError, match=r"no experiment\.json there"):
+    with pytest.raises(UsageError, match=r"no run\.json there"):
         colias("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "none")
 
 

@@ -6,11 +6,13 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 import experiments
 from experiments.bench.cli import main
+from experiments.bench.store.rows import TrialRecord
 
 CIRCLE = """
 from dataclasses import dataclass
@@ -162,3 +164,12 @@ def test_spikes_without_a_threshold_are_told_of(folder, capsys):
     (folder / "named.py").write_text(SPIKER.replace('("hs",))', '("hs",), thresholds={"hs": "theta"})'))
     main.command(["check", "named.py"])
     assert "has no threshold" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])
+def test_a_number_that_is_not_finite_is_refused(value):
+    """What does not apply is null, so NaN is a fault, say of the reward of a user's env."""
+    frames = pa.table({"trial": [7]})
+    assert TrialRecord(7, ({"reward": None, "frames": 3, "model": "a"},), frames, None).rows
+    with pytest.raises(ValueError, match=r"trial 7: reward must be a finite number"):
+        TrialRecord(7, ({"reward": 0.0}, {"reward": value}), frames, None)

@@ -198,7 +198,7 @@ def test_a_map_has_holes_where_clips_failed():
 def test_curves_are_declared_once_a_point():
     assert families(["speed", "size", "speed"]) == (curve_family("speed"), curve_family("size"))
     assert families([]) == tuple(map(curve_family, CURVES))
-    with pytest.raises(UsageError, match=r"--curve sped: known are speed, .* \(nearest: speed\)"):
+    with pytest.raises(UsageError, match=r"--curve sped \(nearest: speed\): known are speed, "):
         families(["sped"])
     speed = curve_family("speed")
     with pytest.raises(ValueError, match="two probes at one point"):
