@@ -193,6 +193,18 @@ class Model:
     thresholds: Mapping[str, float | None]
 
 
+@dataclass(frozen=True, slots=True)
+class ModelResponses(Model):
+    """A model as recordings have it, with its responses."""
+
+    series: ResponseSeries
+
+
+def responses_of(answers: Iterable[tuple[ConfiguredModel, ResponseSeries]]) -> list[ModelResponses]:
+    """Return models as recordings have them, with their responses."""
+    return [ModelResponses(model.label, model.channels, model.thresholds, series) for model, series in answers]
+
+
 def described(models: Iterable[ConfiguredModel]) -> list[Model]:
     """Return models as recordings have them."""
     return [Model(model.label, model.channels, model.thresholds) for model in models]

@@ -1,0 +1,224 @@
+"""Run an off-line experiment: plan its clips, play them into a folder, judge its claims, draw its figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments import OFFLINE
+from experiments.bench.clips.claims import ClipClaim, find, judge
+from experiments.bench.engine.pictures import Pictures
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel, shown_models
+from experiments.bench.run.play import FRAMES, Trial, play
+from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.settings import check_counts, watchers
+from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clips import TRIALS, ClipRecording, OfflineExperiment, described_scenes, pixels
+from experiments.bench.stats import stored
+from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.store import provenance
+from experiments.bench.store.description import THRESHOLDS
+from experiments.bench.store.parameters import Parameters, differing
+from experiments.bench.store.rows import Failure, TrialRecord, mixture
+from experiments.bench.store.run_folder import RunFolder
+
+
+@dataclass(frozen=True, slots=True)
+class OfflinePlan:
+    """An off-line run to do: everything that decides its numbers."""
+
+    experiment: OfflineExperiment
+    trials: tuple[Trial, ...]
+    repeats: int
+    seed: int
+    pictures: Pictures | None = None
+
+    @property
+    def models(self) -> tuple[ConfiguredModel, ...]:
+        """The models that the clips are shown to."""
+        return self.trials[0].models
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """Each model's spiking threshold."""
+        return {model.label: model.threshold for model in self.models}
+
+    def changed(self) -> Parameters:
+        """Return the models' parameters that are not at their defaults, by key and model."""
+        return differing(self.models, offline=True)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what ``run.json`` holds: every parameter, the seed, and what computes."""
+        clips = [trial.condition for trial in self.trials if not trial.repeat]
+        changed = self.changed()
+        return {
+            "kind": "clips",
+            "experiment": self.experiment,
+            "repeats": self.repeats,
+            "seed": self.seed,
+            "trials": len(self.trials),
+            "models": self.models,
+            **({"changed": changed} if changed else {}),
+            THRESHOLDS: {model.label: model.thresholds for model in self.models},
+            **described_scenes(self.experiment.clips, self.repeats, self.pictures),
+            "clips": {clip.label(): clip.open(self.seed).stimulus.params for clip in clips},
+            **provenance.of((model.source for model in self.models), self.experiment),
+        }
+
+    def amount(self) -> str:
+        """Say how many clips and frames there are."""
+        frames = self.repeats * sum(len(clip.open(self.seed)) for clip in self.experiment.clips)
+        return f"{len(self.trials)} clips, {frames:,} frames"
+
+    def is_random(self) -> bool:
+        """Return whether the clips may differ with the seed, as those before a scene do."""
+        if self.experiment.repeats > 1 or self.experiment.name not in OFFLINE:
+            return True
+        first, second = (next(iter(self.experiment.clips[0].open(seed))).image for seed in (0, 1))
+        return not np.array_equal(first, second)
+
+
+def plan(
+    experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int,
+    *, only: bool = False, pictures: Pictures | None = None,
+) -> OfflinePlan:  # fmt: skip
+    """Return a checked plan from what a person typed.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    models, only
+        Models that are shown the clips beside the experiment's own, or with ``only`` instead of them.
+    assignments
+        ``SECTION.NAME=VALUE`` texts.
+    repeats
+        Number of repeats; ``None``: the experiment's own.
+    seed
+        Of the first repeat.
+    pictures
+        Shown in place of the scenes.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+    """
+    count = experiment.repeats if repeats is None else repeats
+    option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
+    check_counts(seed, count, option, len(experiment.clips), "clips")
+    stimuli = {clip.entry.name for clip in experiment.clips}
+    for text in assignments:
+        if text.partition(".")[0] in stimuli:
+            declared = "set in its file, as Clip(name, stimulus, {parameter: value})"
+            raise UsageError(f"--set {text}: the stimuli of {experiment.name} are {declared}")
+    chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
+    return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
+
+
+def play_clip(trial: Trial, *, record: bool = False, frames: bool = True) -> TrialRecord:
+    """Play a clip. With ``record`` it is recorded at the first seed; ``frames`` keeps a row per frame."""
+    if not record or trial.repeat:
+        return play(trial, frames=frames)
+    identity = f"{trial.experiment}-{trial.index}-{trial.seed}"
+    return play(trial, ClipRecording(trial.condition.open(trial.seed), identity), frames=frames)
+
+
+def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Trial]:
+    """Return the clips of a checked plan as a batch; ``record`` and ``frames`` as of `play_clip`."""
+    return Batch(
+        name=plan.experiment.name,
+        specs=plan.trials,
+        work=partial(play_clip, record=record, frames=frames),
+        description={**plan.describe(), "recordings": record},
+        schemas=(TRIALS, FRAMES),
+        parameters=plan.changed(),
+        things="clips",
+        amount=plan.amount,
+        size=pixels,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class OfflineReport:
+    """Results of an off-line run: a row per clip and model, the verdicts, and what failed."""
+
+    plan: OfflinePlan
+    folder: Path
+    rows: list[dict[str, Any]]
+    verdicts: list[Verdict]
+    failures: list[Failure]
+
+
+def run(
+    plan: OfflinePlan, out: Path, pool: Workers, resources: Resources, *, record: bool = False
+) -> OfflineReport:  # fmt: skip
+    """Play the clips that a folder lacks, judge and draw.
+
+    Parameters
+    ----------
+    plan
+        From `plan`.
+    out
+        The run's folder: a new one, or one that holds a part of this run.
+    pool, resources
+        Where the clips are played.
+    record
+        Whether to record the first seed's clips for Rerun.
+    """
+    work = batch(plan, record=record)
+    with closing(work.open(out, resources)) as folder:
+        failures = work.fill(folder, pool, resources)
+        rows = folder.rows()
+        judged = verdicts(plan, rows)
+        folder.write_json("claims.json", stored.document(judged))
+        if rows:
+            _draw(plan, folder, rows)
+    return OfflineReport(plan, out, rows, judged, failures)
+
+
+def _draw(plan: OfflinePlan, folder: RunFolder, rows: Sequence[Mapping[str, Any]]) -> None:
+    from experiments.bench.clips import figure as clips_figure  # not before: matplotlib takes its time to load
+    from experiments.bench.figures import plotting
+
+    first = [row for row in rows if row["repeat"] == 0]
+    title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
+    drawn = clips_figure.draw(plan.experiment.figure, first, folder.frames(), plan.thresholds, title)
+    plotting.save(drawn, folder.folder)
+
+
+def verdicts(
+    plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None
+) -> list[Verdict]:
+    """Judge the claims of an off-line run, each at every seed. A seed is a replicate.
+
+    Parameters
+    ----------
+    plan
+        The run's plan.
+    rows
+        The run's rows.
+    all_rows
+        The same models' rows in other runs too: see `experiments.bench.clips.claims.judge`.
+    """
+    return [_verdict(find(claim), plan, rows, all_rows or rows) for claim in plan.experiment.claims]
+
+
+def _verdict(
+    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]]
+) -> Verdict:
+    outcomes: list[Outcome] = []
+    for repeat in range(plan.repeats):
+        of_seed = [row for row in rows if row["repeat"] == repeat]
+        whole = len({row["trial"] for row in of_seed}) == len(plan.experiment.clips)
+        lost = Outcome.unjudged("some of its clips failed")
+        outcomes.append(judge(claim, of_seed, plan.thresholds, all_rows) if whole else lost)
+    outcomes[0] = outcomes[0].noting([mixture(rows)])
+    return claim.verdict(*outcomes, random=plan.is_random(), experiment=plan.experiment.name)

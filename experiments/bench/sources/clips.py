@@ -1,0 +1,556 @@
+"""Clips of synthetic stimuli, without a robot: how an experiment of clips is declared, and what its trials show."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+import polars as pl
+
+from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, StimulusEntry, StimulusFrame, stimulus_entry
+from dsnn.stimuli.background import PHOTOGRAPH
+from experiments.bench.engine.pictures import Pictures
+from experiments.bench.run.errors import UsageError, check_declared, plain
+from experiments.bench.run.play import Responses, Sample, Trial
+from experiments.bench.run.user_code import USER_MODULE, declared, is_file
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.declared import check_claims
+from experiments.bench.store.rows import JobRow, ModelRow, schema_of
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+BACKGROUND = "background"
+"""The parameter that names what is behind an object."""
+SHOWN = (
+    "motion", "grey", "speed", "speed_unit", "background", "background_speed", "object", "movers", "foliage",
+    "polarity", "fps",
+)  # fmt: skip
+"""Parameters of clips that have columns; null where a stimulus has no such parameter."""
+JPEG_QUALITY = 85
+"""JPEG quality of recorded frames: exact ones of a photograph are ten times as large; ``colias play`` keeps them."""
+BOX_COLOUR = (214, 39, 40)
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A stimulus to show, with changes to its defaults.
+
+    Parameters
+    ----------
+    name
+        Tells it from the experiment's other clips.
+    stimulus
+        One that ``colias list`` names: ``plain``, ``cluttered``, ...; or a `dsnn.stimuli.StimulusEntry` of your own.
+    changes
+        Pairs of a parameter's name and its value, or a mapping. ``colias stimulus NAME --parameters`` lists them.
+    jitter_px
+        Standard deviation of a trembling camera's shifts, px (`dsnn.stimuli.Jittered`); 0: the camera stands.
+
+    Raises
+    ------
+    ValueError
+        There is no such stimulus or parameter, or a value is out of range.
+
+    Examples
+    --------
+    >>> from experiments import Clip
+    >>> Clip("dark", "plain", (("grey", 40.0), ("speed", 120.0))).label()
+    'dark'
+    """
+
+    name: str
+    stimulus: str | StimulusEntry
+    changes: tuple[tuple[str, Any], ...] = ()
+    jitter_px: float = 0.0
+
+    def __post_init__(self) -> None:
+        try:
+            changes = tuple((name, plain(value)) for name, value in dict(self.changes).items())
+        except (TypeError, ValueError):
+            raise ValueError(f"clip {self.name}: changes must be pairs of a parameter and its value") from None
+        object.__setattr__(self, "changes", changes)
+        self.build(0)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Cross to another process: a stimulus of a user's own file is found in that file there."""
+        if isinstance(self.stimulus, StimulusEntry) and (place := place_of(self.stimulus)):
+            return _rebuilt, (self.name, *place, self.changes, self.jitter_px)
+        return object.__reduce_ex__(self, protocol)
+
+    @property
+    def entry(self) -> StimulusEntry:
+        """The stimulus itself: its name, its defaults and how it is built."""
+        return self.stimulus if isinstance(self.stimulus, StimulusEntry) else stimulus_entry(self.stimulus)
+
+    def build(self, seed: int) -> Stimulus[ClipParams]:
+        """Make the clip itself.
+
+        Parameters
+        ----------
+        seed
+            Of what is random in it, 0 or more.
+
+        Returns
+        -------
+        Stimulus
+            The clip. Nothing is painted yet.
+
+        Raises
+        ------
+        ValueError
+            The seed is below 0.
+        """
+        clip = self.entry.clip(seed, **dict(self.changes))
+        return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
+
+    def open(self, seed: int) -> ClipSource:
+        """Return the source of the clip's frames.
+
+        Parameters
+        ----------
+        seed
+            Of what is random in it, 0 or more.
+
+        Returns
+        -------
+        ClipSource
+            The frames, and the columns and measures of their trial.
+        """
+        return ClipSource(self, self.build(seed))
+
+    def takes_scene(self) -> bool:
+        """Tell whether a replicate chooses the background: the stimulus has one, and the clip names none.
+
+        Returns
+        -------
+        bool
+            Whether it does.
+        """
+        return hasattr(self.entry.params, BACKGROUND) and BACKGROUND not in dict(self.changes)
+
+    def label(self) -> str:
+        """Return the clip's name, as tables show it.
+
+        Returns
+        -------
+        str
+            The name.
+        """
+        return self.name
+
+
+def _rebuilt(name: str, file: str, attribute: str, changes: tuple[tuple[str, Any], ...], jitter_px: float) -> Clip:
+    return Clip(name, stimulus_of_file(Path(file), attribute), changes, jitter_px)
+
+
+class ClipRow(JobRow):
+    """Columns of what a clip shows; null where its stimulus has no such parameter."""
+
+    stimulus: str
+    clip: str
+    motion: str | None
+    grey: float | None
+    speed: float | None
+    speed_unit: str | None
+    background: str | None
+    """What is behind the object: the photograph, a scene, or the name of a user's own picture."""
+    background_speed: float | None
+    object: str | None
+    movers: str | None
+    foliage: str | None
+    polarity: str | None
+    """Polarity of an edge, ``on`` or ``off``, of two steps ``on-off`` and so on."""
+    fps: float | None
+    """Frames per second of the clip."""
+    background_mean: float | None
+    """Mean grey of what the object passes."""
+
+
+class ShownRow(ClipRow, ModelRow):
+    """Columns of ``trials.parquet``: one clip, and the responses of one model."""
+
+    peak_hs: float
+    trough_hs: float
+    peak_vs: float
+    trough_vs: float
+    peak_looming: float
+    hs_rightward: float | None
+    """The highest HS of the frames in which the truth says rightward; null without such frames."""
+    hs_leftward: float | None
+    """The lowest HS of those in which it says leftward."""
+    hs_against: float | None
+    """Distance that HS goes against the truth's direction in either, 0 if it never does; null without such frames."""
+    frames: int
+    wall_s: float
+    """Time that the clip took to show."""
+    code: str
+    """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
+
+
+TRIALS = schema_of(ClipRow, ModelRow, ShownRow)
+"""Columns of ``trials.parquet`` of clips: a row per clip and model."""
+
+
+class ClipSource:
+    """The frames of a clip, with their truth: motion, and the outline of the object in px."""
+
+    def __init__(self, clip: Clip, stimulus: Stimulus[ClipParams]) -> None:
+        self.clip, self.stimulus = clip, stimulus
+        self.fps, self.shape = stimulus.fps, stimulus.shape
+
+    def __len__(self) -> int:
+        return len(self.stimulus)
+
+    def __iter__(self) -> Iterator[Sample]:
+        for index, frame in enumerate(self.stimulus):
+            box = frame.truth.box
+            outline = (None,) * 4 if box is None else (box.left, box.top, box.width, box.height)
+            names = ("left_px", "top_px", "width_px", "height_px")
+            truth = {"motion": frame.truth.motion, **dict(zip(names, outline, strict=True))}
+            yield Sample(index / self.fps, frame.luma, truth)
+
+    def columns(self) -> dict[str, Any]:
+        """Return what is shown, as columns of ``trials.parquet``."""
+        shown = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
+        if shown[BACKGROUND] is not None:
+            shown[BACKGROUND] = Path(shown[BACKGROUND]).name
+        named = {"stimulus": self.clip.entry.name, "clip": self.clip.name}
+        return {**named, **shown, "background_mean": self._background_mean()}
+
+    def _background_mean(self) -> float | None:
+        """Mean grey of the rows that the object passes, without the object; ``None`` without an object."""
+        sampled = [self.stimulus[index] for index in range(0, len(self), max(1, len(self) // 10))]
+        box = next((frame.truth.box for frame in sampled if frame.truth.box is not None), None)
+        if box is None:
+            return None
+        rows = slice(max(int(box.top), 0), int(box.top + box.height) + 1)
+        return float(np.mean([float(_beside_object(frame)[rows].mean()) for frame in sampled]))
+
+    def measures(self, frames: pl.DataFrame) -> dict[str, float | None]:
+        """Return peaks and troughs of a model's potentials, and HS by the direction of motion.
+
+        Parameters
+        ----------
+        frames
+            A row per frame: ``hs``, ``vs``, ``looming`` and the truth's ``motion``.
+        """
+        right = frames.filter(motion="rightward")["hs"]
+        left = frames.filter(motion="leftward")["hs"]
+        against = [-float(right.min()) if len(right) else None, float(left.max()) if len(left) else None]  # type: ignore[arg-type]
+        known = [value for value in against if value is not None]
+        ends = {
+            f"{end}_{system}": float(getattr(frames[system], function)())
+            for system in ("hs", "vs")
+            for end, function in (("peak", "max"), ("trough", "min"))
+        }
+        return {
+            **ends,
+            "peak_looming": float(frames["looming"].max()),  # type: ignore[arg-type]
+            "hs_rightward": right.max(),  # type: ignore[dict-item]
+            "hs_leftward": left.min(),  # type: ignore[dict-item]
+            "hs_against": max(*known, 0.0) if known else None,
+        }
+
+
+def _beside_object(frame: StimulusFrame) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """Return the columns of a frame in which the object is not; all of them where it fills the frame."""
+    box = frame.truth.box
+    if box is None:
+        return frame.luma
+    columns = np.arange(frame.luma.shape[1])
+    beside = frame.luma[:, (columns < int(box.left)) | (columns > int(box.left + box.width) + 1)]
+    return beside if beside.size else frame.luma
+
+
+class ClipRecording:
+    """Recording of a clip in Rerun: frames, the object's outline, potentials, thresholds and spikes.
+
+    Parameters
+    ----------
+    source
+        The clip.
+    identity
+        Tells the recording from others in a viewer; otherwise it is its own.
+    exact
+        Whether the frames are exact; otherwise they are JPEG.
+    """
+
+    def __init__(self, source: ClipSource, identity: str | None = None, *, exact: bool = False) -> None:
+        self._source, self._identity, self._exact = source, identity, exact
+        self._samples: list[Sample] = []
+
+    def __call__(self, sample: Sample) -> None:
+        self._samples.append(sample)
+
+    def written(self, responses: Responses) -> bytes:
+        """Return the recording, as the bytes of an .rrd file."""
+        import rerun as rr  # not before: it takes its time to load, and declarations need this file
+        import rerun.blueprint as rrb
+
+        from experiments.bench import recording as rerun
+
+        answers = rerun.responses_of(responses.series)
+        name = self._source.clip.name
+        layout = rerun.page(rrb.Spatial2DView(origin="clip", name=name), rerun.lanes(answers), shares=[3, 2])
+
+        def write(stream: rr.RecordingStream) -> None:
+            params = self._source.stimulus.params
+            # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
+            settings = {**asdict(params), "seed": self._source.stimulus.seed}
+            stream.send_property("stimulus", rr.DynamicArchetype(type(params).__name__, components=settings))
+            times_s = np.array([sample.time_s for sample in self._samples])
+            times = rerun.timelines(times_s, np.arange(len(times_s)))
+            images = np.stack([sample.image for sample in self._samples])
+            if self._exact:
+                rerun.video(stream, "clip", images, times)
+            else:
+                rerun.jpegs(stream, "clip", images, times, JPEG_QUALITY)
+            self._write_object(stream, times)
+            rerun.potentials(stream, answers, times_s)
+
+        return rerun.recorded(write, layout, name, self._identity)
+
+    def _write_object(self, stream: rr.RecordingStream, times: list[rr.TimeColumn]) -> None:
+        """Log the object's outline; no box where there is none, or the last would stay."""
+        import rerun as rr
+
+        present = [sample.truth for sample in self._samples if sample.truth["left_px"] is not None]
+        if not present:
+            return
+        halves = np.array([(truth["width_px"] / 2, truth["height_px"] / 2) for truth in present])
+        corners = np.array([(truth["left_px"], truth["top_px"]) for truth in present])
+        stream.log("clip/object", rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5]), static=True)
+        columns = rr.Boxes2D.columns(centers=corners + halves, half_sizes=halves)
+        boxes = [int(sample.truth["left_px"] is not None) for sample in self._samples]
+        stream.send_columns("clip/object", times, columns.partition(boxes))
+
+
+Kind = Literal["traces", "peaks", "background", "edges", "ranges", "contrast"]
+DRAWN = ("speed", "grey", "background_speed")
+"""Names of the parameters that a figure of peaks may be drawn against."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """Way to draw an off-line experiment.
+
+    Parameters
+    ----------
+    kind
+        ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
+        ``background``: their peaks in depth and translation against the background's speed, px a frame.
+        ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's ``|HS|``.
+        ``contrast``: clips of several greys and speeds: HS over time, and peaks along speed and along grey.
+        ``ranges``: of each model, from which to which peak ``|HS|`` its clips with an object reach, and without one.
+    along
+        The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
+    lines, panels
+        Peaks have a line for each value of the one, and a row of panels for each of the other: names as of ``along``.
+
+    Raises
+    ------
+    ValueError
+        A value is none of these.
+    """
+
+    kind: Kind = "traces"
+    along: str = "speed"
+    lines: str = "background_speed"
+    panels: str = "grey"
+
+    def __post_init__(self) -> None:
+        for name, legal in (("kind", get_args(Kind)), ("along", DRAWN), ("lines", DRAWN), ("panels", DRAWN)):
+            if getattr(self, name) not in legal:
+                raise ValueError(f"figure: {name} must be one of {', '.join(legal)}, got {getattr(self, name)!r}")
+
+    def parameters(self) -> tuple[str, ...]:
+        """Return the parameters of clips that it is drawn against.
+
+        Returns
+        -------
+        tuple of str
+            Their names.
+        """
+        peaks = (self.along, self.lines, self.panels)
+        return {"peaks": peaks, "background": peaks, "edges": ("polarity", "motion", "speed")}.get(self.kind, ())
+
+
+@dataclass(frozen=True, slots=True)
+class OfflineExperiment:
+    """A declaration of clips that models are shown, without a robot: every clip to every model.
+
+    Parameters
+    ----------
+    name
+        Letters, digits, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    clips
+        What is shown; any iterable of `Clip` objects.
+    models
+        Names, or paths of .py files, of the models that it is about.
+    claims
+        Ids of the paper's claims about clips, and claims of your own (`experiments.ClipClaim`).
+    repeats
+        How often, each time with another seed and before another scene: a repeat is a replicate. Where nothing in the
+        clips is random, one is enough.
+    figure
+        How it is drawn.
+    recorded
+        Whether the first seed's clips are recorded for Rerun; a grid of long clips would fill a disk.
+    file
+        The .py file that declares it, which commands and `experiments.run` fill in.
+
+    Raises
+    ------
+    ValueError
+        The declaration cannot be run as it stands.
+
+    Examples
+    --------
+    >>> from experiments import Clip, OfflineExperiment
+    >>> clips = [Clip(way, "plain", {"motion": way}) for way in ("rightward", "leftward")]
+    >>> both = OfflineExperiment("both-ways", "crossings both ways", clips, ("dsnn", "emd"))
+    """
+
+    name: str
+    summary: str
+    clips: tuple[Clip, ...]
+    models: tuple[str, ...]
+    claims: tuple[str | Claim, ...] = ()
+    repeats: int = 1
+    figure: Figure = Figure()
+    recorded: bool = True
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_declared("experiment", self.name, self.summary, self.repeats)
+        check_claims(self.name, self.claims)
+        if isinstance(self.models, str):
+            raise ValueError(f"experiment {self.name}: models must be a tuple of names, got {self.models!r}")
+        object.__setattr__(self, "clips", tuple(self.clips))  # a list, or what a generator yields, does as well
+        object.__setattr__(self, "models", tuple(self.models))
+        if not self.clips or not self.models:
+            raise ValueError(f"experiment {self.name}: it needs clips and models")
+        for index, clip in enumerate(self.clips):
+            if not isinstance(clip, Clip):
+                raise ValueError(f"experiment {self.name}: clips[{index}] must be a Clip, got {clip!r}")
+        names = [clip.name for clip in self.clips]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"experiment {self.name}: two clips are called '{twice}'")
+        for clip in self.clips:
+            for name in self.figure.parameters():
+                if not hasattr(clip.entry.params, name):
+                    missing = f"the clip '{clip.name}', a {clip.entry.name}, has no {name} to be drawn against"
+                    raise ValueError(f"experiment {self.name}: {missing}")
+
+    def trials(
+        self, models: tuple[Any, ...], repeats: int, seed: int, pictures: Pictures | None = None
+    ) -> tuple[Trial, ...]:
+        """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
+
+        Parameters
+        ----------
+        models
+            The models, with their parameters.
+        repeats, seed
+            Number of repeats, and the seed of the first.
+        pictures
+            Shown in place of the scenes.
+
+        Returns
+        -------
+        tuple of Trial
+            The trials, repeats outermost.
+        """
+        whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(self.clips, repeat, pictures)]
+        return tuple(
+            Trial(self.name, index, repeat, seed + repeat, clip, models)
+            for index, (repeat, clip) in enumerate(whole)
+        )  # fmt: skip
+
+
+def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = None) -> list[Clip]:
+    """Return clips as a replicate shows them: replicate r has scene r.
+
+    Replicate 0 has the stimulus's own background, the photograph. Those from 1 on go through the kinds of
+    `dsnn.stimuli.SCENES`, one after another and again, and the replicate's seed makes the scene. With ``pictures``
+    each has one of those instead, replicate 0 too. A clip that names its background keeps it.
+    """
+    if pictures is None and not replicate:
+        return list(clips)
+    image = (BACKGROUND, _image(replicate, pictures))
+    return [replace(clip, changes=(*clip.changes, image)) if clip.takes_scene() else clip for clip in clips]
+
+
+def _image(replicate: int, pictures: Pictures | None) -> str:
+    """Return the background of a replicate's clips that name none."""
+    if pictures:
+        return pictures.of(replicate)
+    return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH
+
+
+def described_scenes(clips: Iterable[Clip], replicates: int, pictures: Pictures | None) -> dict[str, list[str]]:
+    """Return what ``run.json`` has of the scenes of clips; nothing where none of them takes one.
+
+    ``backgrounds`` has the background of each replicate, ``pictures`` each of a user's own with its digest.
+    """
+    if not any(clip.takes_scene() for clip in clips):
+        return {}
+    names = [Path(_image(replicate, pictures)).name for replicate in range(replicates)]
+    return {"backgrounds": names, **({"pictures": pictures.described()} if pictures else {})}
+
+
+def find_stimulus(source: str) -> StimulusEntry:
+    """Return the registered stimulus called ``source``, or the one that the file ``source`` declares as ``STIMULUS``.
+
+    Raises
+    ------
+    UsageError
+        The name is not known, or the file cannot be read, or declares no `dsnn.stimuli.StimulusEntry`.
+    """
+    if is_file(source):
+        return stimulus_of_file(Path(source), "STIMULUS")
+    try:
+        return stimulus_entry(source)
+    except ValueError as error:
+        raise UsageError(f"{error}, or a .py file") from None
+
+
+def stimulus_of_file(path: Path, name: str) -> StimulusEntry:
+    """Return the stimulus that a user's file declares as ``name``; `UsageError` where it declares none."""
+    entry = declared(path, name)
+    if not isinstance(entry, StimulusEntry):
+        raise UsageError(f"{path}: {name} is a {type(entry).__name__}, expected a dsnn.stimuli.StimulusEntry")
+    return entry
+
+
+def place_of(entry: StimulusEntry) -> tuple[str, str] | None:
+    """Return the user's file that a stimulus is declared in, and its name there; ``None`` where that is no such file.
+
+    Raises
+    ------
+    UsageError
+        The file has no name for it, so that no other process could find it.
+    """
+    for name, module in list(sys.modules.items()):
+        if name.startswith(USER_MODULE) and (file := getattr(module, "__file__", None)):
+            for attribute, value in vars(module).items():
+                if value is entry:
+                    return file, attribute
+    if (getattr(entry.build, "__module__", "") or "").startswith(USER_MODULE):
+        raise UsageError(f"stimulus {entry.name} needs a name in its file, as STIMULUS = StimulusEntry(...)")
+    return None
+
+
+def pixels(trial: Trial) -> float:
+    """Return how many pixels a trial shows, by which its time is estimated."""
+    source = trial.condition.open(0)
+    return float(len(source) * source.shape[0] * source.shape[1])  # type: ignore[arg-type]
+
