@@ -1,9 +1,6 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
 from .bench.clips.claims import ClipClaim as ClipClaim
-from .bench.clips.experiment import Clip as Clip
-from .bench.clips.experiment import Figure as Figure
-from .bench.clips.experiment import OfflineExperiment as OfflineExperiment
 from .bench.closed_loop.behaviour import Behaviour as Behaviour
 from .bench.closed_loop.behaviour import Wheels as Wheels
 from .bench.closed_loop.wrapper import RecordRerun as RecordRerun
@@ -30,6 +27,9 @@ from .bench.robot.experiment import Experiment as Experiment
 from .bench.robot.path import Leg as Leg
 from .bench.robot.path import Path as Path
 from .bench.run.errors import UsageError as UsageError
+from .bench.sources.clips import Clip as Clip
+from .bench.sources.clips import Figure as Figure
+from .bench.sources.clips import OfflineExperiment as OfflineExperiment
 from .bench.stats.checks import Check as Check
 from .bench.stats.checks import decide as decide
 from .bench.stats.scores import Score as Score

@@ -20,7 +20,7 @@ from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import TRIALS, ClipRecording, OfflineExperiment, described_scenes, pixels
+from experiments.bench.sources.clips import TRIALS, Clip, ClipRecording, OfflineExperiment, described_scenes, pixels
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
@@ -35,7 +35,7 @@ class OfflinePlan:
     """An off-line run to do: everything that decides its numbers."""
 
     experiment: OfflineExperiment
-    trials: tuple[Trial, ...]
+    trials: tuple[Trial[Clip], ...]
     repeats: int
     seed: int
     pictures: Pictures | None = None
@@ -123,7 +123,7 @@ def plan(
     return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
 
 
-def play_clip(trial: Trial, *, record: bool = False, frames: bool = True) -> TrialRecord:
+def play_clip(trial: Trial[Clip], *, record: bool = False, frames: bool = True) -> TrialRecord:
     """Play a clip. With ``record`` it is recorded at the first seed; ``frames`` keeps a row per frame."""
     if not record or trial.repeat:
         return play(trial, frames=frames)
@@ -131,7 +131,7 @@ def play_clip(trial: Trial, *, record: bool = False, frames: bool = True) -> Tri
     return play(trial, ClipRecording(trial.condition.open(trial.seed), identity), frames=frames)
 
 
-def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Trial]:
+def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Trial[Clip]]:
     """Return the clips of a checked plan as a batch; ``record`` and ``frames`` as of `play_clip`."""
     return Batch(
         name=plan.experiment.name,

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, is_file
+from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.stats import claims as shipped
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.claim_files import PAPER, claim_ids

@@ -26,7 +26,8 @@ from experiments.bench.robot.designs import Translation
 EXPERIMENT = Experiment("trial", "one fast crossing", Translation((20.0,), (8.0,)), "speed_cm_s", repeats=1)
 """
 CLIP = """
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.clips import OfflineExperiment
 changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
 """

@@ -32,7 +32,7 @@ LIBRARIES = (
 """What the server imports; none of it starts a thread or reads an environment variable that tests set."""
 OURS = (
     "dsnn", "colias_sim.simulation", "experiments.bench.cli.main", "experiments.bench.robot.run",
-    "experiments.bench.robot.summary", "experiments.bench.clips.run", "experiments.bench.closed_loop.run",
+    "experiments.bench.robot.summary", "experiments.bench.offline", "experiments.bench.closed_loop.run",
     "experiments.bench.studies.run",
 )  # fmt: skip
 """What it imports of this project, and with it MuJoCo, without its OpenGL."""

@@ -10,8 +10,8 @@ from typing import Any
 from dsnn import MODELS
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.robot.experiment import Experiment
+from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.claims import words
 from tools.pages import docstring_text, experiment_pictures, markdown

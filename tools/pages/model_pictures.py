@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from dsnn import ModelEntry, ResponseSeries
 from dsnn.model import SPIKING, run_model
 from dsnn.stimuli import StimulusFrame
-from experiments.bench.clips.experiment import Clip
 from experiments.bench.figures.palette import marks
 from experiments.bench.figures.plotting import STYLE
 from experiments.bench.leaderboard.looming_stimuli import FRAME, SHADES, SQUARE
+from experiments.bench.sources.clips import Clip
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SIZE
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.leaderboard import looming_stimuli, stimuli
 from experiments.bench.reproduction.models.clips import GROUPS
+from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.tuning.probes import CURVES, curve_family
 
 

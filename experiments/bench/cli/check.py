@@ -31,19 +31,19 @@ def check(
     robots, that the camera sees them, and the same pixels each time; and that the EXPERIMENT of that file fits into it.
     Exit status: 1 if a law is broken.
     """
-    from experiments.bench.clips import stimuli
     from experiments.bench.conformance import laws, stimulus_laws, table
     from experiments.bench.conformance.notes import notes
     from experiments.bench.leaderboard.timing import time_models
     from experiments.bench.run.models import ask
     from experiments.bench.run.settings import watchers
     from experiments.bench.run.user_code import declares, is_file
+    from experiments.bench.sources import clips as stimuli
 
     source = ask(model).source
     if source in ARENAS or source.endswith(".xml"):
         return _check_arena(source)
     if is_file(source) and declares(Path(source), "STIMULUS"):
-        entry = stimuli.find(source)
+        entry = stimuli.find_stimulus(source)
         findings = stimulus_laws.check(entry)
         table.show(entry.name, findings, None)
         return EXIT_FAILED if any(finding.trouble for finding in findings) else 0

@@ -16,8 +16,8 @@ from experiments.bench.cli.options import Models, Only
 from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
-    from dsnn.stimuli import ClipParams, Stimulus, StimulusEntry
-    from experiments.bench.clips.play import Played
+    from dsnn.stimuli import StimulusEntry
+    from experiments.bench.sources.clips import ClipSource
 
 PATIENCE_S = 2.0
 """Progress is told only of what takes longer."""
@@ -54,10 +54,10 @@ def stimulus(
     What is there already is never overwritten.
     """
     from experiments.bench.cli.listing import show_parameters
-    from experiments.bench.clips import export
-    from experiments.bench.clips.stimuli import find
     from experiments.bench.engine.terminal import out_console
     from experiments.bench.run import settings
+    from experiments.bench.sources import clip_file as export
+    from experiments.bench.sources.clips import find_stimulus as find
 
     entry = find(name)
     section = {entry.name: entry.params}
@@ -66,7 +66,7 @@ def stimulus(
     clip = _clip(entry, settings.collect(assignments or (), section, _listed_by(name)), seed, jitter)
     video = out or Path(f"{entry.name}.avi")
     with _progress(f"{entry.name}: frames", len(clip)) as advance:
-        table = export.write(clip, video, advance)
+        table = export.write(clip.stimulus, video, advance)
     rows, columns = clip.shape
     about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
     out_console.print(f"clip        {video}  ({about})", soft_wrap=True, markup=False)
@@ -93,12 +93,13 @@ def play(
     The command's own model is dsnn. A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set
     says otherwise.
     """
-    from experiments.bench.clips import export
-    from experiments.bench.clips import play as player
-    from experiments.bench.clips.stimuli import find
     from experiments.bench.engine.terminal import error_console, out_console
     from experiments.bench.run import settings
     from experiments.bench.run.models import rate_notes, shown_models
+    from experiments.bench.run.play import respond
+    from experiments.bench.sources import clip_file as export
+    from experiments.bench.sources.clips import ClipRecording
+    from experiments.bench.sources.clips import find_stimulus as find
 
     _check_outputs(record, view)
     if record is not None:
@@ -108,19 +109,21 @@ def play(
     models, collected = settings.watchers(
         shown_models(["dsnn"], model, only), assignments or (), {entry.name: entry.params}, listed_by
     )
-    clip = _clip(entry, collected, seed, jitter)
-    with _progress(f"{entry.name}: frames", len(clip)) as advance:
-        played = player.play(entry.name, clip, models, advance)
-    for answer in played.answers:
-        ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
+    source = _clip(entry, collected, seed, jitter)
+    recording = ClipRecording(source, exact=True)
+    with _progress(f"{entry.name}: frames", len(source)) as advance:
+        responses = respond(source, models, recording, lambda _: advance())
+    for answered, series in responses.series:
+        ranges = {channel: getattr(series, channel) for channel in answered.channels}
         parts = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
-        levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
+        levels = dict.fromkeys(level for level in answered.thresholds.values() if level is not None)
         parts += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
-        out_console.print(f"{answer.model:<18}{'   '.join(parts)}", soft_wrap=True, markup=False)
-    notes = [f"note: {note}" for note in rate_notes((model, clip.fps) for model in models)]
-    for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in played.troubles.items())):
+        out_console.print(f"{answered.label:<18}{'   '.join(parts)}", soft_wrap=True, markup=False)
+    notes = [f"note: {note}" for note in rate_notes((model, source.fps) for model in models)]
+    for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in responses.troubles.items())):
         error_console.print(line, soft_wrap=True, markup=False)
-    return _show(played, record, view) or int(bool(played.troubles))
+    status = _show(entry.name, recording.written(responses), record, view)
+    return status or int(bool(responses.troubles))
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:
@@ -135,18 +138,17 @@ def _check_outputs(record: Path | None, view: bool) -> None:
         require_screen("play: ", INSTEAD)
 
 
-def _show(played: Played, record: Path | None, view: bool) -> int:
+def _show(name: str, recording: bytes, record: Path | None, view: bool) -> int:
     """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
     from experiments.bench.cli import viewer
-    from experiments.bench.clips.recording import record as recorded
     from experiments.bench.engine.terminal import out_console
     from experiments.bench.store.places import replacing
 
     with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
-        place = record or Path(folder) / f"{played.name}.rrd"
+        place = record or Path(folder) / f"{name}.rrd"
         place.parent.mkdir(parents=True, exist_ok=True)
         with replacing(place) as partial:
-            partial.write_bytes(recorded(played))
+            partial.write_bytes(recording)
         if record is not None:
             out_console.print(f"recording   {record}", soft_wrap=True, markup=False)
         return viewer.show([place], instead=INSTEAD) if view else 0
@@ -158,16 +160,15 @@ def _listed_by(name: str) -> str:
 
 def _clip(
     entry: StimulusEntry, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float
-) -> Stimulus[ClipParams]:
+) -> ClipSource:  # fmt: skip
     """Return the stimulus that was asked for; `UsageError` in one line on what is not legal."""
-    from dsnn.stimuli import Jittered
     from experiments.bench.run import settings
     from experiments.bench.run.errors import UsageError
+    from experiments.bench.sources.clips import Clip
 
     params = settings.changed(entry.name, entry.params, collected.get(entry.name, {}))
     try:
-        clip = replace(entry, params=params).clip(seed)
-        return Jittered(clip, jitter, seed) if jitter else clip
+        return Clip(entry.name, replace(entry, params=params), (), jitter).open(seed)
     except ValueError as error:
         raise UsageError(f"{entry.name}: {error}") from error
 

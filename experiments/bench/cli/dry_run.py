@@ -7,8 +7,8 @@ from pathlib import Path
 
 import typer
 
-from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.terminal import count
+from experiments.bench.offline import OfflinePlan
 from experiments.bench.public.run import missing_models
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.run.models import rate_notes
@@ -38,7 +38,7 @@ def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bo
     done = _done(plan, folder, recordings, other_code) if begun(folder) else None
     for line in _lines(plan, done):
         typer.echo(line)
-    specs = plan.showings if isinstance(plan, OfflinePlan) else plan.specs()
+    specs = plan.trials if isinstance(plan, OfflinePlan) else plan.specs()
     for note in missing_models(plan):
         typer.echo(note)
     for note in rate_notes(pair for spec in specs for pair in spec.frame_rates()):
@@ -60,8 +60,8 @@ def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: 
 
 def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:
     if isinstance(plan, OfflinePlan):
-        conditions, jobs = [clip.name for clip in plan.experiment.clips], len(plan.showings)
-        models, amount, kind = plan.showings[0].models, plan.amount(), "clip"
+        conditions, jobs = [clip.name for clip in plan.experiment.clips], len(plan.trials)
+        models, amount, kind = plan.models, plan.amount(), "clip"
     else:
         conditions, jobs = [condition.label() for condition in plan.experiment.conditions()], len(plan.specs())
         models, amount, kind = plan.settings.models, f"{jobs} trials, about {plan.frames():,} frames", "condition"

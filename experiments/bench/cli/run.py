@@ -28,7 +28,7 @@ from experiments.bench.cli.options import (
 from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
-    from experiments.bench.clips.summary import OfflineReport
+    from experiments.bench.offline import OfflineReport
     from experiments.bench.robot.summary import Report
 
 
@@ -84,9 +84,9 @@ def run_experiment(
     figure.png (every repeat visible), and recordings/ (one .rrd per trial).
     """
     from experiments.bench import registry
-    from experiments.bench.clips.experiment import OfflineExperiment
     from experiments.bench.engine.terminal import tell_troubles
     from experiments.bench.public.run import RunRequest, perform, planned
+    from experiments.bench.sources.clips import OfflineExperiment
 
     declared = registry.find(experiment)
     means = resources(workers, cluster, quiet, other_code)
@@ -106,11 +106,32 @@ def run_experiment(
 
 def _show(report: Report | OfflineReport, recordings: bool) -> None:
     """Print what a run of either kind amounts to."""
-    from experiments.bench.clips import table as clips_table
-    from experiments.bench.clips.summary import OfflineReport
+    from experiments.bench.offline import OfflineReport
     from experiments.bench.robot import table as robot_table
 
     if isinstance(report, OfflineReport):
-        clips_table.show(report, recordings)
+        _show_clips(report, recordings)
     else:
         robot_table.show(report, recordings)
+
+
+def _show_clips(report: OfflineReport, recorded: bool) -> None:
+    """Print the peaks of every clip at the first seed, the verdicts, and where everything is."""
+    from rich.table import Table
+
+    from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
+
+    table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
+                  pad_edge=False)  # fmt: skip
+    for name in ("clip", "model", "HS", "VS", "looming", "spikes"):
+        table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
+    for row in (row for row in report.rows if row["repeat"] == 0):
+        ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
+        spikes = "-" if row["spikes"] is None else f"{row['spikes']}"
+        table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", spikes)
+    show_table(table)
+    out_console.print()
+    for verdict in report.verdicts:
+        show_verdict(verdict, model=False)
+    names = [*(["figure.png"] if report.rows else []), "trials.parquet", *(["claims.json"] if report.verdicts else [])]
+    show_files(report.folder, names, bool(recorded and report.rows))

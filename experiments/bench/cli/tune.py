@@ -69,9 +69,9 @@ def tune(
     A stimulus of --stimulus moves as its truth says: a response is projected on the direction of the
     mean velocity of its object, or else of its background; on rightward where its truth gives none.
     """
-    from experiments.bench.clips import stimuli
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import COMPARED, shown_models
+    from experiments.bench.sources import clips as stimuli
     from experiments.bench.tuning import run as tuning_run
     from experiments.bench.tuning import table as tuning_table
 
@@ -79,7 +79,7 @@ def tune(
         missing, given = ("--over", "--stimulus") if over is None else ("--stimulus", "--over")
         raise UsageError(f"{given} {stimulus or over}: it goes with {missing}")
     models = shown_models(COMPARED, model, only)
-    entry = None if stimulus is None else stimuli.find(stimulus)
+    entry = None if stimulus is None else stimuli.find_stimulus(stimulus)
     plan = tuning_run.plan(models, curve or (), assignments or (), seed, entry, over or "")
     folder = run_folder(out, "tune")
     means = resources(workers, cluster, quiet, other_code)

@@ -17,10 +17,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from dsnn.stimuli import ClipParams, Stimulus
-
 if TYPE_CHECKING:
     from experiments.bench.run.models import ConfiguredModel
+    from experiments.bench.run.play import Source
 
 CROSSING = ("clean", "dark rightward")
 """The named plain crossing: the experiment, and its clip."""
@@ -35,21 +34,21 @@ WITHIN, TRIES = 1e-5, 50
 """Share of the DSNN's answer by which a matched one may differ, and steps in which that is reached."""
 
 
-def crossing() -> Stimulus[ClipParams]:
+def crossing() -> Source:
     """Return the named plain crossing."""
     from experiments.clean import EXPERIMENT  # not before: it declares claims, and claims read this file
 
-    return next(clip for clip in EXPERIMENT.clips if clip.name == CROSSING[1]).build(0)
+    return next(clip for clip in EXPERIMENT.clips if clip.name == CROSSING[1]).open(0)
 
 
-def answer(model: ConfiguredModel, clip: Stimulus[ClipParams]) -> float:
+def answer(model: ConfiguredModel, clip: Source) -> float:
     """Return a model's peak HS in a clip."""
-    from experiments.bench.clips.play import play
+    from experiments.bench.run.play import respond
 
-    return float(play(CROSSING[1], clip, [model]).answers[0].series.hs.max())
+    return float(respond(clip, [model]).series[0][1].hs.max())
 
 
-def matched_gain(model: ConfiguredModel, target: float, clip: Stimulus[ClipParams]) -> float:
+def matched_gain(model: ConfiguredModel, target: float, clip: Source) -> float:
     """Find the gain at which a model's answer to a clip is another's.
 
     Parameters

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips import panels as model_panels
 from experiments.bench.clips import thresholds as threshold_lines
-from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.clips.panels import ModelPanels
 from experiments.bench.figures.palette import LEVELS as LEVEL_SHADES
 from experiments.bench.figures.palette import Mark, lanes, level_colours, marks
@@ -31,6 +30,7 @@ from experiments.bench.figures.plotting import (
     plain,
     wrapped,
 )
+from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.store.parameters import in_title
 from experiments.bench.store.rows import looming_alone
 

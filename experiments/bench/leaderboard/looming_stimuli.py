@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.leaderboard.stimuli import JITTER_PX, PHOTOGRAPH, REPEATS, SHIFT_PX_S
+from experiments.bench.sources.clips import Clip, OfflineExperiment
 
 Changes = tuple[tuple[str, Any], ...]
 

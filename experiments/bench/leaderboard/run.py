@@ -12,10 +12,7 @@ import numpy as np
 import pyarrow as pa
 
 from dsnn.stimuli.looming import Looming
-from experiments.bench.clips import plan as clips_plan
-from experiments.bench.clips import run as clips_run
-from experiments.bench.clips.experiment import OfflineExperiment, Showing
-from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench import offline
 from experiments.bench.engine.alarms import alarm_count, first_alarm_s
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.figures import plotting
@@ -26,12 +23,15 @@ from experiments.bench.leaderboard.looming_scores import ShownClip
 from experiments.bench.leaderboard.looming_stimuli import looming_experiments
 from experiments.bench.leaderboard.stimuli import REPEATS, ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import time_models
+from experiments.bench.offline import OfflinePlan
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.run.models import ConfiguredModel, shown_models
+from experiments.bench.run.play import Trial
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.stats.scores import Standing
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import LEADERBOARD
@@ -154,8 +154,8 @@ def play(
     ]
     batches: list[Batch[Any]] = [
         robot_run.batch(robot, robot_run.ROWS_ONLY),
-        *(clips_run.batch(plan, frames=False) for plan in of_direction),
-        *(clips_run.batch(plan) for plan in of_looming),
+        *(offline.batch(plan, frames=False) for plan in of_direction),
+        *(offline.batch(plan) for plan in of_looming),
     ]
     begin_whole(folder, LEADERBOARD)
     done = [_run(batch, folder / batch.name, pool, resources) for batch in batches]
@@ -163,8 +163,8 @@ def play(
     return Played(
         robot,
         done[0].rows,
-        of_direction[0].showings[0].models if of_direction else (),
-        of_looming[0].showings[0].models if of_looming else (),
+        of_direction[0].models if of_direction else (),
+        of_looming[0].models if of_looming else (),
         [row for experiment in watched for row in experiment.rows],
         [clip for plan, experiment in zip(of_looming, loomed, strict=True) for clip in _shown(plan, experiment)],
         [failure for experiment in done for failure in experiment.failures],
@@ -199,7 +199,7 @@ def _run(batch: Batch[Any], out: Path, pool: Workers, resources: Resources) -> _
 
 def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> OfflinePlan:
     # Where one repeat says it all, nothing in the clips is random: more would only count the same ones again.
-    return clips_plan.plan(experiment, (), (), repeats if experiment.repeats > 1 else None, seed)
+    return offline.plan(experiment, (), (), repeats if experiment.repeats > 1 else None, seed)
 
 
 def _times(
@@ -213,22 +213,22 @@ def _times(
 
 def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
     """Return every clip of a plan as each looming model answered it."""
-    showings = {showing.index: showing for showing in plan.showings}
+    trials = {trial.index: trial for trial in plan.trials}
     trial, name = done.frames["trial"].to_numpy(), np.asarray(done.frames["model"])
     spikes = done.frames["looming_spikes"].to_numpy()
     clips = []
     for row in done.rows:
         start, end = np.searchsorted(trial, (row["trial"], row["trial"] + 1))  # trials stand in order
-        clips.append(_answered(showings[row["trial"]], row, spikes[start:end][name[start:end] == row["model"]]))
+        clips.append(_answered(trials[row["trial"]], row, spikes[start:end][name[start:end] == row["model"]]))
     return clips
 
 
-def _answered(showing: Showing, row: Row, spikes: Any) -> ShownClip:
+def _answered(trial: Trial[Clip], row: Row, spikes: Any) -> ShownClip:
     """Return one clip and one model's spikes in it, (T,)."""
-    first, shade, ways = None, "", dict(showing.condition.changes)
+    first, shade, ways = None, "", dict(trial.condition.changes)
     centred = row["stimulus"] == "looming" and not {"azimuth_deg", "background"} & ways.keys()
     if centred and row["motion"] == "looming":
-        clip = showing.condition.build(showing.seed)
+        clip = trial.condition.build(trial.seed)
         assert isinstance(clip, Looming)
         first = first_alarm_s(spikes, clip.contact_s())
         shade = "dark" if clip.params.grey < clip.params.background_grey else "light"

@@ -12,13 +12,13 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
 from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import family
+from experiments.bench.sources.clips import SHOWN, TRIALS
 from experiments.bench.stats.tests import Test, contrast, holm, paired
 from experiments.bench.store import provenance
 from experiments.bench.store.description import BEGUN, COMMAND, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS
@@ -117,7 +117,7 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
         {"parameter": name, "first": _json(here), "second": _json(there)}
         for name, here, there in _parameters(one, other)
     ]
-    columns, table = (CLIP_COLUMNS, CLIP_SCHEMA) if one.kind is CLIPS else (CONDITION_COLUMNS, TRIAL_SCHEMA)
+    columns, table = (CLIP_COLUMNS, TRIALS) if one.kind is CLIPS else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results, note = _results(one, other, columns)
     schema = pa.schema({**{name: table.field(name).type for name in columns}, **_TESTED})
     return Comparison(

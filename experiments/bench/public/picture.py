@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 
 from dsnn.model import SPIKING
 from experiments.bench.clips import figure as clips_figure
-from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.figures.plotting import drawing
 from experiments.bench.robot.mechanism import excitation
 from experiments.bench.robot.mechanism.excitation import Course
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE
 from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 from scenes import arena_name

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from experiments.bench import registry, viewer
-from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.clips.plan import plan as clips_plan
 from experiments.bench.engine.pictures import Pictures, folder_pictures
 from experiments.bench.engine.terminal import error_console, tell_troubles
+from experiments.bench.offline import OfflinePlan
+from experiments.bench.offline import plan as clips_plan
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot import visit
@@ -24,13 +23,14 @@ from experiments.bench.robot.plan import plan as robot_plan
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import shown_models
 from experiments.bench.run.runs import Resources, worker_count
+from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store import commands
 from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
 
 if TYPE_CHECKING:
-    from experiments.bench.clips.summary import OfflineReport
+    from experiments.bench.offline import OfflineReport
     from experiments.bench.robot.summary import Report
 
 
@@ -86,11 +86,11 @@ def perform(
     for note in missing_models(plan):
         error_console.print(note, soft_wrap=True, markup=False)
     if isinstance(plan, OfflinePlan):
-        from experiments.bench.clips import run as clips_run  # not before: it draws, and a wrong use should be quick
+        from experiments.bench import offline  # not before: it draws, and a wrong use should be quick
 
         with resources.pool(rendering=False) as pool:
             record = recordings and plan.experiment.recorded
-            return clips_run.run(plan, folder, pool, resources, record=record)
+            return offline.run(plan, folder, pool, resources, record=record)
     from experiments.bench.robot import run as robot_run
 
     return robot_run.run(plan, folder, resources, recordings=recordings, viewer=address)
@@ -166,7 +166,7 @@ def planned(experiment: Experiment | OfflineExperiment, asked: RunRequest) -> Pl
 
 def missing_models(plan: Plan | OfflinePlan) -> list[str]:
     """Return a line for each claim of a user's own that compares models of which some are not shown."""
-    models = plan.showings[0].models if isinstance(plan, OfflinePlan) else plan.settings.models
+    models = plan.models if isinstance(plan, OfflinePlan) else plan.settings.models
     labels, notes = [model.label for model in models], []
     for claim in plan.experiment.claims:
         missing = sorted(getattr(claim, "models", frozenset()) - set(labels))

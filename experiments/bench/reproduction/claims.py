@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from experiments.bench import registry
+from experiments.bench import offline, registry
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips import summary as clips_summary
-from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import replicates
 from experiments.bench.robot.claims import find
 from experiments.bench.stats.claim_files import PAPER, claim_ids
@@ -41,9 +40,7 @@ def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
 def _by_clips(shows: Sequence[OfflineReport]) -> Mapping[str, Verdict]:
     """Claim -> its verdict by clips. A claim that a silent network would keep is held against those of all of them."""
     rows = [row for report in shows for row in report.rows]
-    return {
-        verdict.id: verdict for report in shows for verdict in clips_summary.verdicts(report.plan, report.rows, rows)
-    }
+    return {verdict.id: verdict for report in shows for verdict in offline.verdicts(report.plan, report.rows, rows)}
 
 
 def _about_the_robot(claim: str) -> bool:

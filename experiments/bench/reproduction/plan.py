@@ -10,21 +10,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments import OFFLINE
-from experiments.bench import registry
+from experiments.bench import offline, registry
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips import plan as clips_plan
-from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.judging import LEAST_GREYS
-from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.offline import OfflinePlan
 from experiments.bench.reproduction.replicates import SHOWN, models_in
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.stats.claims import paper_claims
 from experiments.bench.stats.count import LEAST_JUDGED
 from experiments.bench.store import provenance
@@ -232,7 +231,7 @@ def _offline_plan(name: str, scale: Scale, seed: int, pictures: Pictures | None)
     assert isinstance(experiment, OfflineExperiment)
     # Where one repeat says it all, nothing in the clips is random.
     repeats = scale.offline_replicates if experiment.repeats > 1 else None
-    return clips_plan.plan(experiment, (), (), repeats, seed, pictures=pictures)
+    return offline.plan(experiment, (), (), repeats, seed, pictures=pictures)
 
 
 def _check_names(plans: Sequence[Plan]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.offline import OfflineReport
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats.claim import Reading

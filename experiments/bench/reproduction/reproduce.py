@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.clips import run as clips_run
-from experiments.bench.clips.summary import OfflineReport
+from experiments.bench import offline
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.terminal import error_console
+from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import claims, readings
 from experiments.bench.reproduction.plan import (
     BESIDE,
@@ -141,7 +141,7 @@ def reproduce(
             begin_whole(folder, REPRODUCTION)
             done = [_run(run_plan, folder, pool, resources, locks) for run_plan in whole.plans]
             shows = [
-                clips_run.run(
+                offline.run(
                     run_plan,
                     folder / run_plan.experiment.name,
                     pool,
@@ -194,7 +194,7 @@ def reproduce(
 
 
 def _announce(whole: Planned, folder: Path, resources: Resources) -> None:
-    clips = sum(len(run_plan.showings) for run_plan in whole.offline) + (
+    clips = sum(len(run_plan.trials) for run_plan in whole.offline) + (
         len(whole.clip_moves.specs) if whole.clip_moves else 0
     )
     episodes = sum(len(run_plan.specs()) for run_plan in whole.loops)

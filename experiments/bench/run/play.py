@@ -6,7 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 import cv2
 import numpy as np
@@ -93,8 +93,11 @@ Sink = Callable[[Sample], None]
 """A watcher of the frames, such as a recording: it changes nothing."""
 
 
+AnyCondition = TypeVar("AnyCondition", bound=Condition)
+
+
 @dataclass(frozen=True, slots=True)
-class Trial:
+class Trial(Generic[AnyCondition]):
     """One trial, wholly determined: `play` is a pure function of it.
 
     Parameters
@@ -117,7 +120,7 @@ class Trial:
     index: int
     repeat: int
     seed: int
-    condition: Condition
+    condition: AnyCondition
     models: tuple[ConfiguredModel, ...]
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
@@ -190,7 +193,7 @@ class Recording(Protocol):
         ...
 
 
-def play(trial: Trial, recording: Recording | None = None, *, frames: bool = True) -> TrialRecord:
+def play(trial: Trial[Any], recording: Recording | None = None, *, frames: bool = True) -> TrialRecord:
     """Play one trial.
 
     Parameters

@@ -7,7 +7,7 @@ env's world and film from `colias_sim.streams`.
   (`experiments.bench.robot.experiment.trial_seed`), and draws from three streams at that seed.
 - Repeat r of a **clip**, and episode r of a **behaviour**, have the run's seed plus r. So episode 1 of a run with seed
   0 is what episode 0 of a run with seed 1 is; within a run no two repeats are alike. Repeat r of a clip has scene r
-  too (`experiments.bench.clips.experiment.clips_of`).
+  too (`experiments.bench.sources.clips.clips_of`).
 - **Bootstrap** and **permutations** always start at seed 0: equal tables get equal intervals and p values. The
   bootstrap over training seeds starts at the first of them.
 """

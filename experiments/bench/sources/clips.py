@@ -216,7 +216,7 @@ class ClipSource:
 
     def columns(self) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
-        shown = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
+        shown: dict[str, Any] = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
         if shown[BACKGROUND] is not None:
             shown[BACKGROUND] = Path(shown[BACKGROUND]).name
         named = {"stimulus": self.clip.entry.name, "clip": self.clip.name}
@@ -239,21 +239,18 @@ class ClipSource:
         frames
             A row per frame: ``hs``, ``vs``, ``looming`` and the truth's ``motion``.
         """
-        right = frames.filter(motion="rightward")["hs"]
-        left = frames.filter(motion="leftward")["hs"]
-        against = [-float(right.min()) if len(right) else None, float(left.max()) if len(left) else None]  # type: ignore[arg-type]
-        known = [value for value in against if value is not None]
-        ends = {
-            f"{end}_{system}": float(getattr(frames[system], function)())
-            for system in ("hs", "vs")
-            for end, function in (("peak", "max"), ("trough", "min"))
-        }
+        hs, vs, motion = (frames[name].to_numpy() for name in ("hs", "vs", "motion"))
+        right, left = hs[motion == "rightward"], hs[motion == "leftward"]
+        against = np.concatenate([-right, left])
         return {
-            **ends,
-            "peak_looming": float(frames["looming"].max()),  # type: ignore[arg-type]
-            "hs_rightward": right.max(),  # type: ignore[dict-item]
-            "hs_leftward": left.min(),  # type: ignore[dict-item]
-            "hs_against": max(*known, 0.0) if known else None,
+            "peak_hs": float(hs.max()),
+            "trough_hs": float(hs.min()),
+            "peak_vs": float(vs.max()),
+            "trough_vs": float(vs.min()),
+            "peak_looming": float(frames["looming"].to_numpy().max()),
+            "hs_rightward": float(right.max()) if right.size else None,
+            "hs_leftward": float(left.min()) if left.size else None,
+            "hs_against": max(float(against.max()), 0.0) if against.size else None,
         }
 
 
@@ -285,6 +282,7 @@ class ClipRecording:
         self._samples: list[Sample] = []
 
     def __call__(self, sample: Sample) -> None:
+        """Take in a frame."""
         self._samples.append(sample)
 
     def written(self, responses: Responses) -> bytes:
@@ -452,7 +450,7 @@ class OfflineExperiment:
 
     def trials(
         self, models: tuple[Any, ...], repeats: int, seed: int, pictures: Pictures | None = None
-    ) -> tuple[Trial, ...]:
+    ) -> tuple[Trial[Clip], ...]:
         """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
 
         Parameters
@@ -549,8 +547,7 @@ def place_of(entry: StimulusEntry) -> tuple[str, str] | None:
     return None
 
 
-def pixels(trial: Trial) -> float:
+def pixels(trial: Trial[Clip]) -> float:
     """Return how many pixels a trial shows, by which its time is estimated."""
     source = trial.condition.open(0)
-    return float(len(source) * source.shape[0] * source.shape[1])  # type: ignore[arg-type]
-
+    return float(len(source) * source.shape[0] * source.shape[1])

@@ -12,13 +12,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim, find
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, clips_of, described_scenes
-from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.clips.rows import CLIP_SCHEMA
 from experiments.bench.engine.pictures import Pictures
+from experiments.bench.offline import OfflinePlan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.run.play import Trial
 from experiments.bench.run.settings import changed, check_counts, watchers
+from experiments.bench.sources.clips import TRIALS, Clip, OfflineExperiment, clips_of, described_scenes
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.studies import choice, grid
@@ -113,7 +113,7 @@ def planned(
     parts = [offline(experiment, study, seed, claims, before.base.applying(study.assignments))
             for experiment, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [part.base for part in parts]
-    grid.check_levels(study.axes, bases, study.name, CLIP_SCHEMA.names)
+    grid.check_levels(study.axes, bases, study.name, TRIALS.names)
     axes = study.axes + (grid.axes_of(study.over, bases, study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
     renderings = [rendering for part in parts for rendering in _renderings(part, axes, points)]
@@ -122,13 +122,13 @@ def planned(
         choice.check_given(measures, rendering.base.name, params, next(iter(rendering.watchers.values()))[0].label)
     clips_shown = sum(len(rendering.clips) for rendering in renderings)
     check_counts(seed, study.replicates, "--replicates", clips_shown, "clips")
-    specs: list[Showing] = []
+    specs: list[Trial[Clip]] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate in range(study.replicates):
         for rendering in renderings:
             trials = range(len(specs), len(specs) + len(rendering.clips))
             specs += [
-                Showing(rendering.base.name, index, replicate, seed + replicate, clip, rendering.models)
+                Trial(rendering.base.name, index, replicate, seed + replicate, clip, rendering.models)
                 for index, clip in zip(trials, clips_of(rendering.clips, replicate, pictures), strict=True)
             ]
             for point, watching in rendering.watchers.items():
@@ -153,7 +153,7 @@ def planned(
 
 def points_of_run(study: Study, run_plan: OfflinePlan) -> StudyPlan:
     """Return the plan of a study whose points are read off a run of an experiment, with the replicates of that run."""
-    by_label = {model.label: model for model in run_plan.showings[0].models}
+    by_label = {model.label: model for model in run_plan.models}
     model = by_label[study.models[0]]
     claims = choice.claims([run_plan.experiment], study, find, lambda _: "")
     axes = study.axes
@@ -178,7 +178,7 @@ def points_of_run(study: Study, run_plan: OfflinePlan) -> StudyPlan:
             )
     return StudyPlan(
         study, claims, (), axes, tuple(points), (model,), tuple((point, model.label) for point in points),
-        run_plan.seed, run_plan.repeats, (1,), run_plan.showings, shares,
+        run_plan.seed, run_plan.repeats, (1,), run_plan.trials, shares,
         study_description({**run_plan.describe(), "kind": "study"}, axes, claims, (), run_plan.repeats),
         run_plan.changed(),
     )  # fmt: skip

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.clips.experiment import Showing
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import Trial
+from experiments.bench.sources.clips import Clip
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.grid import Point
@@ -108,7 +109,7 @@ class StudyPlan:
     seed: int
     replicates: int
     repeats: tuple[int, ...]
-    specs: tuple[TrialSpec, ...] | tuple[Showing, ...]
+    specs: tuple[TrialSpec, ...] | tuple[Trial[Clip], ...]
     shares: Mapping[tuple[Point, str, str, int], Share]
     description: Mapping[str, Any]
     parameters: Parameters
@@ -116,7 +117,7 @@ class StudyPlan:
     @property
     def things(self) -> str:
         """Return what it runs, in a word."""
-        return "clips" if isinstance(self.specs[0], Showing) else "trials"
+        return "clips" if isinstance(self.specs[0], Trial) else "trials"
 
     @property
     def experiments(self) -> tuple[str, ...]:

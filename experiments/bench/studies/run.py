@@ -11,17 +11,16 @@ from typing import Any
 
 from experiments import NAMES
 from experiments.bench import registry
-from experiments.bench.clips import plan as clips_plan
-from experiments.bench.clips import run as clips_run
-from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.clips.plan import pixels
-from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.pictures import Pictures
+from experiments.bench.offline import plan as clips_plan
+from experiments.bench.offline import play_clip
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.play import FRAMES
 from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.sources.clips import TRIALS, OfflineExperiment, pixels
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.claim_files import claim_ids
 from experiments.bench.store.files import Files
@@ -67,7 +66,7 @@ def planned(
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in with_robot}
         study = replace(study, models=(MODEL,))
     if study.as_run:
-        run_plan = clips_plan.plan(offline[0], study.models[1:], (), study.replicates, seed, pictures=pictures)
+        run_plan = clips_plan(offline[0], study.models[1:], (), study.replicates, seed, pictures=pictures)
         return clips.points_of_run(study, run_plan)
     if offline:
         return clips.planned(study, offline, seed, pictures)
@@ -99,11 +98,11 @@ def batch(plan: StudyPlan, name: str = "") -> Batch[Any]:
     return Batch(
         name=name,
         specs=plan.specs,
-        work=show_without_frames if of_clips
+        work=partial(play_clip, frames=False) if of_clips
         else probe.work if probe
         else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
         description={**plan.description, "experiment": name},
-        schemas=clips_run.SCHEMAS if of_clips else (probe.schema() if probe else TRIAL_SCHEMA, FRAME_SCHEMA),
+        schemas=(TRIALS, FRAMES) if of_clips else (probe.schema() if probe else TRIAL_SCHEMA, FRAME_SCHEMA),
         parameters=plan.parameters,
         things=plan.things,
         amount=lambda: f"{len(plan.points)} points{several}, {len(plan.specs)} {plan.things}",

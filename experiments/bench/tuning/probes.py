@@ -14,9 +14,9 @@ from functools import cache
 from typing import Any, Literal
 
 from dsnn.stimuli import StimulusEntry
-from experiments.bench.clips.experiment import Clip
 from experiments.bench.run import settings
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.clips import Clip
 from scenes.hints import nearest
 
 Kind = Literal["curve", "map", "polar", "approach"]

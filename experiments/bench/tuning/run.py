@@ -10,17 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from dsnn.stimuli import StimulusEntry
-from experiments.bench.clips import stimuli
-from experiments.bench.clips.experiment import Showing
-from experiments.bench.clips.plan import pixels
-from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA
-from experiments.bench.clips.show import show
 from experiments.bench.figures import plotting
+from experiments.bench.offline import play_clip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import FRAMES, Trial
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources import clips as stimuli
+from experiments.bench.sources.clips import TRIALS, Clip, pixels
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.store.rows import Failure
@@ -46,10 +45,10 @@ class TuningPlan:
         points = [(family, probe) for family in self.families for probe in family.probes if self._seen_by(family)]
         return [(index, family, probe) for index, (family, probe) in enumerate(points)]
 
-    def showings(self) -> list[Showing]:
+    def showings(self) -> list[Trial[Clip]]:
         """Return the probes as jobs: each clip to all models that its family is shown to."""
         return [
-            Showing(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, self._seen_by(family))
+            Trial(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, self._seen_by(family))
             for i, family, probe in self.numbered_probes()
         ]
 
@@ -137,15 +136,15 @@ def plan(
     return tuning
 
 
-def batch(plan: TuningPlan) -> Batch[Showing]:
+def batch(plan: TuningPlan) -> Batch[Trial[Clip]]:
     """Return the clips of the curves as a batch."""
     showings = plan.showings()
     return Batch(
         name=EXPERIMENT,
         specs=showings,
-        work=show,
+        work=play_clip,
         description=plan.describe(),
-        schemas=(CLIP_SCHEMA, SERIES_SCHEMA),
+        schemas=(TRIALS, FRAMES),
         parameters=plan.changed(),
         things="clips",
         amount=plan.amount,

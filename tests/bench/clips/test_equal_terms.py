@@ -4,7 +4,6 @@ import dataclasses
 
 import pytest
 
-from dsnn.stimuli import stimulus
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.claims import judge, paper_claims
@@ -12,6 +11,7 @@ from experiments.bench.clips.equal_terms import MATCHED, answer, crossing, match
 from experiments.bench.robot.mechanism.variants import CONNECTIONS
 from experiments.bench.run.models import choose
 from experiments.bench.run.settings import watchers
+from experiments.bench.sources.clips import Clip
 from experiments.bench.stats.claims import declared
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_offline import T
@@ -36,7 +36,8 @@ def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn
 
 @pytest.mark.parametrize(("rival", "name"), [("dsn2017:k_sig=100", "k_sig"), ("emd", "gain")])
 def test_twice_a_rival_s_gain_changes_its_answers_and_not_the_gain_that_is_matched(rival, name):
-    clip = stimulus("plain", rows=60, columns=80, width=20.0, height=30.0, speed=240.0)
+    changes = {"rows": 60, "columns": 80, "width": 20.0, "height": 30.0, "speed": 240.0}
+    clip = Clip("small", "plain", changes).open(0)
     target = answer(choose("dsnn", "offline"), clip)
     (plain,) = configured_models(rival)
     changed = getattr(plain.network, name) * TWICE[name]

@@ -12,11 +12,11 @@ from dsnn import DSNN, DSNNParams
 from experiments import OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.claims import find, judge, paper_claims
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
 from experiments.bench.clips.judging import SIGNED
-from experiments.bench.clips.show import show
+from experiments.bench.offline import play_clip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
+from experiments.bench.sources.clips import Clip, OfflineExperiment
 from tests.helpers import user_files
 
 CLAIMS = paper_claims()
@@ -206,8 +206,8 @@ CLIP = Clip("c", "plain", (("rows", 60), ("columns", 80), ("width", 20), ("heigh
 def test_a_row_is_what_the_model_says_of_the_clip():
     """And the mean of the ground that an object passes leaves the object out."""
     experiment = OfflineExperiment("mine", "", (CLIP,), ("dsnn",))
-    (showing,) = showings(experiment, (choose("dsnn", "offline"),), 1, 0)
-    done = show(showing)
+    (showing,) = experiment.trials((choose("dsnn", "offline"),), 1, 0)
+    done = play_clip(showing)
     clip = CLIP.build(0)
     series = DSNN(clip.shape, DSNNParams.offline()).run(frame.luma for frame in clip)
     (clip_row,) = done.rows
@@ -220,14 +220,15 @@ def test_a_row_is_what_the_model_says_of_the_clip():
 
 def test_repeats_share_a_background_and_differ_between_each_other():
     clips = tuple(Clip(str(speed), "cluttered", (("speed", speed), ("columns", 80))) for speed in (300.0, 600.0))
-    all_showings = showings(OfflineExperiment("mine", "", clips, ("dsnn",)), (choose("dsnn", "offline"),), 2, 5)
+    all_showings = OfflineExperiment("mine", "", clips, ("dsnn",)).trials((choose("dsnn", "offline"),), 2, 5)
     assert [s.seed for s in all_showings] == [5, 5, 6, 6]
     first = [s.condition.build(s.seed)[0].luma for s in all_showings]
     assert np.array_equal(first[0], first[1]) and not np.array_equal(first[0], first[2])
 
 
 OWN = """
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.clips import OfflineExperiment
 
 SMALL = (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment(

@@ -11,9 +11,10 @@ import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
-from experiments.bench.clips import export
-from experiments.bench.clips.play import play
 from experiments.bench.run.models import choose
+from experiments.bench.run.play import respond
+from experiments.bench.sources import clip_file as export
+from experiments.bench.sources.clips import Clip
 from tests.helpers.chapters import FOOTAGE, blocks
 
 
@@ -82,15 +83,16 @@ def test_list_and_parameters_name_the_stimuli(colias):
     assert not list(colias.folder.iterdir())
 
 
-def test_play_shows_the_model_what_the_stimulus_paints():
-    clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
-    played = play("plain", clip, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
-    assert [answer.thresholds for answer in played.answers] == [{"hs": 0.16, "vs": 0.16}] * 2
-    for answer, params in zip(played.answers, (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True):
-        expected = DSNN(clip.shape, params).run(frame.luma for frame in clip)
-        np.testing.assert_array_equal(answer.series.hs, expected.hs)
-        np.testing.assert_array_equal(answer.series.vs_spikes, expected.vs_spikes)
-    assert played.truths == tuple(frame.truth for frame in clip)
+def test_models_respond_to_what_the_stimulus_paints():
+    source = Clip("small", "plain", {"rows": 60, "columns": 80, "width": 20, "height": 30}).open(0)
+    responses = respond(source, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
+    for (_, series), params in zip(
+        responses.series, (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True
+    ):  # fmt: skip
+        expected = DSNN(source.shape, params).run(frame.luma for frame in source.stimulus)
+        np.testing.assert_array_equal(series.hs, expected.hs)
+        np.testing.assert_array_equal(series.vs_spikes, expected.vs_spikes)
+    assert [truth["motion"] for truth in responses.truth] == [frame.truth.motion for frame in source.stimulus]
 
 
 def entity(recording, path):

@@ -10,14 +10,13 @@ import pytest
 from dsnn.stimuli import SCENES
 from experiments import Clip, Study
 from experiments.bench import registry
-from experiments.bench.clips.experiment import clips_of, showings
-from experiments.bench.clips.plan import plan
-from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.pictures import folder_pictures
+from experiments.bench.offline import plan, play_clip
 from experiments.bench.reproduction.plan import replicates_plan
 from experiments.bench.robot.plan import plan as robot_plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
+from experiments.bench.sources.clips import clips_of
 from experiments.bench.store.description import differences, to_json
 from experiments.bench.studies import run as studies
 
@@ -53,13 +52,13 @@ def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
         Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
     )
     ran = plan(DEPTH, (), (), 6, 3)
-    assert [(s.seed, s.condition) for s in study_plan.specs] == [(s.seed, s.condition) for s in ran.showings]
-    assert [s.seed for s in ran.showings] == [3 + k for k in range(6) for _ in DEPTH.clips]
+    assert [(s.seed, s.condition) for s in study_plan.specs] == [(s.seed, s.condition) for s in ran.trials]
+    assert [s.seed for s in ran.trials] == [3 + k for k in range(6) for _ in DEPTH.clips]
 
 
 def test_scenes_of_one_kind_differ_by_the_replicate_s_seed():
     models = (choose("emd", "offline"),)
-    all_showings = showings(DEPTH, models, 10, 0)
+    all_showings = DEPTH.trials(models, 10, 0)
     first = {s.repeat: s.condition.build(s.seed)[0].luma for s in all_showings if s.index % len(DEPTH.clips) == 0}
     assert (first[1] != first[5]).mean() > 0.5 and (first[4] != first[8]).mean() > 0.5
 
@@ -78,7 +77,7 @@ def test_rows_say_what_is_behind_the_object(tmp_path):
     models = (choose("emd", "offline"),)
     user_pictures = folder_pictures(pictures_in(tmp_path / "own", "mine.png"))
     for pictures, expected in ((None, ["photograph", "dead-leaves"]), (user_pictures, ["mine.png", "mine.png"])):
-        rows = [show_without_frames(s).rows[0] for s in showings(experiment, models, 2, 0, pictures)]
+        rows = [play_clip(s, frames=False).rows[0] for s in experiment.trials(models, 2, 0, pictures)]
         assert [row["background"] for row in rows] == expected
 
 

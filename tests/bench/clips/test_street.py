@@ -12,9 +12,9 @@ from dsnn.stimuli import stimulus
 from dsnn.stimuli.movers import FOOT_SWING, Mover, group
 from dsnn.stimuli.streams import stream
 from experiments import street as declared
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
-from experiments.bench.clips.show import show
+from experiments.bench.offline import play_clip
 from experiments.bench.run.models import choose
+from experiments.bench.sources.clips import Clip, OfflineExperiment
 
 EVEN = {"foliage": "none", "ground": "even"}
 KINDS = {"person": {"height": 61.3, "speed": 53.7}, "car": {"kind": "car", "height": 31.7, "speed": 97.0}}
@@ -167,7 +167,7 @@ def test_the_declared_clips_are_what_c28_is_about():
 def test_a_row_tells_hs_in_each_direction_and_against_it():
     clip = Clip("two", "street", {"movers": "opposite", "rows": 60, "columns": 96, "height": 50, "speed": 120})
     experiment = OfflineExperiment("mine", "", (clip,), ("dsnn",))
-    done = show(showings(experiment, (choose("dsnn", "offline"),), 1, 0)[0])
+    done = play_clip(experiment.trials((choose("dsnn", "offline"),), 1, 0)[0])
     hs = done.frames["hs"].to_numpy()
     words = np.array([frame.truth.motion for frame in clip.build(0)])
     (row,) = done.rows
@@ -178,5 +178,5 @@ def test_a_row_tells_hs_in_each_direction_and_against_it():
     assert (row["movers"], row["foliage"]) == ("opposite", "windblown")
     alone = dataclasses.replace(clip, changes=(*clip.changes, ("object", "absent")))
     experiment = OfflineExperiment("mine", "", (alone,), ("dsnn",))
-    (row,) = show(showings(experiment, (choose("dsnn", "offline"),), 1, 0)[0]).rows
+    (row,) = play_clip(experiment.trials((choose("dsnn", "offline"),), 1, 0)[0]).rows
     assert row["hs_rightward"] is row["hs_leftward"] is row["hs_against"] is None

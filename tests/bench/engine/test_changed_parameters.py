@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 import experiments
 from experiments.bench import registry
-from experiments.bench.clips.plan import plan as clips_plan
+from experiments.bench.offline import plan as clips_plan
 from experiments.bench.robot.plan import describe, plan
 from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.store.parameters import in_words, of_model, with_columns

@@ -71,7 +71,9 @@ def test_a_design_that_breaks_under_a_parameter(refused):
 
 
 CLIPS = """
-from experiments.bench.clips.experiment import Clip, Figure, OfflineExperiment
+from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.clips import Figure
+from experiments.bench.sources.clips import OfflineExperiment
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 GOOD = dict(name="mine", summary="mine", clips=(Clip("right", "plain", SMALL),), models=("dsnn",))

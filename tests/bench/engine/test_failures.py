@@ -8,15 +8,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from experiments.bench.clips.experiment import Clip, Showing
-from experiments.bench.clips.show import show
 from experiments.bench.engine.templates import render
 from experiments.bench.footage.video import Picture
 from experiments.bench.footage.watch import Seen, Watcher, watched
+from experiments.bench.offline import play_clip
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.rows import finished
 from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.run.play import Trial
+from experiments.bench.sources.clips import Clip
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
@@ -82,7 +83,7 @@ def trial_of(models):
 
 
 def clip_of(models):
-    return show(Showing("test", 0, 0, 7, Clip("small", "plain", (("rows", 24), ("columns", 32))), models))
+    return play_clip(Trial("test", 0, 0, 7, Clip("small", "plain", (("rows", 24), ("columns", 32))), models))
 
 
 RUNS = {"trial": trial_of, "clip": clip_of}

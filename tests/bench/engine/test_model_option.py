@@ -54,7 +54,8 @@ def test_a_run_with_the_robot(colias, given, shown):
 
 
 OWN = """
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.clips import OfflineExperiment
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("mine", "a small crossing", (Clip("right", "plain", SMALL),), ("dsnn", "emd"), ("C2",))

@@ -11,10 +11,7 @@ import pytest
 from scipy import stats
 
 from dsnn import MODELS
-from experiments.bench.clips.experiment import Clip
 from experiments.bench.clips.judging import SIGNED
-from experiments.bench.clips.plan import plan
-from experiments.bench.clips.show import show
 from experiments.bench.leaderboard import run as board
 from experiments.bench.leaderboard.kinds import DIRECTION, Ranking
 from experiments.bench.leaderboard.looming_stimuli import looming_experiments
@@ -36,11 +33,13 @@ from experiments.bench.leaderboard.scores import (
 )
 from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import ROUNDS, time_models
+from experiments.bench.offline import plan, play_clip
 from experiments.bench.robot.designs import Translation
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import COMPARED, choose, shown_models
 from experiments.bench.run.runs import Resources
+from experiments.bench.sources.clips import Clip
 from experiments.bench.stats.tests import area_under_roc, median_interval
 from tests.helpers import user_files
 
@@ -295,6 +294,6 @@ def test_an_answer_that_is_no_number_fails_by_name(tmp_path):
     text = example().replace("return Response(hs=hs,", "return Response(hs=float('nan'),")
     (tmp_path / "none.py").write_text(text)
     (experiment, _) = clip_experiments(["emd", str(tmp_path / "none.py")])
-    done = show(plan(experiment, (), (), 1, 0).showings[0])
+    done = play_clip(plan(experiment, (), (), 1, 0).trials[0])
     assert [row["model"] for row in done.rows] == ["emd"]
     assert [failure.model for failure in done.failures] == ["gradient"]

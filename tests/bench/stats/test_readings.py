@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench import registry
-from experiments.bench.clips import plan as clips_plan
+from experiments.bench import offline, registry
 from experiments.bench.clips.claims import paper_claims
 from experiments.bench.clips.judging import ASSUMED, compared
-from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import claims
 from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.readings import _SIDES, NOT_RUN, Evidence, chapters
@@ -52,7 +51,7 @@ def peaked(rows, model, counts):
 
 def frames(*repeats):
     """Clips of the experiment clutter-frames that are those of clutter-speed: one set of rows a repeat."""
-    plan = clips_plan.plan(registry.find("clutter-frames"), (), (), len(repeats), 0)
+    plan = offline.plan(registry.find("clutter-frames"), (), (), len(repeats), 0)
     rows = [
         {**row, "clip": prefix(SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
         for r, clip_rows in enumerate(repeats)
@@ -185,7 +184,7 @@ def test_a_study_of_constants_says_with_which_a_claim_holds():
     study = along("constants-emd", "two choices", ("C26",), "emd", ("emd:spacing=4", "emd:spacing=1"))
     experiment = registry.find("clutter-contrast")
     experiment = dataclasses.replace(experiment, models=("dsnn", "emd:spacing=4", "emd:spacing=1"))
-    plan = points_of_run(study, clips_plan.plan(experiment, (), (), 1, 0))
+    plan = points_of_run(study, offline.plan(experiment, (), (), 1, 0))
     trial = {spec.condition.name: spec.index for spec in plan.specs}
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
     clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}

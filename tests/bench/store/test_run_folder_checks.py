@@ -15,7 +15,8 @@ from tests.conftest import Colias
 TRIALS, FRAMES = "trials.parquet", "frames.parquet"
 
 EXPERIMENT = """
-from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.clips import OfflineExperiment
 
 SMALL = (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment(

@@ -291,7 +291,7 @@ def test_flow_has_no_preferred_direction_for_gratings_and_the_emd_has():
 
 def test_approaches_are_of_looming_models_alone():
     tuning_plan = tuning_run.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0)
-    for showing, (_, family, _) in zip(tuning_plan.showings(), tuning_plan.numbered_probes(), strict=True):
+    for showing, (_, family, _) in zip(tuning_plan.trials(), tuning_plan.numbered_probes(), strict=True):
         seen = [model.label for model in showing.models]
         assert seen == (["lgmd1", "hybrid"] if family.name == "l-over-v" else ["dsnn", "lgmd1", "hybrid"])
     assert {family.name for _, family, _ in tuning_run.plan(["emd"], [], [], 0).numbered_probes()} == set(CURVES) - {

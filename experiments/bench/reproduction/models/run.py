@@ -8,18 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from experiments.bench import offline
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips import plan as clips_plan
-from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.offline import OfflinePlan
 from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.files import Files
@@ -125,14 +124,14 @@ def _plans(wanted: Sequence[Asked], seed: int) -> dict[str, OfflinePlan]:
         if clips:
             summary = "clips of the models' own claims"
             experiment = OfflineExperiment(name, summary, clips, labels, repeats=repeats, recorded=False)
-            plans[name] = clips_plan.plan(experiment, (), (), None, seed)
+            plans[name] = offline.plan(experiment, (), (), None, seed)
     return plans
 
 
 def _shown(
     plan: OfflinePlan, out: Path, pool: Workers, resources: Resources
 ) -> tuple[list[dict[str, Any]], list[Failure]]:
-    batch = clips_run.batch(plan, frames=False)
+    batch = offline.batch(plan, frames=False)
     with closing(batch.open(out, resources)) as folder:
         failures = batch.fill(folder, pool, resources)
         return folder.rows(), failures

@@ -235,6 +235,6 @@ def _amount(result: Reproduction) -> Amount:
         in_each=in_each,
         trials=in_each * many,
         moves=len(result.sensitivity.plan.judged) - 1 if result.sensitivity else 0,
-        clips=sum(len(report.plan.showings) for report in result.offline),
+        clips=sum(len(report.plan.trials) for report in result.offline),
         episodes=sum(len(standing.rows) for played in result.behaviours for standing in played.standings),
     )

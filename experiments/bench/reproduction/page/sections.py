@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from colias_sim.envs import ENVS
-from experiments.bench.clips.summary import OfflineReport, is_random
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction.page.cards import Card
 from experiments.bench.reproduction.page.pictures import Seen, seen
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
@@ -161,7 +161,7 @@ def clip_section(report: OfflineReport, cards: Sequence[Card]) -> ClipSection:
     return ClipSection(
         name=experiment.name,
         summary=experiment.summary,
-        models=", ".join(model.label for model in report.plan.showings[0].models),
+        models=", ".join(model.label for model in report.plan.models),
         clips=len(experiment.clips),
         seeds=report.plan.repeats,
         drawn=_drawn(report),
@@ -211,7 +211,7 @@ def _explained(name: str, cards: Sequence[Card]) -> tuple[Card, ...]:
 def _drawn(report: OfflineReport) -> str:
     if report.plan.repeats > 1:
         return f" in each of {report.plan.repeats} replicates, of which replicate 0 is drawn"
-    return ", of replicate 0 alone" if is_random(report.plan) else "; nothing in them is random"
+    return ", of replicate 0 alone" if report.plan.is_random() else "; nothing in them is random"
 
 
 def _cell(value: Any) -> str:

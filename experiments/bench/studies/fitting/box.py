@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.robot.plan import sections as robot_sections
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET, look_up
 from experiments.bench.run.settings import changed, collect, schema_of, unit_of
+from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.studies.clips import offline
 from experiments.bench.studies.grid import ENDS, apart
 from experiments.bench.studies.study import Study, keys_of
