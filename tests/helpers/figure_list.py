@@ -9,15 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pyarrow as pa
 from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
+from experiments.bench import tune
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop.policy import About
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
+from experiments.bench.report import tuning as tuning_report
+from experiments.bench.stats.curves import points_schema
 from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies import figure as study_figure
@@ -26,9 +30,6 @@ from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number
 from experiments.bench.studies.study import Study as GridStudy
 from experiments.bench.training import figure as training_figure
 from experiments.bench.training.study import Studied, Study
-from experiments.bench.tuning import figure as tuning_figure
-from experiments.bench.tuning.curves import TuningPoint
-from experiments.bench.tuning.probes import CURVES, curve_family
 from tests.helpers.figure_others import (
     budget,
     budgets_of,
@@ -60,28 +61,20 @@ from tests.helpers.figure_rows import (
 
 def tuning(curve: str) -> Callable[[Sequence[str]], Figure]:
     def draw(models: Sequence[str]) -> Figure:
-        family = curve_family(curve)
-        points = [
-            TuningPoint(
-                curve,
-                probe.line,
-                model,
-                probe.x,
-                probe.y,
-                probe.direction_deg,
-                response,
-                0.8 * response,
-                0.2 * response,
-                0.3,
-                spikes=round(10 * response),
-                contact_s=probe.x / response if model != "emd" else None,
-            )
+        family = tune.FAMILIES[curve]
+        rows = [
+            {"curve": curve, "line": probe.line, "x": probe.x, "y": probe.y, "repeat": probe.repeat, "model": model,
+             "direction_deg": probe.direction_deg, "response": response, "hs": 0.8 * response,
+             "vs": 0.2 * response, "looming": 0.3, "spikes": round(10 * response),
+             "contact_s": probe.x / response if model != "emd" else None}
             for model in models
             for i, probe in enumerate(family.probes)
             for response in [strength(model) * (0.3 + math.sin(i + len(model)) ** 2)]
-        ]
+        ]  # fmt: skip
+        points = pl.DataFrame(rows, points_schema(tune.AXES))
         channels = ("looming",) if family.kind == "approach" else ("hs", "vs")
-        return tuning_figure.draw(family, points, dict.fromkeys(models, channels), SET)
+        preferences = [tune.preferences(points, model, channels) for model in models]
+        return tuning_report.draw(family.kind, points, preferences, family.x, family.y, family.summary, SET)
 
     return draw
 
@@ -186,7 +179,7 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "ranges": ranges,
     "contrast": contrast,
     "edges": edges,
-    **{f"tuning, {curve}": tuning(curve) for curve in CURVES},
+    **{f"tuning, {curve}": tuning(curve) for curve in tune.FAMILIES},
     "leaderboard": leaderboard(DIRECTION),
     "leaderboard, looming": leaderboard(LOOMING),
     "behaviours, paths": behaviours("colias_sim/Avoidance-v0"),

@@ -29,7 +29,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.footage": 1,
     "experiments.bench.conformance": 1,
     "experiments.bench.registry": 3,
-    "experiments.bench.tuning": 4,
+    "experiments.bench.tune": 4,
     "experiments.bench.closed_loop": 4,
     "experiments.bench.leaderboard": 4,
     "experiments.bench.studies": 5,

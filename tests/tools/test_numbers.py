@@ -29,7 +29,7 @@ from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import rows_hash
 from experiments.bench.studies.counts import FORM
-from experiments.bench.tuning.probes import families
+from experiments.bench.tune import FAMILIES
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
 from tools.numbers import PAGES, RESULTS, ROOT, STALE, SUMMARY, blocks, renewed, stale, unfit
@@ -290,7 +290,7 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"the same {robot} robot trials",
         f"the same {len(plain.clips) * plain.repeats + len(clutter.clips) * clutter.repeats} clips",
         f"; {alone * clutter.repeats} of background alone",
-        f"every model, {sum(len(family.probes) for family in families(()))} clips",
+        f"every model, {sum(len(family.probes) for family in FAMILIES.values())} clips",
         f"{USUAL.replicates} replicates (`--full`: {FULL.replicates} with the robot,"
         f" {FULL.offline_replicates} of clips)",
         f"{USUAL.repeats} repeats of each condition at one seed",

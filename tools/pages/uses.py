@@ -11,7 +11,7 @@ from experiments.bench import registry
 from experiments.bench.leaderboard import looming_stimuli, stimuli
 from experiments.bench.reproduction.models.clips import GROUPS
 from experiments.bench.sources.clips import Clip, OfflineExperiment
-from experiments.bench.tuning.probes import CURVES, curve_family
+from experiments.bench.tune import FAMILIES
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +53,8 @@ def _uses() -> Iterator[Use]:
     }
     for title, clips in scores.items():
         yield Use(title, "colias leaderboard", board, _counted(clips))
-    for name in CURVES:
-        clips = tuple(probe.clip for probe in curve_family(name).probes)
+    for name, family in FAMILIES.items():
+        clips = tuple(probe.clip for probe in family.probes)
         yield Use(f"the curve {name}", f"colias tune --curve {name}", "../commands/tune.md", _counted(clips))
     group_clips = tuple(clip for group in GROUPS.values() for clip in group)
     title = "the claims of the looming models' own papers"

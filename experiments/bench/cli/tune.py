@@ -6,20 +6,11 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import (
-    EXIT_FAILED,
-    Cluster,
-    For,
-    Models,
-    Only,
-    OtherCode,
-    Out,
-    Quiet,
-    Workers,
-    resources,
-    run_folder,
-)
+from experiments.bench.cli import options
 from experiments.bench.figures.media import Medium
+
+ONE_OF = "Only this one: speed, size, contrast, frequency, direction, l-over-v or disc"
+ALONG = "The curve of this stimulus, or of a .py file's, along --over; of --curve too."
 
 
 def register(app: typer.Typer) -> None:
@@ -28,33 +19,21 @@ def register(app: typer.Typer) -> None:
 
 
 def tune(
-    model: Models = None,
-    only: Only = False,
-    curve: Annotated[
-        list[str] | None,
-        typer.Option(help="Only this one: speed, size, contrast, frequency, direction or l-over-v. Repeatable."),
-    ] = None,
-    stimulus: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE", help="The curve of this stimulus, or of a .py file's, along --over; of --curve too."
-        ),
-    ] = None,
+    model: options.Models = None,
+    only: options.Only = False,
+    curve: Annotated[list[str] | None, typer.Option(help=f"{ONE_OF}. Repeatable.")] = None,
+    stimulus: Annotated[str | None, typer.Option(metavar="NAME|FILE", help=ALONG)] = None,
     over: Annotated[
-        str | None,
-        typer.Option(metavar="NAME.PARAM=V1,V2", help="The parameter of --stimulus that varies, and its values."),
+        str | None, typer.Option(metavar="NAME.PARAM=V1,V2", help="That parameter, and its values.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the gratings' phase, 0 or more.")] = 0,
-    out: Out = None,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of a model or of --stimulus. Repeatable."),
-    ] = None,
-    other_code: OtherCode = False,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    medium: For = Medium.WEB,
-    quiet: Quiet = False,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = Medium.WEB,
+    quiet: options.Quiet = False,
 ) -> int:
     """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
 
@@ -69,22 +48,23 @@ def tune(
     A stimulus of --stimulus moves as its truth says: a response is projected on the direction of the
     mean velocity of its object, or else of its background; on rightward where its truth gives none.
     """
+    from experiments.bench import tune as curves
+    from experiments.bench.engine.terminal import show_places
+    from experiments.bench.report import tuning
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import COMPARED, shown_models
-    from experiments.bench.sources import clips as stimuli
-    from experiments.bench.tuning import run as tuning_run
-    from experiments.bench.tuning import table as tuning_table
+    from experiments.bench.sources.clips import find_stimulus
 
     if (stimulus is None) != (over is None):
-        missing, given = ("--over", "--stimulus") if over is None else ("--stimulus", "--over")
-        raise UsageError(f"{given} {stimulus or over}: it goes with {missing}")
+        raise UsageError(f"--stimulus and --over go together, got {stimulus or over} alone")
+    entry = None if stimulus is None else find_stimulus(stimulus)
     models = shown_models(COMPARED, model, only)
-    entry = None if stimulus is None else stimuli.find_stimulus(stimulus)
-    plan = tuning_run.plan(models, curve or (), assignments or (), seed, entry, over or "")
-    folder = run_folder(out, "tune")
-    means = resources(workers, cluster, quiet, other_code)
+    plan = curves.plan(models, curve or (), assignments or (), seed, entry, over or "")
+    folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet, other_code)
     with means.pool(rendering=False) as pool:
-        report = tuning_run.run(plan, folder, pool, means)
+        points, preferences, failures = curves.run(plan, folder, pool, means)
+    figures = curves.draw(plan, folder, points, preferences)
     if not quiet:
-        tuning_table.show(report)
-    return EXIT_FAILED if report.failures else 0
+        tuning.show(preferences)
+        show_places({**figures, "tables": folder / "tuning.csv"})
+    return options.EXIT_FAILED if failures else 0

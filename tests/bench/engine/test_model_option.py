@@ -151,7 +151,7 @@ def test_settings_work_on_clips_footage_and_curves(colias):
     ran(colias, "tune", "--curve", "size", "--only", *given, "--workers", "0", "--out", "tune")
     assert {row["model"] for row in csv_of(colias.folder / "tune/tuning.csv")} == {"dsnn:w_i=1", "emd:log=false"}
     drawing = (colias.folder / "tune" / "size.svg").read_text()
-    assert "dsnn:w_i=1 (" in drawing and "emd:log=false (" in drawing
+    assert "dsnn:w_i=1:" in drawing and "emd:log=false:" in drawing
 
 
 def test_models_without_a_colour_of_their_own_get_different_ones():

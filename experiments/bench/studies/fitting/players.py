@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from experiments.bench import tune
 from experiments.bench.leaderboard import looming_scores
 from experiments.bench.leaderboard import run as leaderboard
 from experiments.bench.leaderboard import scores as direction_scores
@@ -28,8 +29,6 @@ from experiments.bench.studies.fitting.scores import Reading, Score, readings, s
 from experiments.bench.studies.grid import apart
 from experiments.bench.studies.measures import SPIKES
 from experiments.bench.studies.study import Axis, Level, Study
-from experiments.bench.tuning import run as tuning
-from experiments.bench.tuning.preferences import Preferences
 
 AXIS = "setting"
 APART = 1000
@@ -117,12 +116,10 @@ class Player:
 
     def _tuned(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Workers) -> list[dict[str, Any]]:
         texts = [text_of(self.fit, setting) for setting in settings]
-        plan = tuning.plan(list(dict.fromkeys(texts)), (), (), seed)
-        batch = tuning.batch(plan)
-        with closing(batch.open(folder, self.resources)) as opened:
-            self.failures.extend(batch.fill(opened, pool, self.resources))
-            _, preferences = tuning.evaluated(plan, opened)
-        rows = {preference.model: preference.row() for preference in preferences}
+        plan = tune.plan(list(dict.fromkeys(texts)), (), (), seed)
+        _, preferences, failures = tune.run(plan, folder, pool, self.resources)
+        self.failures.extend(failures)
+        rows = {row["model"]: row for row in preferences}
         return [rows.get(label, {}) for label in _labels(texts)]
 
 
@@ -196,9 +193,6 @@ _BOARD_NAMES = {
         name for name in dict.fromkeys((*direction_scores.MEASURES, *looming_scores.MEASURES))
         if not name.startswith(_TIMED)
     ),
-    TUNING: tuple(
-        name for name in Preferences("").row()
-        if name not in ("model", "not_defined") and not name.endswith("_inside") and "stimulus" not in name
-    ),
+    TUNING: tune.NUMBERS,
 }  # fmt: skip
 """The numbers that a fit may make large: no times, which another run would not repeat."""

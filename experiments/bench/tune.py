@@ -1,0 +1,386 @@
+"""Tuning curves: the clips that models are shown, the run, and what each model prefers.
+
+Clips have 144x108 px at 30 frames/s. Gratings drift for a second; their wavelengths divide the frame's width, so that
+a field's mean does not depend on the phase. Objects start and end whole inside the frame, dark on grey 200. Approaches
+have 99x72 px, through the robot's lens, and so has the disc that looms, recedes and crosses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from dsnn.stimuli import StimulusEntry
+from dsnn.stimuli.looming import Looming
+from experiments.bench.run import settings
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import FRAMES, Trial, play
+from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clips import TRIALS, Clip, place_of
+from experiments.bench.stats import curves
+from experiments.bench.stats.curves import Axis
+from experiments.bench.store import provenance
+from experiments.bench.store.files import TABLE, drawn_from
+from experiments.bench.store.parameters import differing
+from experiments.bench.store.rows import Failure
+from scenes.hints import nearest
+
+EXPERIMENT = "tuning"
+FRAME: dict[str, Any] = {"rows": 108, "columns": 144, "rest_s": 0.2}
+SQUARE: dict[str, Any] = {**FRAME, "width": 24.0, "height": 24.0, "speed": 120.0, "enters": False}
+GRATING: dict[str, Any] = {**FRAME, "period_px": 24.0, "temporal_hz": 2.0, "duration_s": 1.0}
+DISC: dict[str, Any] = {"outline": "disc", "start_deg": 8.0, "end_deg": 40.0, "grey": 40.0, "background_grey": 200.0}
+
+SPEEDS_PX_S = (15.0, 21.0, 30.0, 42.0, 60.0, 85.0, 120.0, 170.0, 240.0, 340.0, 480.0, 680.0)
+SIZES_PX = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 90.0)
+CONTRASTS = (0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.65, 0.8, 1.0)
+"""Of objects the difference to the ground as a share of it, of gratings Michelson's."""
+GROUND = 127.0
+"""Grey behind the objects of the contrast curve: as much room above as below."""
+WAVELENGTHS_PX = (4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 36.0, 48.0, 72.0)
+TEMPORAL_HZ = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.3)
+"""Up to three quarters of the Nyquist frequency of 30 frames/s: above it a drift turns round."""
+DIRECTIONS_DEG = tuple(22.5 * i for i in range(16))
+PHASES = 5
+"""Phases of the grating that each direction is shown at: how far a preferred direction varies between them is noise."""
+CARDINAL = {0.0: "rightward", 90.0: "downward", 180.0: "leftward", 270.0: "upward"}
+L_OVER_V_S = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
+DISC_L_OVER_V_S = (0.08, 0.16, 0.32)
+DARK, GRATINGS, LOOMING = "dark object", "grating", "dark looming"
+"""Lines that preferences are read from."""
+LOOMS, RECEDES, CROSSES = "dark disc looming", "dark disc receding", "dark disc crossing"
+"""One disc at one speed. It crosses at the size at which the others end or begin."""
+L_OVER_V = Axis("l_over_v_s", "l / v", "s")
+STIMULUS = "stimulus"
+"""Name of the curve that `of_stimulus` makes, and of the preference along it."""
+AXES = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
+"""Columns of axes in ``tuning.csv``."""
+RANGES = ("speed_px_s", "size_px", "wavelength_px", "temporal_hz", STIMULUS)
+
+
+class Probe(NamedTuple):
+    """A clip that is one point of a line of a curve, and the direction of its motion: 0 rightward, 90 downward."""
+
+    clip: Clip
+    line: str
+    x: float
+    y: float | None = None
+    direction_deg: float = 0.0
+    repeat: int = 0
+    """Added to the run's seed: the same point at another phase. Curves and figures show repeat 0."""
+
+
+class Family(NamedTuple):
+    """Tuning curves of one kind: the clips, the axes, how they are drawn.
+
+    A ``curve`` is the response along ``x``, a ``map`` over ``x`` and ``y``, a ``polar`` against the direction of
+    motion. An ``approach`` is shown to looming models alone: their potential, spikes and time to contact along ``x``.
+    """
+
+    name: str
+    summary: str
+    kind: str
+    x: Axis
+    probes: Sequence[Probe]
+    y: Axis | None = None
+
+
+def _probe(stimulus: str, changes: Mapping[str, Any], name: str, line: str, x: float, y: float | None = None) -> Probe:
+    return Probe(Clip(name, stimulus, tuple(changes.items())), line, x, y, changes.get("direction_deg", 0.0))
+
+
+def _object(name: str, x: float, line: str = DARK, **changes: Any) -> Probe:
+    return _probe("plain", SQUARE | changes, name, line, x)
+
+
+def _grating(name: str, x: float, y: float | None = None, **changes: Any) -> Probe:
+    return _probe("grating", GRATING | changes, name, GRATINGS, x, y)
+
+
+def _approach(line: str, l_over_v_s: float, **changes: Any) -> Probe:
+    return _probe("looming", {"l_over_v_s": l_over_v_s, **changes}, f"{line} {l_over_v_s:g} s", line, l_over_v_s)
+
+
+FAMILIES: Mapping[str, Family] = {family.name: family for family in (
+    Family("speed", "a dark square of 24 px, rightward", "curve", Axis("speed_px_s", "speed", "px/s"),
+           [_object(f"speed {v:g}", v, speed=v) for v in SPEEDS_PX_S]),
+    Family("size", "a dark square, rightward at 120 px/s", "curve", Axis("size_px", "size", "px"),
+           [_object(f"size {s:g}", s, width=s, height=s) for s in SIZES_PX]),
+    Family("contrast", "a square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz", "curve",
+           Axis("contrast", "contrast", ""),
+           [_object(f"{line}, contrast {c:g}", c, line, grey=GROUND * (1 + sign * c), background_grey=GROUND)
+            for line, sign in ((DARK, -1), ("light object", 1)) for c in CONTRASTS]
+           + [_grating(f"grating, contrast {c:g}", c, contrast=c) for c in CONTRASTS]),
+    Family("frequency", "drifting sine gratings, rightward", "map", Axis("cycles_px", "spatial frequency", "cycles/px"),
+           [_grating(f"grating {wave:g} px, {f:g} Hz", 1 / wave, f, period_px=wave, temporal_hz=f)
+            for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], Axis("temporal_hz", "temporal frequency", "Hz")),
+    Family("direction", "a grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", "polar",
+           Axis("direction_deg", "direction of motion", "degrees"),
+           [_grating(f"grating {d:g} deg", d, direction_deg=d)._replace(repeat=phase)
+            for phase in range(PHASES) for d in DIRECTIONS_DEG]
+           + [_object(f"object {d:g} deg", d, motion=motion)._replace(direction_deg=d)
+              for d, motion in CARDINAL.items()]),
+    Family("l-over-v", "a square that looms at the centre, through the robot's lens", "approach", L_OVER_V,
+           [_approach(line, s, grey=grey, background_grey=ground)
+            for line, grey, ground in ((LOOMING, 40.0, 200.0), ("light looming", 200.0, 40.0)) for s in L_OVER_V_S]),
+    Family("disc", "a disc that grows from 8 to 40 degrees, shrinks, or crosses at 40", "approach", L_OVER_V,
+           [_approach(line, s, motion=motion, **DISC) for line, motion in
+            ((LOOMS, "looming"), (RECEDES, "receding"), (CROSSES, "rightward")) for s in DISC_L_OVER_V_S]),
+)}  # fmt: skip
+
+
+def families(names: Sequence[str]) -> tuple[Family, ...]:
+    """Return the families called ``names``, all of them for none; `UsageError` for an unknown name."""
+    for name in names:
+        if name not in FAMILIES:
+            raise UsageError(f"--curve {name}: known are {', '.join(FAMILIES)}{nearest(name, FAMILIES, ' (', ')')}")
+    return tuple(family for family in FAMILIES.values() if not names or family.name in names)
+
+
+def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, seed: int) -> Family:
+    """Return the curve of any stimulus along one of its parameters.
+
+    Parameters
+    ----------
+    entry
+        The stimulus, of a user's own file too.
+    assigned
+        Its other parameters, name -> text, as ``--set`` has them.
+    over
+        ``NAME.PARAM=V1,V2,...`` or ``PARAM=V1,V2,...``.
+    seed
+        Of the run: the direction of a clip's motion is read from its truth at this seed.
+
+    Raises
+    ------
+    UsageError
+        The parameter is unknown or no number, or a value is out of range.
+    """
+    key, _, text = over.partition("=")
+    name = key.removeprefix(f"{entry.name}.")
+    listed = f"colias stimulus {entry.name} --parameters"
+    settings.collect([f"{entry.name}.{name}={text}"], {entry.name: entry.params}, listed, "--over")
+    probes = []
+    for value in dict.fromkeys(text.split(",")):
+        typed = {**assigned, name: value.strip()}
+        params = settings.changed(entry.name, entry.params, typed, lambda name, text: f"--over {name}={text}")
+        try:
+            x = float(getattr(params, name))
+            clip = Clip(f"{name} {x:g}", entry, tuple((param, getattr(params, param)) for param in typed))
+            probes.append(Probe(clip, entry.name, x, direction_deg=direction_deg(clip, seed)))
+        except ValueError as error:
+            raise UsageError(f"--over {over}: {error}") from error
+    unit = settings.unit_of(entry.params, name)
+    noun = name.removesuffix(f"_{unit.replace('/', '_')}").replace("_", " ")
+    return Family(STIMULUS, f"{entry.name}: {entry.summary}", "curve", Axis(name, noun, unit), probes)
+
+
+def direction_deg(clip: Clip, seed: int) -> float:
+    """Return the direction of a clip's motion by its truth: that of the mean velocity of its moving frames, degrees.
+
+    The velocity is the object's, or the background's where there is no object. Rightward, 0, where the truth gives
+    none, or motions that cancel.
+    """
+    truths = [frame.truth for frame in clip.build(seed)]
+    velocities = [truth.velocity or truth.background_velocity for truth in truths if truth.motion != "still"]
+    x, y = (sum(velocity[axis] for velocity in velocities) for axis in (0, 1))
+    return math.degrees(math.atan2(y, x)) % 360.0 if math.hypot(x, y) > 1e-9 * max(len(velocities), 1) else 0.0
+
+
+class Plan(NamedTuple):
+    """Curves to measure: everything that decides their numbers."""
+
+    families: tuple[Family, ...]
+    models: tuple[ConfiguredModel, ...]
+    seed: int
+
+    def trials(self) -> list[tuple[Family, Probe, Trial[Clip]]]:
+        """Return each clip as a trial of the models that it is shown to, with what it is a point of."""
+        jobs = []
+        for family in self.families:
+            models = tuple(m for m in self.models if family.kind != "approach" or "looming" in m.channels)
+            jobs += [(family, probe, models) for probe in family.probes if models]
+        return [
+            (family, probe, Trial(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, models))
+            for i, (family, probe, models) in enumerate(jobs)
+        ]
+
+
+def plan(
+    models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int,
+    stimulus: StimulusEntry | None = None, over: str = "",
+) -> Plan:  # fmt: skip
+    """Return a checked plan from what a person typed; `UsageError` for what cannot be run.
+
+    With a ``stimulus``, its curve along the parameter of ``over`` is measured, and the curves that are named. Without
+    one those that are named, or all.
+    """
+    settings.check_counts(seed)
+    others = {} if stimulus is None else {stimulus.name: stimulus.params}
+    listed = ", ".join((*(f"colias stimulus {name} --parameters" for name in others), settings.LISTED_BY))
+    chosen, assigned = settings.watchers(models, assignments, others, listed)
+    along = [] if stimulus is None else [of_stimulus(stimulus, assigned.get(stimulus.name, {}), over, seed)]
+    planned = Plan((*along, *(families(names) if names or not along else ())), chosen, seed)
+    if not planned.trials():
+        raise UsageError(f"--curve {names[0]}: no model shown has a looming potential; add one by --model")
+    return planned
+
+
+def run(
+    plan: Plan, out: Path, workers: Workers, resources: Resources
+) -> tuple[pl.DataFrame, list[dict[str, Any]], list[Failure]]:
+    """Show the clips that the folder ``out`` lacks, and write ``tuning.csv`` and ``preferences.csv`` there.
+
+    Returns
+    -------
+    points, preferences, failures
+        A table of `curves.points_schema`, the `preferences` of each model, and what failed.
+    """
+    changed = differing(plan.models, offline=True)
+    trials = [trial for *_, trial in plan.trials()]
+    own = [probe.clip for family in plan.families if family.name == STIMULUS for probe in family.probes]
+    files = [place[0] for clip in own[:1] if (place := place_of(clip.entry))]
+    description = {
+        "kind": "tuning", "experiment": EXPERIMENT, "seed": plan.seed, "trials": len(trials), "models": plan.models,
+        "changed": changed, "curves": [family.name for family in plan.families],
+        STIMULUS: {clip.name: clip.build(0).params for clip in own},
+        **provenance.of([model.source for model in plan.models] + files),
+    }  # fmt: skip
+    batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
+    with closing(batch.open(out, resources)) as folder:
+        failures = batch.fill(folder, workers, resources)
+        points = responses(plan, pl.DataFrame(folder.frames()))
+        rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
+        if rows:
+            folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())
+            folder.write_rows("preferences.csv", pl.DataFrame(rows, infer_schema_length=None).drop(RANGES).to_dicts())
+    return points, rows, failures
+
+
+def draw(plan: Plan, folder: Path, points: pl.DataFrame, preferences: Sequence[Mapping[str, Any]]) -> dict[str, Path]:
+    """Write a figure for each family of which there are points; return the pictures by the families' names."""
+    from experiments.bench.report import style, tuning  # not before: a fit draws none of them
+
+    figures, changed, source = {}, differing(plan.models, offline=True), drawn_from([folder / TABLE])
+    for family in plan.families:
+        own = points.filter(pl.col("curve") == family.name)
+        if len(own):
+            figure = tuning.draw(family.kind, own, preferences, family.x, family.y, family.summary, changed)
+            figures[family.name] = style.save(figure, folder / family.name, source)
+    return figures
+
+
+def responses(plan: Plan, frames: pl.DataFrame) -> pl.DataFrame:
+    """Return the points (`curves.points_schema`) of the clips whose ``frames`` are there, by clip, then model."""
+    potentials = frames.partition_by("trial", "model", as_dict=True)
+    rows = []
+    for family, probe, trial in plan.trials():
+        clip = probe.clip.build(trial.seed)
+        moving = np.flatnonzero([frame.truth.motion != "still" for frame in clip])
+        contact_s = clip.contact_s() if isinstance(clip, Looming) else None
+        if contact_s is not None:  # a potential may lag behind what looms, recedes or crosses
+            moving = np.arange(moving[0], len(clip))
+        for model in trial.models:
+            if (own := potentials.get((trial.index, model.label))) is not None:
+                series = {name: own[name].to_numpy() for name in ("hs", "vs", "looming", "looming_spikes")}
+                rows.append({
+                    "curve": family.name, "line": probe.line, "model": model.label, "x": probe.x, "y": probe.y,
+                    family.x.column: probe.x, (family.y or family.x).column: probe.y if family.y else probe.x,
+                    "direction_deg": probe.direction_deg, "repeat": probe.repeat,
+                    **curves.response(series, moving, probe.direction_deg, model.channels,
+                                      approach=family.kind == "approach", contact_s=contact_s),
+                })  # fmt: skip
+    return pl.DataFrame(rows, curves.points_schema((*AXES, *(family.x.column for family in plan.families))))
+
+
+def preferences(points: pl.DataFrame, model: str, channels: Sequence[str]) -> dict[str, Any]:
+    """Return what a model prefers, by its points: a row of ``preferences.csv``, and its `RANGES` as texts.
+
+    A range has its ends, and whether they are inside what was shown. ``dsi`` and ``prefers_deg`` are those of HS, or of
+    a looming detector's potential, for gratings; ``error_deg`` is how far (hs, vs) points off them. ``fires_deg`` is
+    the full angle at which a dark looming square makes it spike first, the median over l/v. ``looming_by_potential``
+    and ``looming_by_spikes`` are from `prefers_looming`. What is within the noise is ``None``, and ``not_defined`` says
+    why; so is what was not shown.
+    """
+    own = points.filter(pl.col("model") == model)
+    undefined: dict[str, str] = {}
+    contrast = curves.line(own, "contrast", DARK)
+    x, y, response = curves.grid(own.filter(pl.col("curve") == "frequency"))
+    known = np.nan_to_num(response, nan=-math.inf)
+    waves, rates = (known.max(axis=axis, initial=-math.inf) for axis in (0, 1))
+    fired = curves.line(own, "l-over-v", LOOMING).drop_nulls("contact_s")
+    angles = 2 * np.degrees(np.arctan(fired["x"] / fired["contact_s"]))
+    return {
+        "model": model,
+        **_range("speed_px_s", curves.line(own, "speed", DARK), undefined),
+        **_range("size_px", curves.line(own, "size", DARK), undefined),
+        "half_contrast": curves.half_contrast(contrast["x"], contrast["response"]),
+        **_range("wavelength_px", {"x": 1 / x, "response": waves}, undefined, response),
+        **_range("temporal_hz", {"x": y, "response": rates}, undefined, response),
+        "slope": None if "temporal_hz" in undefined else curves.speed_slope(x, curves.best_rows(y, response)),
+        **_of_directions(own, curves.directional(channels), undefined),
+        "fires_deg": float(np.median(angles)) if len(angles) else None,
+        "looming_by_potential": prefers_looming(own, "response"),
+        "looming_by_spikes": prefers_looming(own, "spikes"),
+        **_range(STIMULUS, curves.line(own, STIMULUS), undefined),
+        "not_defined": "; ".join(f"{name}: {why}" for name, why in undefined.items()),
+    }
+
+
+def _range(
+    name: str, line: Mapping[str, Any] | pl.DataFrame, undefined: dict[str, str], shape: Any = None
+) -> dict[str, Any]:
+    """Return the columns of a preferred range of ``x`` by ``response``; why there is none goes into ``undefined``."""
+    x, response = line["x"], line["response"]
+    best = curves.preferred(x, response)
+    text = best and curves.range_text(x, best)
+    if text and text != "flat" and (why := curves.undefined_peak(response if shape is None else shape)):
+        undefined[name] = why
+        best = text = None
+    low, high = best or (None, None)
+    return {name: text, f"{name}_low": low, f"{name}_high": high, f"{name}_inside": best and curves.inside(x, best)}
+
+
+def _of_directions(own: pl.DataFrame, directional: bool, undefined: dict[str, str]) -> dict[str, Any]:
+    """Return the preferences of direction; why they are not defined goes into ``undefined``."""
+    phases = [curves.line(own, "direction", GRATINGS, repeat) for repeat in range(PHASES)]
+    # An index over some of the directions alone would be wrong, not rough.
+    first, *_ = phases = [phase if len(phase) == len(DIRECTIONS_DEG) else phase.clear() for phase in phases]
+    found = [curves.selectivity(phase["x"], phase["hs" if directional else "looming"]) for phase in phases]
+    known = [selectivity for selectivity in found if selectivity]
+    dsi, prefers = found[0] or (None, None)
+    why = curves.undefined_direction([turn for _, turn in known], DIRECTIONS_DEG[1])
+    if why and dsi is not None and max(known)[0] >= curves.SOME_DSI:
+        undefined |= {"dsi": why, "prefers_deg": why}
+        dsi = prefers = None
+    vs = curves.selectivity(first["x"], first["vs"]) if directional else None
+    error = curves.pointing_error(first) if directional else None
+    return {"dsi": dsi, "prefers_deg": prefers, "vs_dsi": vs and vs[0], "error_deg": error}
+
+
+def prefers_looming(own: pl.DataFrame, value: str) -> float | None:
+    """Return the share of l/v at which a looming disc has more of a ``value`` than one that recedes or crosses.
+
+    More by 1 % of the largest: two potentials at their ceiling are equal. ``None`` where the discs were not shown.
+    """
+    discs = own.filter(pl.col("curve") == "disc").pivot("line", index="x", values=value)
+    if not {LOOMS, RECEDES, CROSSES} <= {*discs.columns}:
+        return None
+    others = np.maximum(discs[RECEDES].to_numpy(), discs[CROSSES].to_numpy())
+    return float(np.mean(curves.PLATEAU * discs[LOOMS].to_numpy() > others))
+
+
+NUMBERS = tuple(
+    name
+    for name in preferences(pl.DataFrame(schema=curves.points_schema(AXES)), "", ())
+    if name not in ("model", "not_defined", *RANGES) and not name.endswith("_inside") and STIMULUS not in name
+)
+"""Columns of ``preferences.csv`` that a fit may make large or small."""

@@ -1,0 +1,193 @@
+"""Tuning curves: preferences of detectors made up by formulas, laws of clips and models, the run and its tables."""
+
+import math
+
+import numpy as np
+import polars as pl
+import pyarrow.csv as pa_csv
+import pytest
+
+from dsnn import EMD, EMDParams
+from dsnn.stimuli import STIMULI
+from experiments.bench import tune
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import open_workers
+from experiments.bench.stats import curves
+from experiments.bench.tune import CROSSES, LOOMS, RECEDES
+from tests.helpers import user_files
+
+TURNS = 22.5 * np.arange(16)
+NOT_GIVEN = {"model": "m", "direction_deg": 0.0, "response": 0.0, "hs": 0.0, "vs": 0.0, "looming": 0.0, "spikes": 0,
+             "contact_s": None, "repeat": 0}  # fmt: skip
+
+
+def table(rows):
+    return pl.DataFrame([NOT_GIVEN | row for row in rows], curves.points_schema(tune.AXES))
+
+
+def gratings(turns=TURNS, best=0.0, repeat=0):
+    """Responses of a detector whose HS prefers one direction, and whose VS prefers the one 90 degrees on."""
+    return [
+        {"curve": "direction", "line": "grating", "x": t, "direction_deg": t, "repeat": repeat,
+         "hs": math.cos(math.radians(t - best)), "vs": math.sin(math.radians(t - best))}
+        for t in turns
+    ]  # fmt: skip
+
+
+# --- preferences ------------------------------------------------------------------------------------------------------
+
+
+def test_preferences_of_direction():
+    row = tune.preferences(table(gratings()), "m", ("hs", "vs"))
+    assert row["dsi"] == pytest.approx(row["vs_dsi"]) == pytest.approx(math.pi / 4, abs=0.02)
+    assert row["prefers_deg"] == pytest.approx(0.0, abs=1e-9) and row["error_deg"] == pytest.approx(0.0, abs=1e-9)
+    mirrored = tune.preferences(table(gratings(best=180.0)), "m", ("hs", "vs"))
+    assert (mirrored["prefers_deg"], mirrored["error_deg"]) == pytest.approx((180.0, 180.0))
+    assert row["speed_px_s"] is row["temporal_hz"] is row["slope"] is None, "they were not shown"
+    lost = tune.preferences(table(gratings(TURNS[1:])), "m", ("hs", "vs"))
+    assert lost["dsi"] is None, "with a direction lost, the index would be wrong"
+
+
+def test_a_direction_that_varies_with_the_phase_is_not_defined():
+    phases = [
+        row for repeat, best in enumerate((0.0, 67.5, 315.0, 22.5, 90.0)) for row in gratings(TURNS, best, repeat)
+    ]
+    row = tune.preferences(table(phases), "m", ("hs", "vs"))
+    assert row["dsi"] is row["prefers_deg"] is None and "dsi: " in row["not_defined"]
+    same = [row for repeat in range(5) for row in gratings(TURNS, 67.5, repeat)]
+    assert tune.preferences(table(same), "m", ("hs", "vs"))["prefers_deg"] == pytest.approx(67.5)
+
+
+def test_looming_is_preferred_where_it_beats_receding_and_crossing():
+    """By more than 1 %: two potentials at their ceiling are equal."""
+    shown = {LOOMS: [0.4, 0.5, 0.5, 0.4], RECEDES: [0.1, 0.498, 0.1, 0.5], CROSSES: [0.2, 0.1, 0.5, 0.1]}
+    rows = [{"curve": "disc", "line": line, "x": float(x), "response": r, "spikes": int(10 * r)}
+            for line, responses in shown.items() for x, r in enumerate(responses)]  # fmt: skip
+    row = tune.preferences(table(rows), "m", ("looming",))
+    assert (row["looming_by_potential"], row["looming_by_spikes"]) == (0.25, 0.5)
+    assert tune.preferences(table(rows[:4]), "m", ("looming",))["looming_by_spikes"] is None
+
+
+def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
+    rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
+            for s in (0.02, 0.08, 0.64)]  # fmt: skip
+    assert tune.preferences(table(rows), "m", ("looming",))["fires_deg"] == pytest.approx(30.0)
+
+
+# --- clips and models -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("family", tune.FAMILIES.values(), ids=lambda family: family.name)
+def test_a_clip_is_one_point_and_moves_the_way_its_probe_says(family):
+    assert len({probe[1:] for probe in family.probes}) == len(family.probes)
+    for probe in family.probes:
+        truth = next(frame.truth for frame in probe.clip.build(0) if frame.truth.motion != "still")
+        velocity, turn = truth.velocity or truth.background_velocity, math.radians(probe.direction_deg)
+        assert velocity.x * math.cos(turn) + velocity.y * math.sin(turn) == pytest.approx(math.hypot(*velocity))
+
+
+@pytest.mark.parametrize(("motion", "turn"), [("rightward", 0.0), ("leftward", 180.0), ("downward", 90.0)])
+def test_the_curve_of_a_stimulus_shows_the_clips_of_the_family_with_its_values(motion, turn):
+    assigned = {name: str(value) for name, value in tune.SQUARE.items() if name != "speed"} | {"motion": motion}
+    own = tune.of_stimulus(STIMULI["plain"], assigned, "plain.speed=15,60", 0)
+    assert [(probe.x, probe.direction_deg) for probe in own.probes] == [(15.0, turn), (60.0, turn)]
+    declared = {probe.x: dict(probe.clip.changes) for probe in tune.FAMILIES["speed"].probes}
+    for probe in own.probes:
+        assert dict(probe.clip.changes) == declared[probe.x] | {"motion": motion}
+
+
+@pytest.mark.parametrize("over", ["speed=fast", "speed", "sped=1,2", "motion=upward", "width=-1"])
+def test_a_parameter_along_which_there_is_no_curve_is_refused(over):
+    with pytest.raises(UsageError):
+        tune.of_stimulus(STIMULI["plain"], {}, over, 0)
+
+
+def test_approaches_are_shown_to_looming_models_alone():
+    plan = tune.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0)
+    for family, _, trial in plan.trials():
+        looming = ["lgmd1", "hybrid"]
+        assert [model.label for model in trial.models] == (looming if family.name == "l-over-v" else ["dsnn", *looming])
+
+
+def responses(params, probes):
+    """The responses of an EMD to gratings, as points."""
+    rows = []
+    for probe in probes:
+        clip = probe.clip.build(0)
+        potentials = EMD(clip.shape, params).run(frame.luma for frame in clip)
+        series = {name: getattr(potentials, name) for name in ("hs", "vs", "looming", "looming_spikes")}
+        moving = np.flatnonzero([frame.truth.motion != "still" for frame in clip])
+        point = curves.response(series, moving, probe.direction_deg, ("hs", "vs"))
+        rows.append(
+            {"curve": "c", "line": "l", "x": probe.x, "y": probe.y, "direction_deg": probe.direction_deg, **point}
+        )
+    return table(rows)
+
+
+def closed_form_hz(params):
+    """The temporal frequency that an EMD responds to most, whatever the wavelength.
+
+    With H and D its high-pass and its delay as filters in discrete time, the mean response to a sine is proportional to
+    |H|^2 Im(conj(D)), times sin of the phase between its arms, which the temporal frequency is not in.
+    """
+    f = np.linspace(0.05, params.fps / 2 - 0.05, 4000)
+    z = np.exp(-2j * np.pi * f / params.fps)  # a delay of one frame
+    high, low = (1 / (1 + tau * params.fps / 1000) for tau in (params.tau_hp, params.tau_lp))
+    h, d = (1 - high) * (1 - z) / (1 - (1 - high) * z), low / (1 - (1 - low) * z)
+    return float(f[np.argmax(np.abs(h) ** 2 * -d.imag)])
+
+
+@pytest.mark.parametrize("tau_lp", [20.0, 120.0])
+def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
+    params = EMDParams(tau_lp=tau_lp)
+    probes = [p for p in tune.FAMILIES["frequency"].probes if round(1 / p.x) in (6, 16, 72)]
+    _, rates, response = curves.grid(responses(params, probes))
+    best = {int(row) for row in response.argmax(axis=0)}
+    nearest = int(np.argmin(np.abs(np.log(rates / closed_form_hz(params)))))
+    assert len(best) == 1 and abs(best.pop() - nearest) <= 1
+
+
+def test_a_linear_emd_points_where_the_motion_goes():
+    probes = [p for p in tune.FAMILIES["direction"].probes if p.line == "grating" and p.repeat == 0]
+    points = responses(EMDParams(log=False), probes)
+    assert curves.pointing_error(points) < 1.0
+    for system, turn in (("hs", 0.0), ("vs", 90.0)):
+        index, prefers = curves.selectivity(points["x"], points[system])
+        assert index == pytest.approx(math.pi / 4, abs=0.03) and abs((prefers - turn + 180) % 360 - 180) < 1.0
+
+
+# --- the run ----------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_do_not_depend_on_workers_and_tables_read_back(tmp_path):
+    plan = tune.plan(["dsnn", "lgmd1"], ["size", "disc"], [], 0)
+    for workers in (0, 2):
+        folder = tmp_path / str(workers)
+        with open_workers(workers) as pool:
+            points, preferences, failures = tune.run(plan, folder, pool, Resources(workers, quiet=True))
+        tune.draw(plan, folder, points, preferences)
+        assert not failures
+        read = pl.DataFrame(pa_csv.read_csv(folder / "tuning.csv").to_pylist())
+        assert read.rows() == points.drop("x", "y").rows()
+        assert read["size_px"].to_list() == [x if c == "size" else None for c, x in points["curve", "x"].rows()]
+        rows = pa_csv.read_csv(folder / "preferences.csv").to_pylist()
+        assert [row["model"] for row in rows] == ["dsnn", "lgmd1"]
+        assert rows[1]["size_px_low"] == preferences[1]["size_px_low"] > 3.0
+    for name in ("tuning.csv", "preferences.csv", "size.svg"):
+        first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (0, 2))
+        assert first == second
+
+
+def test_tune_shows_a_model_of_one_s_own_resumes_and_refuses_other_curves(colias):
+    (colias.folder / "my_model.py").write_text(user_files.MODEL)
+    arguments = ("tune", "--only", "--model", "my_model.py", "--model", "dsnn", "--out", "out", "--workers", "0")
+    done = colias(*arguments, "--curve", "size")
+    assert done.returncode == 0 and "gradient" in done.stdout and "out/size.png" in done.stdout, done.stderr
+    before = (colias.folder / "out/trials.parquet").read_bytes(), (colias.folder / "out/tuning.csv").read_bytes()
+    again = colias(*arguments, "--curve", "size")
+    assert again.returncode == 0 and "11 of them done already" in again.stderr
+    assert before == tuple((colias.folder / "out" / name).read_bytes() for name in ("trials.parquet", "tuning.csv"))
+    for other in (("--curve", "speed"), ("--curve", "size", "--set", "gradient.gain=0.1")):
+        refused = colias(*arguments, *other)
+        assert refused.returncode == 2 and refused.stderr.count("\n") == 1, refused.stderr
