@@ -335,9 +335,7 @@ def preferences(points: pl.DataFrame, model: str, channels: Sequence[str]) -> di
     }
 
 
-def _range(
-    name: str, line: Mapping[str, Any] | pl.DataFrame, undefined: dict[str, str], shape: Any = None
-) -> dict[str, Any]:
+def _range(name: str, line: Any, undefined: dict[str, str], shape: Any = None) -> dict[str, Any]:
     """Return the columns of a preferred range of ``x`` by ``response``; why there is none goes into ``undefined``."""
     x, response = line["x"], line["response"]
     best = curves.preferred(x, response)

@@ -28,7 +28,7 @@ HEIGHTS = {"curve": 1.8, "map": 1.8, "polar": 2.0, "approach": 1.5}
 """Kind of a figure -> the height of its panels with their titles, inches."""
 CAPTIONS = {
     "curve": "Dots: one clip each, in the model's own unit.",
-    "map": "One clip a cell. Circles: peaks of columns. Slope: of best temporal over spatial frequency, 0 to 1: speed.",
+    "map": "One clip a cell. Circles: peaks of columns. Slope of best temporal over spatial frequency: 1 for speed.",
     "polar": "Directions as in the image; radius: share of the largest. Filled: to gratings at one phase of five (HS"
     " black, VS dotted). Squares: to the object. DSI: 1 one direction alone, 0.79 a cosine, 0 all alike.",
     "approach": "Dots: one clip each. l / v: half the object's size over its speed. Angle: the full one it spans.",
@@ -36,7 +36,9 @@ CAPTIONS = {
 """Kind of a figure -> n, and what its symbols mean."""
 MEASURES = {"response": "peak above rest", "spikes": "spikes", "angle_deg": "first spike at (°)"}
 """What is drawn of approaches."""
-NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: not defined. See docs/your-own-model.md."
+ENDS = ("not_defined", "_low", "_high", "_inside")
+"""Ends of the names of columns of ``preferences.csv`` that are not printed."""
+NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: not defined. See docs/your-own-model.md.\n"
 
 
 def draw(
@@ -67,10 +69,9 @@ def draw(
     with style.look():
         figure = Figure((min(style.WIDTH, 4.4 * across), height * down + 0.8), layout="constrained")
         looks = {"projection": "polar"} if kind == "polar" else {}
-        panels = figure.subplots(down, across, squeeze=False, sharex=kind == "approach", subplot_kw=looks).reshape(
-            -1, per_model
-        )
-        inches = figure.get_figwidth() / (across if per_model == 1 else 1) - 0.45
+        panels = figure.subplots(down, across, squeeze=False, sharex=per_model > 1, subplot_kw=looks)
+        panels = panels.reshape(-1, per_model)
+        inches = figure.get_figwidth() / (across if per_model == 1 else 1) - 0.55
         for group, row in zip(panels, rows, strict=False):
             own = points.filter(pl.col("model") == row["model"], pl.col("repeat") == 0).sort("x", maintain_order=True)
             finding = KINDS[kind](group, own, row, x)
@@ -95,18 +96,17 @@ def peak_finding(x: Sequence[float], responses: Sequence[float], axis: Axis) -> 
     if best is None:
         return "no response" if np.abs(responses).max(initial=0.0) <= curves.NOTHING else "no response along the motion"
     low, high = (f"{end:.3g} {axis.unit}".strip() for end in best)
+    place = f"at {high}" if low == high else f"from {low} to {high}"
     if curves.range_text(x, best) == "flat":
         finding = "all responses are alike"
     elif why := curves.undefined_peak(responses):
         finding = "responses scatter" if len(x) >= curves.LEAST_POINTS else why
     elif curves.inside(x, best):
-        return f"largest response at {high}" if low == high else f"largest response from {low} to {high}"
+        return f"largest response {place}"
     elif best[1] == max(x):
         finding = f"the response still rises at {high}" if low == high else f"the response is largest from {low} up"
     else:
-        finding = (
-            f"the response is largest at the lowest, {low}" if low == high else f"the response is largest up to {high}"
-        )
+        finding = f"the response is largest {place}, the lowest shown"
     return f"no preferred {axis.noun}, {finding}"
 
 
@@ -117,7 +117,7 @@ def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
     for line, tint in style.colours(own["line"]).items():
         part = own.filter(pl.col("line") == line).drop_nulls(column)
         if len(part):
-            wider = 1.5 * (own["line"].n_unique() - len(ends))  # than the lines above it, which may lie on it
+            wider = 1.2 * (own["line"].n_unique() - len(ends))  # than the lines above it, which may lie on it
             axes.plot(part["x"], part[column], "-o", lw=wider, ms=wider + 1.0, color=tint, clip_on=False, zorder=3)
             ends.append((part["x"][-1], part[column][-1], line, tint))
     if places[0] > 0 and places[-1] >= 4 * places[0]:
@@ -159,15 +159,20 @@ def _map(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
 
 def _polar(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
     """Draw the lobes of a response, and of HS and VS; return the preferred direction."""
-    axes, (gratings, objects) = group[0], own.partition_by("line", maintain_order=True)
+    axes, is_grating = group[0], pl.col("line") == "grating"
+    gratings, objects = own.filter(is_grating), own.filter(~is_grating)
     directional = row["vs_dsi"] is not None
-    around, shown = np.radians([*gratings["x"], 0.0]), ("response", "hs", "vs")[: 3 if directional else 1]
+    around, shown = (
+        np.radians([*gratings["x"], *gratings["x"][:1]]),
+        ("response", "hs", "vs")[: 3 if directional else 1],
+    )
     lobes = np.maximum(gratings.select(shown).to_numpy(), 0.0)
-    shares = np.vstack([lobes, lobes[:1]]) / max(lobes.max(), curves.NOTHING)
+    shares = np.vstack([lobes, lobes[:1]]) / lobes.max(initial=curves.NOTHING)
     axes.fill(around, shares[:, 0], fc=to_rgba(style.HUES[0], 0.15), ec=style.HUES[0], lw=1.3)
     for share, look in zip(shares.T[1:], ("-", ":"), strict=False):
         axes.plot(around, share, look, color="black", lw=0.9)
-    object_shares = np.maximum(objects["response"], 0.0) / max(*objects["response"], curves.NOTHING)
+    heights = objects["response"].to_numpy()
+    object_shares = np.maximum(heights, 0.0) / heights.max(initial=curves.NOTHING)
     axes.plot(np.radians(objects["x"]), object_shares, "s", ms=4, mfc="white", mec=style.HUES[1], clip_on=False)
     axes.set_xticks(np.arange(4) * np.pi / 2, [""] * 4)
     axes.set(theta_direction=-1, ylim=(0, 1), yticks=[0.5], yticklabels=[""])
@@ -196,15 +201,11 @@ KINDS = {"curve": _curve, "map": _map, "polar": _polar, "approach": _approach}
 
 def show(preferences: Sequence[Row]) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
-    ends = ("model", "not_defined", "_low", "_high", "_inside")
-    names = [name for name in preferences[0] if not name.endswith(ends)] if preferences else []
-    table = Table("model", box=None, header_style="bold", pad_edge=False)
-    cells = {name: [_cell(row, name) for row in preferences] for name in names}
-    used = [name for name in names if {*cells[name]} != {"-"}]
-    for name in used:
-        table.add_column(name.replace("_", " "), justify="right")
-    for place, row in enumerate(preferences):
-        table.add_row(row["model"], *(cells[name][place] for name in used))
+    cells = pl.DataFrame([{name: _cell(row, name) for name in row if not name.endswith(ENDS)} for row in preferences])
+    cells = cells.select(pl.col(name) for name in cells.columns if set(cells[name]) != {"-"})
+    table = Table(*(name.replace("_", " ") for name in cells.columns), box=None, header_style="bold", pad_edge=False)
+    for texts in cells.rows():
+        table.add_row(*texts)
     show_table(table)
     out_console.print(NOTE, style="dim")
     for row in preferences:
@@ -213,7 +214,7 @@ def show(preferences: Sequence[Row]) -> None:
 
 
 def _cell(row: Row, name: str) -> str:
-    """Return a preference as the table has it; none of a direction for a model that has no direction."""
+    """Return a preference as the table has it: no direction of a model that prefers none."""
     value = row[name]
     if f"{name}: " in row["not_defined"]:
         return "n.d."
