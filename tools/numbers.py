@@ -26,10 +26,11 @@ from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.stats import stored
-from experiments.bench.stats.claims import used_to_choose, words
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import SIGNS, Count, totals
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import rows_hash
+from experiments.claims.readings import used_to_choose
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"

@@ -15,9 +15,8 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, is_file
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.stats import claims as shipped
-from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats import claim as shipped
+from experiments.bench.stats.claim import PAPER, Claim, claim_ids
 from scenes import is_arena_file
 from scenes.hints import nearest
 
@@ -100,6 +99,6 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
                 raise UsageError(f"{name}: claim {claim.id} is a {type(claim).__name__}: expected {public} here")
         elif claim not in claim_ids(PAPER):
             raise UsageError(f"{name}: unknown claim '{claim}': known are {', '.join(claim_ids(PAPER))}")
-        elif not any(isinstance(declared, kind) for declared in shipped.declared(claim)):
+        elif claim not in shipped.of_kind(kind):
             known = ", ".join(shipped.of_kind(kind))
             raise UsageError(f"{name}: no {what} answer for claim '{claim}': those of {what} are {known}")

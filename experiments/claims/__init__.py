@@ -1,6 +1,6 @@
-"""The claims that are judged: the paper's (C), and ours about behaviours (B), one file each.
+"""The claims that are judged: the paper's (C), ours about behaviours (B), and those of other models' own papers.
 
-A file of this folder is found by its name; adding one edits nothing else. `experiments.claims.readings` has the
-readings of the paper that claims were used to choose, and `experiments.claims.of_models` the claims of other models'
-own papers.
+`clips`, `robot`, `footage` and `behaviours` have their judges, each on its kind of trials; ``claims.toml`` has all
+words. `models` has the claims of other models' own papers, and `readings` the readings of the paper that claims were
+used to choose.
 """

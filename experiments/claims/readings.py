@@ -2,13 +2,55 @@
 
 from __future__ import annotations
 
-from experiments.bench.stats.claim import Reading
+from dataclasses import dataclass
+
+from experiments.bench.stats.claim import PAPER, claim_ids
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A reading of the paper that was taken where it leaves room.
+
+    Parameters
+    ----------
+    id
+        Its name, with underscores between words.
+    says
+        The paper's words.
+    taken, others
+        The reading taken, and the others, one or more.
+    note
+        What a reader has to know of them.
+    claims
+        Ids of the claims that it was chosen for; empty: all of them together.
+    used
+        Whether it was chosen because these claims favoured it. Otherwise they tell the readings apart.
+    """
+
+    id: str
+    says: str
+    taken: str
+    others: tuple[str, ...]
+    note: str
+    claims: tuple[str, ...] = ()
+    used: bool = True
+
+    @property
+    def name(self) -> str:
+        """The id in words, with spaces for underscores."""
+        return self.id.replace("_", " ")
+
+    @property
+    def of_all(self) -> bool:
+        """Return whether it was chosen for all claims together."""
+        return not self.claims
+
 
 HALF_WAVE_RECTIFIED_F = Reading(
     id="half_wave_rectified_F",
     says=(
         '"in the FDSR mechanism, the delayed signal is subtracted to the original passed one" '
-        "(fdsr-subtraction): no rectifier is named there."
+        "(Eq. 7): no rectifier is named there."
     ),
     taken="F = max(LA - A, 0)",
     others=("F not rectified",),
@@ -20,7 +62,7 @@ HALF_WAVE_RECTIFIED_F = Reading(
 EXACT_LOWPASS_WOULD_BE_SILENT = Reading(
     id="exact_lowpass_would_be_silent",
     says=(
-        "A low-pass is a differential equation with a time constant (fdsr-lowpass): how it is made discrete is not in "
+        "A low-pass is a differential equation with a time constant (Eq. 6): how it is made discrete is not in "
         "the text."
     ),
     taken="backward Euler, alpha = dt / (dt + tau)",
@@ -32,7 +74,7 @@ EXACT_LOWPASS_WOULD_BE_SILENT = Reading(
 )
 LA_ZERO_WHERE_SIGNS_DIFFER = Reading(
     id="la_zero_where_signs_differ",
-    says="LA is given where both Gaussians have one sign (polar-dogs), and not where their signs differ.",
+    says="LA is given where both Gaussians have one sign (Eq. 4), and not where their signs differ.",
     taken="LA = 0 where they differ",
     others=("LA by the centre's sign",),
     note="The plain difference P_e - P_i has the sign of the centre where they differ.",
@@ -41,7 +83,7 @@ TAU_S_RISES_WITH_SPACING = Reading(
     id="tau_s_rises_with_spacing",
     says=(
         '"the delays vary in each directional combination [...] depending on different spacings and obey a '
-        'linearly decaying function" (dsn, its part c): which way is not in the text.'
+        'linearly decaying function" (Fig. 3, its part c): which way is not in the text.'
     ),
     taken="rising with spacing, 10 to 200 ms",
     others=("falling with spacing, 200 to 10 ms",),
@@ -53,7 +95,7 @@ TAU_S_RISES_WITH_SPACING = Reading(
 )
 SPEEDS_IN_PX_PER_SECOND = Reading(
     id="speeds_in_px_per_second",
-    says='"40, 80, 120 (pixels per frame)", "Vb = -8 (pixels per frame)" (simu-nature-trans, simu-sys-speed).',
+    says='"40, 80, 120 (pixels per frame)", "Vb = -8 (pixels per frame)" (Fig. 9, Fig. 10).',
     taken="pixels per second",
     others=("pixels per frame",),
     note=(
@@ -89,7 +131,7 @@ WHOLE_CROSSING = Reading(
     id="whole_crossing",
     says=(
         '"We accumulated the elicited spikes of the HS system during each translation process [...], which were'
-        ' all with a nearly identical translating time window" (robot-sys-trans).'
+        ' all with a nearly identical translating time window" (Fig. 16).'
     ),
     taken="spikes of the whole crossing",
     others=("spikes in one time window for all speeds",),
@@ -112,3 +154,13 @@ READINGS = (
     WHOLE_CROSSING,
 )
 """All of them, in the order in which the report tells them."""
+
+
+def bears_on(reading: Reading) -> tuple[str, ...]:
+    """Return the ids of the claims that a reading was chosen for."""
+    return reading.claims or claim_ids(PAPER)
+
+
+def used_to_choose(claim: str) -> tuple[Reading, ...]:
+    """Return the readings that were chosen because a claim favoured them, those chosen for all claims too."""
+    return tuple(reading for reading in READINGS if reading.used and claim in bears_on(reading))

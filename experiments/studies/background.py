@@ -10,13 +10,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from experiments import Axis, Level, Outcome, Study
+from experiments import Axis, Check, Level, Study
 from experiments.background import SPEEDS
 from experiments.bench.clips.claims import ClipClaim, find
-from experiments.bench.clips.judging import Rows, levels, rises, rows_of
+from experiments.bench.clips.judging import DSNN, levels, rises
 from experiments.bench.studies.study import Tables
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from experiments.bench.stats.claim import Claim
     from experiments.bench.studies.counts import Counts
 
@@ -32,15 +34,11 @@ OBJECT_SPEED = {"C6": 120.0}
 FPS = 30.0
 
 
-def c7_rises(rows: Rows, threshold: float) -> Outcome:
+def c7_rises(clips: "pl.DataFrame", threshold: float) -> list[Check]:
     """Judge whether peak HS rises with the object's speed, at one speed of the background."""
-    trials = rows_of(rows)
-    checks = [
-        check
-        for grey in levels(trials, "grey")
-        for check in rises(rows_of(trials, grey=grey), threshold, f"grey {grey:g}")
-    ]
-    return Outcome.of(checks, n=len(trials))
+    shown = clips.filter(model=DSNN)
+    greys = levels(shown, "grey")
+    return [check for grey in greys for check in rises(shown.filter(grey=grey), threshold, f"grey {grey:g}")]
 
 
 C7_RISES = replace(

@@ -20,7 +20,7 @@ import pytest
 
 import experiments
 from dsnn import DSNN, DSNNParams
-from experiments.claims import c15_peak_speed
+from experiments.claims.robot import c15
 from tests.conftest import GOLDEN, ROOT
 from tests.helpers.browser import CAMERA, CHROMIUM, Tab, browser
 from tests.helpers.site import SITE
@@ -118,7 +118,7 @@ def test_the_word_is_that_of_the_claims_judge(data):
         rows = [
             {**fixed, "speed_cm_s": speed, "spikes": int(count)} for speed, count in zip(speeds, counts, strict=True)
         ]
-        expected.append(c15_peak_speed.judge(rows, 0.2).verdict)
+        expected.append(c15(rows, 0.2).verdict)
     assert {"holds", "fails"} == set(expected)
     listed = json.dumps([[[s, int(n)] for s, n in zip(speeds, counts, strict=True)] for counts in near])
     module = (playground.SOURCES / "judging.js").as_uri()

@@ -21,10 +21,9 @@ from experiments.bench.reproduction.eyes import CELLS
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.stats import tests as statistics
-from experiments.bench.stats.claim_files import PAPER, claim_ids
-from experiments.bench.stats.claims import words
+from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count
-from experiments.bench.stats.stored import document, outcome_entry
+from experiments.bench.stats.stored import document, plain
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import rows_hash
@@ -155,7 +154,7 @@ def run(tmp_path):
                  Outcome("holds", "m", checks=(dataclasses.replace(CHECK, reading=math.nan),)), Outcome.unjudged("m")),
             verdict_of("C2", Outcome.unjudged("needs more; measured: 4")),
         ]),
-        "pooled": {"C13": outcome_entry(Outcome("fails", "m", n=60, broken=1))},
+        "pooled": {"C13": plain(Outcome("fails", "m", n=60, broken=1))},
         "behaviours": document([verdict_of("B3", Outcome("fails", "0.2 [0.1, 0.3]", decided="0.1 (needs above 0.5)"))]),
     }  # fmt: skip
     for name, value in files.items():

@@ -12,8 +12,7 @@ from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.sources.clips import Clip, OfflineExperiment
-from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.claims import words
+from experiments.bench.stats.claim import Claim, Words, words
 from tools.pages import docstring_text, experiment_pictures, markdown
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.parameter_tables import parameters, written
@@ -127,7 +126,7 @@ def _change(change: tuple[str, Any]) -> str:
     return code(f"{change[0]}={written(change[1])}")
 
 
-def _says(claim: Claim) -> str:
+def _says(claim: Words) -> str:
     return f"{claim.says} (the equations imply it: {claim.implied})" if claim.implied else claim.says
 
 

@@ -31,9 +31,10 @@ from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
 from experiments.bench.stats.checks import MARGIN
+from experiments.bench.stats.claim import words
 from experiments.bench.video.pictures import pictures
 from experiments.bench.video.reading import read
-from experiments.claims.c15_peak_speed import CLAIM, PAIRS
+from experiments.claims.robot import PAIRS
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tools" / "playground"
@@ -121,7 +122,7 @@ def write(folder: Path) -> None:
         "first": FIRST,
         "footage": _footage(),
         "levers": levers(),
-        "claim": {"id": CLAIM.id, "says": CLAIM.says, "pairs": PAIRS, "margin": MARGIN["spikes"]},
+        "claim": {"id": "C15", "says": words("C15").says, "pairs": PAIRS, "margin": MARGIN["spikes"]},
         "tables": tables(),
     }
     (folder / "site").mkdir()

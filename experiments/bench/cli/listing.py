@@ -31,7 +31,7 @@ def list_all() -> None:
     from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
     from experiments.bench.engine.terminal import out_console, show_line
-    from experiments.bench.stats.claims import paper_claims
+    from experiments.bench.stats.claim import PAPER, claim_ids, words
     from experiments.bench.studies import registry as studies
     from scenes import ARENAS
 
@@ -50,8 +50,8 @@ def list_all() -> None:
         "stimuli": stimuli,
         "envs": envs, "behaviours": behaviours,
         "claims of the paper": {
-            name: f"{claim.title}{' (the equations imply it)' if claim.implied else ''}"
-            for name, claim in paper_claims().items()
+            name: f"{words(name).title}{' (the equations imply it)' if words(name).implied else ''}"
+            for name in claim_ids(PAPER)
         },
     }  # fmt: skip
     for title, items in kinds.items():

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import ClassVar
 
 from colias_sim.envs import ENVS
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
@@ -13,7 +14,7 @@ from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, mean_difference, rate, rate_ratio, scores
-from experiments.bench.stats import claims as shipped
+from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.scores import Score
@@ -194,6 +195,8 @@ class BehaviourClaim(Claim):
     judge
         From behaviour -> its episodes' rows in that env, to an `Outcome`.
     """
+
+    module: ClassVar[str] = "behaviours"
 
     env: str
     judge: Callable[[Episodes], Outcome]

@@ -169,7 +169,7 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
     provenance
         Where the trials come from; empty where they are simulated.
     """
-    from experiments.bench.stats.claims import title_of  # not before: it loads every claim
+    from experiments.bench.stats.claim import title_of  # not before: it loads every claim
 
     who = f" ({verdict.model})" if model and verdict.model else ""
     count, origin = verdict.count, f" [{provenance}]" if provenance else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from dsnn import Response
 from experiments.bench.footage.film import Image
 from experiments.bench.footage.flow import Floats, Grades, mean_flow
 from experiments.bench.footage.video import Picture
-from experiments.bench.stats import claims as shipped
+from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.verdict import Outcome
 
@@ -34,6 +35,8 @@ class FootageClaim(Claim):
     stronger
         Judges the paper's own words, where these are stronger.
     """
+
+    module: ClassVar[str] = "footage"
 
     judge: FlowColumns
     stronger: FlowColumns

@@ -32,7 +32,7 @@ from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
 from experiments.bench.run.models import ConfiguredModel, rate_notes
-from experiments.bench.stats.claims import words
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import count
 from experiments.bench.store import provenance
 

@@ -43,7 +43,7 @@ def _experiments() -> Iterable[str]:
 
 
 def _claims() -> Iterable[str]:
-    from experiments.bench.stats.claim_files import claim_ids
+    from experiments.bench.stats.claim import claim_ids
 
     return claim_ids()
 

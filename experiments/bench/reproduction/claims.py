@@ -10,8 +10,7 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import replicates
 from experiments.bench.robot.claims import find
-from experiments.bench.stats.claim_files import PAPER, claim_ids
-from experiments.bench.stats.claims import words
+from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
 from experiments.bench.studies.replicates import Replicate, places_of
@@ -64,7 +63,7 @@ def _unjudged(claim: str) -> Verdict:
         why = "needs footage of your own: colias watch FILE --judge"
     else:
         why = "none of the experiments here declares this claim"
-    return words(claim).verdict(Outcome.unjudged(why))
+    return Verdict.of((claim, words(claim).says, words(claim).source), [Outcome.unjudged(why)])
 
 
 def _of_both(clips: Verdict, place: str, every: Sequence[Replicate]) -> Verdict:

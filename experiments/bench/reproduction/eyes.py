@@ -11,7 +11,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.stats.claim_files import claim_ids
+from experiments.bench.stats.claim import claim_ids
 from experiments.bench.stats.count import Count
 from experiments.bench.studies.counts import count_of
 from experiments.bench.studies.stored import studies

@@ -24,7 +24,7 @@ from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.stats.claims import paper_claims
+from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import LEAST_JUDGED
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, plain
@@ -198,7 +198,7 @@ def design(whole: Planned) -> dict[str, Any]:
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(study_plan.study.name, study_plan.specs) for study_plan in studies if study_plan],
-        "claims": {claim.id: (claim.says, claim.source) for claim in paper_claims().values()},
+        "claims": {claim: (words(claim).says, words(claim).source) for claim in claim_ids(PAPER)},
         "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
                   {claim.id: claim.conditions for claim in clips_claims.paper_claims().values()},
                   LEAST_GREYS, footage_claims.LEAST_SECONDS, closed_loop_claims.LEAST_SEEDS],

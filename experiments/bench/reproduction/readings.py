@@ -9,12 +9,10 @@ from experiments.bench.clips import claims as clips_claims
 from experiments.bench.offline import OfflineReport
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
-from experiments.bench.stats.claim import Reading
-from experiments.bench.stats.claims import bears_on
 from experiments.bench.stats.count import count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.replicates import Replicate
-from experiments.claims.readings import READINGS
+from experiments.claims.readings import READINGS, Reading, bears_on
 from experiments.clutter_frames import OF, prefix
 from experiments.studies.sensitivity import STUDY as ON_ROBOT
 from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS

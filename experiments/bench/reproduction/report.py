@@ -17,15 +17,14 @@ from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.reproduce import Reproduction
-from experiments.bench.stats.claims import readings_of_all
 from experiments.bench.stats.count import LEAST_JUDGED, REASONS
-from experiments.bench.stats.paper import cited
 from experiments.bench.stats.tests import LEVEL, least_of_pairs
 from experiments.bench.store.description import plain
 from experiments.bench.store.files import Files
 from experiments.bench.studies import figure
 from experiments.bench.studies.stored import studies
 from experiments.bench.studies.study import WHOLE
+from experiments.claims.readings import READINGS
 
 
 def write(result: Reproduction) -> Path:
@@ -60,12 +59,11 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "loops": loops,
         "seen": next((run.seen for run in runs if run.seen.strips), None),
         "anchors": {entry.name for entry in runs} | {entry.name for entry in clips},
-        "common": [reading.name for reading in readings_of_all()],
+        "common": [reading.name for reading in READINGS if reading.of_all],
         "moved": result.sensitivity is not None,
         "stored": stored(result.folder),
         "studies": [study_section(study) for study in studies(result.folder).values()],
         "drawing": drawing(result.folder),
-        "cited": cited,
         "whole": WHOLE,
         "least_p": least_of_pairs,
         "level": LEVEL,

@@ -184,7 +184,7 @@ def reproduce(
     files = Files(folder)
     files.write_json("design.json", design(whole))
     files.write_json("claims.json", stored.document(result.claims))
-    files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
+    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
     for counts in (*read_off.values(), *filter(None, (moved, clips_moved, onboard))):
         files.write_json(f"{counts.plan.study.name}.json", counts.described())

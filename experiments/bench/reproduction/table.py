@@ -8,9 +8,9 @@ from rich.table import Table
 
 from experiments.bench.engine.terminal import coloured, out_console, show_table, stacked
 from experiments.bench.reproduction.replicates import rate
-from experiments.bench.stats.claims import readings_of_all, used_to_choose
 from experiments.bench.stats.count import totals
 from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.claims.readings import READINGS, used_to_choose
 
 
 def show_model_claims(claims: Sequence[Verdict]) -> None:
@@ -44,7 +44,7 @@ def show_claims(claims: Sequence[Verdict], pooled: Mapping[str, Outcome], name: 
     table.add_column("word", no_wrap=True)
     table.add_column("all replicates", min_width=24, max_width=24)
     table.add_column("the paper says")
-    common = [reading.name for reading in readings_of_all()]
+    common = [reading.name for reading in READINGS if reading.of_all]
     for claim in claims:
         if claim.experiment:
             alone = [reading.name for reading in used_to_choose(claim.id) if not reading.of_all]

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
-from experiments.bench.stats import claims as shipped
+from experiments.bench.stats import claim as shipped
+from experiments.bench.stats.checks import is_number, unreadable
 from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.numbers import is_number, unreadable
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group
@@ -98,6 +98,8 @@ class RobotClaim(Claim):
     ...     return Outcome.of([Check(f"{means[1]:.1f} spikes at 6 cm/s", means[1], means[0], unit="spikes")])
     >>> claim = Claim(id="faster-fires-more", says="more spikes at 6 cm/s than at 4", judge=faster)
     """
+
+    module: ClassVar[str] = "robot"
 
     judge: Callable[[Rows, float], Outcome]
     motions: tuple[str, ...] = EVERY_MOTION
@@ -237,7 +239,7 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     without = unreadable(of_motions, claim.reads)
     if without:
         return Outcome.unjudged(f"of the trials {without}", n=len(of_motions))
-    result = claim.ask(rows, threshold)
+    result = claim.ask([dict(row) for row in rows], threshold)  # what a judge changes is its own
     if not result.judged:
         return result
     wrong = flaws([row for row in of_motions if not claim.models or row["model"] == claim.spiking])

@@ -19,8 +19,7 @@ from experiments.bench.robot.mechanism.parts import NEEDED
 from experiments.bench.robot.path import Path
 from experiments.bench.run.errors import check_declared, plain, short
 from experiments.bench.run.models import ConfiguredModel
-from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.declared import check_claims
+from experiments.bench.stats.claim import Claim, check_claims
 
 Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]

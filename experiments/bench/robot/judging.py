@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.stats.checks import Check, exceeds
-from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.checks import Check, exceeds, is_number
 from experiments.bench.stats.tests import contrast, summarise, trend
 from experiments.bench.stats.verdict import Outcome
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from colias_sim.config import RobotConfig
 from experiments.bench.robot.claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE
-from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.checks import is_number
 
 Rows = Sequence[Mapping[str, Any]]
 

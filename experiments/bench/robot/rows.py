@@ -12,7 +12,7 @@ from dsnn import ResponseSeries
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism.windows import InWindows
 from experiments.bench.robot.trial import FrameColumns, TrialAnswer, TrialResult
-from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.checks import is_number
 from experiments.bench.store.origin import is_imported, origin
 from experiments.bench.store.rows import (
     OBSERVER,

@@ -20,7 +20,7 @@ from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import drawable
 from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.stats import stored
-from experiments.bench.stats.numbers import is_number
+from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import holm, paired, summarise
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.origin import origin

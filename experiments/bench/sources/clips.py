@@ -17,8 +17,7 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.play import Responses, Sample, Trial
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file
-from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.declared import check_claims
+from experiments.bench.stats.claim import Claim, check_claims
 from experiments.bench.store.rows import JobRow, ModelRow, schema_of
 
 if TYPE_CHECKING:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Real
 from types import MappingProxyType
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from experiments.bench.run.errors import UsageError, short
 
@@ -47,7 +46,7 @@ class Check:
     Raises
     ------
     UsageError
-        A reading, bound or scale is no number, or ``needs`` is none of the five. It is a ``ValueError``.
+        ``needs`` is none of the five, or does not fit the bound. It is a ``ValueError``.
 
     Examples
     --------
@@ -66,17 +65,10 @@ class Check:
     asks: str = ""
 
     def __post_init__(self) -> None:
-        where = f"check {short(self.says)}"
         if self.needs not in get_args(Needs):
-            raise UsageError(f"{where}: needs={short(self.needs)}: legal is {', '.join(get_args(Needs))}")
-        for name, value in (("reading", self.reading), ("scale", self.scale)):
-            if not isinstance(value, Real):
-                raise UsageError(f"{where}: {name}={short(value)}: legal is a number")
-        bounds = self.bound if isinstance(self.bound, tuple) else (self.bound,)
-        many = 2 if self.needs == "within" else 1
-        if len(bounds) != many or not all(isinstance(bound, Real) for bound in bounds):
-            legal = "two numbers" if many == 2 else "a number"
-            raise UsageError(f"{where}: bound={short(self.bound)}: legal is {legal}, as it needs '{self.needs}'")
+            raise UsageError(f"check {short(self.says)}: needs must be one of {', '.join(get_args(Needs))}")
+        if isinstance(self.bound, tuple) != (self.needs == "within"):
+            raise UsageError(f"check {short(self.says)}: two bounds are for 'within', and one is for the others")
 
     @property
     def slack(self) -> float:
@@ -171,13 +163,14 @@ def weakest(checks: Iterable[Check]) -> Check:
     """
     listed = list(checks) if isinstance(checks, Iterable) else []
     if not listed or not all(isinstance(check, Check) for check in listed):
-        raise UsageError(f"decide({short(checks)}): legal is at least one experiments.Check")
-    return min(listed, key=lambda check: (check.passes, _relative(check)))
+        raise UsageError(f"a judge must return one experiments.Check or more, got {short(checks)}")
+    return min(listed, key=strength)
 
 
-def _relative(check: Check) -> float:
+def strength(check: Check) -> tuple[bool, float]:
+    """Return the key by which checks are ordered, the one that decides first; see `weakest`."""
     slack = check.slack / check.scale
-    return -math.inf if math.isnan(slack) else slack
+    return check.passes, -math.inf if math.isnan(slack) else slack
 
 
 def decide(checks: Iterable[Check]) -> tuple[bool, str]:
@@ -208,3 +201,15 @@ def decide(checks: Iterable[Check]) -> tuple[bool, str]:
     """
     check = weakest(checks)
     return check.passes, check.text
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a table's value is a finite number; ``None``, NaN and infinities are not."""
+    return value is not None and math.isfinite(value)
+
+
+def unreadable(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str:
+    """Return how many of the rows lack a number in which of the ``columns``, in words; empty if none does."""
+    listed = list(rows)
+    counts = {name: sum(not is_number(row[name]) for row in listed) for name in columns}
+    return "; ".join(f"{count} of {len(listed)} have no number in {name}" for name, count in counts.items() if count)

@@ -1,141 +1,116 @@
-"""A claim: its words and its judge; and a reading of the paper that claims were used to choose."""
+"""A claim: its words and its judge; and the claims that ship, by id.
+
+The words of those that ship are in ``experiments/claims/claims.toml``. Their judges are in the modules beside it: each
+kind of claim names its own, which is imported when a claim of that kind is asked for.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+import dataclasses
+import importlib
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from typing import Any, ClassVar, TypeVar
 
 from experiments.bench.run.errors import check_name, short
 from experiments.bench.run.user_code import traced
-from experiments.bench.stats.checks import weakest
-from experiments.bench.stats.claim_files import PACKAGE, claim_ids
 from experiments.bench.stats.verdict import Outcome, Verdict
-from scenes.hints import closest
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
-    """A reading of the paper that was taken where it leaves room.
-
-    Parameters
-    ----------
-    id
-        Its name, with underscores between words.
-    says
-        The paper's words.
-    taken, others
-        The reading taken, and the others, one or more.
-    note
-        What a reader has to know of them.
-    claims
-        Ids of the claims that it was chosen for; empty: all of them together.
-    used
-        Whether it was chosen because these claims favoured it. Otherwise they tell the readings apart.
-    """
-
-    id: str
-    says: str
-    taken: str
-    others: tuple[str, ...]
-    note: str
-    claims: tuple[str, ...] = ()
-    used: bool = True
-
-    @property
-    def name(self) -> str:
-        """The id in words, with spaces for underscores."""
-        return self.id.replace("_", " ")
-
-    @property
-    def of_all(self) -> bool:
-        """Return whether it was chosen for all claims together."""
-        return not self.claims
+PACKAGE = "experiments.claims"
+PAPER, BEHAVIOURS = "C", "B"
+"""The letters of the ids: claims of the paper, and ours about behaviours."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Claim:
-    """A claim: its words and its judge. Each wing has a kind of its own, which says what its judge gets.
+class Words:
+    """The words of a claim.
+
+    Parameters
+    ----------
+    title
+        The claim in a few words.
+    says, source
+        The claim, and where it is from.
+    cause
+        Why it fails, or holds in some replicates only, in one line.
+    tried
+        What was tried to make it hold, or what limits it.
+    eye
+        Of a claim about the robot: what the robot's own eye and wheels make of it, in one line.
+    implied
+        Why the model's equations imply it, whatever it sees; empty where they do not.
+    of_dsnn
+        What it says of the DSNN alone, where the rest is about a model whose constants are not known.
+    mechanism
+        The experiment whose figure shows why it comes out as it does, and what that figure draws.
+    """
+
+    title: str = ""
+    says: str = ""
+    source: str = ""
+    cause: str = ""
+    tried: str = ""
+    eye: str = ""
+    implied: str = ""
+    of_dsnn: str = ""
+    mechanism: tuple[str, str] = ("", "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim(Words):
+    """A claim: its words and its judge. Each kind of trial has a kind of claim, which says what its judge receives.
 
     Parameters
     ----------
     id
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The ids of claims that ship are taken.
     judge
-        From the rows that it is about to an `Outcome`.
-    says, source
-        Its words, and where they are from.
-    title
-        The same in a few words.
-    cause
-        In one line why it fails, or holds in some replicates only.
-    eye
-        Of a claim about the robot: in one line what the robot's own eye and wheels make of it.
-    tried
-        What was tried to make it hold, or what limits it.
-    mechanism
-        The experiment whose figure shows why it comes out as it does, and what that figure draws.
+        From the trials that it is about to its checks, or to an `Outcome`.
     silent_passes
-        Whether a model that never answers anything would keep it.
-    implied
-        Why the model's equations imply it, whatever it is shown; empty where they do not.
+        Whether a model that never responds would satisfy it.
     equal_terms
-        Label of a model that it compares with -> that of the same model on equal terms. With these in place of those
-        it is judged a second time, and that stands beside: see `experiments.bench.clips.equal_terms`.
+        Label of a model that it compares with -> that of the same model with its gain matched. With these in place of
+        those it is judged a second time.
+    title, says, source, cause, tried, eye, implied, of_dsnn, mechanism
+        As of `Words`.
 
     Raises
     ------
     ValueError
-        It has no words or no judge, its id is taken, or a value is not legal.
+        It has no words, or its id is taken.
     """
 
+    module: ClassVar[str] = ""
+    """The module of `PACKAGE` that has the judges of this kind."""
+
     id: str
-    judge: Callable[..., Outcome]
-    says: str = ""
-    source: str = ""
-    title: str = ""
-    cause: str = ""
-    eye: str = ""
-    tried: str = ""
-    mechanism: tuple[str, str] = ("", "")
+    judge: Callable[..., Outcome | Iterable[Any]]
     silent_passes: bool = False
-    implied: str = ""
     equal_terms: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
         if not callable(self.judge):
-            raise ValueError(f"claim {self.id}: judge={short(self.judge)}: legal is a function")
-        for name in ("says", "source", "title", "cause", "eye", "tried", "implied"):
-            if not isinstance(getattr(self, name), str):
-                raise ValueError(f"claim {self.id}: {name}={short(getattr(self, name))}: legal is a text")
-        pair = self.mechanism
-        if not isinstance(pair, tuple) or len(pair) != 2 or not all(isinstance(text, str) for text in pair):
-            legal = "legal is a pair of an experiment's name and what its figure draws"
-            raise ValueError(f"claim {self.id}: mechanism={short(pair)}: {legal}")
-        if not self.own and not str(getattr(self.judge, "__module__", "")).startswith(f"{PACKAGE}."):
-            raise ValueError(f"claim {self.id}: one of the paper's claims has that id; give yours another")
+            raise ValueError(f"claim {self.id}: the judge must be a function, got {short(self.judge)}")
+        if not self.own and not self.judge.__module__.startswith(f"{PACKAGE}."):
+            raise ValueError(f"claim {self.id}: a claim that ships has this id; give yours another")
         if not self.says:
-            raise ValueError(f"claim {self.id}: says='': a claim of your own needs words")
+            raise ValueError(f"claim {self.id}: it needs words, as says='...'")
 
     @property
     def own(self) -> bool:
-        """Return whether it is none of those that ship, in `experiments.claims`."""
+        """Return whether it is a user's own, and none of those that ship."""
         return self.id not in claim_ids()
 
-    def on_equal_terms(self, rows: Sequence[Any]) -> list[Any]:
+    def on_equal_terms(self, rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
         """Return the rows that it is judged on a second time; none where no model was shown on equal terms.
 
-        Parameters
-        ----------
-        rows
-            Rows of a run's table.
-
-        Returns
-        -------
-        list
-            The same rows, those of the models on equal terms under the labels of the ones that they stand for.
+        Those of the models on equal terms have the labels of the models that they stand for.
         """
+        rows = list(rows)
         labels = {equal: label for label, equal in self.equal_terms.items()}
         if not labels or not labels.keys() <= {row["model"] for row in rows}:
             return []
@@ -143,70 +118,122 @@ class Claim:
         return [*plain, *({**row, "model": labels[row["model"]]} for row in rows if row["model"] in labels)]
 
     def described(self) -> dict[str, str]:
-        """Describe the claim as ``run.json`` does.
-
-        Returns
-        -------
-        dict of str to str
-            ``id``, ``says`` and ``source``.
-        """
+        """Return ``id``, ``says`` and ``source``, as a run's description has them."""
         return {"id": self.id, "says": self.says, "source": self.source}
 
-    def ask(self, rows: Sequence[Any], *more: Any) -> Outcome:
-        """Ask the judge.
-
-        A user's own judge that raises, or answers no `Outcome`, leaves the claim unjudged: the tables count.
-
-        Parameters
-        ----------
-        rows, *more
-            Rows of a run's table, and what the judge gets beside them.
-
-        Returns
-        -------
-        Outcome
-            What the judge finds.
-        """
+    def ask(self, trials: Any, *more: Any) -> Outcome:
+        """Ask the judge about trials. A user's judge that raises leaves the claim unjudged: the tables count."""
         if not self.own:
-            return self.judge(rows, *more)
-        if not rows:  # every trial of the model failed: a judge need not expect that
+            return _outcome(self.judge(trials, *more))
+        if not len(trials):  # every trial of the model failed: a judge need not expect that
             return Outcome.unjudged("nothing to judge it on was shown")
-        copies = [dict(row) for row in rows]  # what a judge changes is its own
         try:
-            answer = self.judge(copies, *more)
-            if not isinstance(answer, Outcome):
-                trouble = f"its judge answered {short(answer)}, expected an Outcome"
-                return _broken(trouble, len(rows), trouble)
-            if answer.checks:
-                weakest(answer.checks)  # nothing but checks is among them
-            texts = str(answer.measured), str(answer.effect)
-            n, decided, fewest = int(answer.n) or len(rows), str(answer.decided), int(answer.fewest)
-            return Outcome(answer.verdict, *texts, n, decided, fewest, answer.broken, checks=answer.checks)
+            outcome = _outcome(self.judge(trials, *more))
         except Exception as error:
-            if isinstance(error, KeyError) and (near := closest(str(error.args[0]), map(str, rows[0]))):
-                error.add_note(f"nearest column: {near}")
-            return _broken(f"its judge raised {type(error).__name__}", len(rows), traced(error))
+            why = f"its judge raised {type(error).__name__}"
+            outcome = dataclasses.replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
+        return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))
 
     def verdict(self, *outcomes: Outcome, random: bool = True, model: str = "", experiment: str = "") -> Verdict:
-        """Return the verdict of outcomes.
-
-        Parameters
-        ----------
-        *outcomes
-            One of each replicate, the first one first.
-        random
-            Whether anything differs between replicates.
-        model, experiment
-            As of a `Verdict`.
-
-        Returns
-        -------
-        Verdict
-            The first outcome, and the count of all.
-        """
+        """Return the verdict of the outcomes of its replicates, the first one first; see `Verdict.of`."""
         words = (self.id, self.says, self.source)
         return Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
 
 
-def _broken(why: str, rows: int, trouble: str) -> Outcome:
-    return replace(Outcome.unjudged(why, reason="judge failed", n=rows), trouble=trouble)
+def _outcome(answer: Any) -> Outcome:
+    if not isinstance(answer, Outcome | list | tuple):
+        raise TypeError(f"a judge must return a list of checks or an Outcome, got {short(answer)}")
+    return answer if isinstance(answer, Outcome) else Outcome.of(answer)
+
+
+Kind = TypeVar("Kind", bound=Claim)
+Judge = TypeVar("Judge", bound=Callable[..., Any])
+_SHIPPED: dict[str, dict[str, Claim]] = {}
+"""Module of `PACKAGE` -> id -> claim, of the modules imported so far."""
+
+
+def shipped(kind: type[Claim], claim: str, **fields: Any) -> Callable[[Judge], Judge]:
+    """Return a decorator that declares a claim that ships: the function is its judge, ``claims.toml`` has its words.
+
+    Parameters
+    ----------
+    kind
+        The kind of claim.
+    claim
+        Its id.
+    **fields
+        What the kind needs beside words and judge.
+    """
+
+    def declare(judge: Judge) -> Judge:
+        declaration = kind(id=claim, judge=judge, **vars(words(claim)), **fields)
+        _SHIPPED.setdefault(kind.module, {})[claim] = declaration
+        return judge
+
+    return declare
+
+
+@cache
+def texts() -> Mapping[str, Any]:
+    """Return the tables of ``claims.toml``; line breaks inside a text are spaces."""
+    return dict(_joined(tomllib.loads(resources.files(PACKAGE).joinpath("claims.toml").read_text("utf-8"))))
+
+
+def _joined(value: Any) -> Any:
+    return {k: _joined(v) for k, v in value.items()} if isinstance(value, dict) else " ".join(value.split())
+
+
+def claim_ids(letter: str = "") -> tuple[str, ...]:
+    """Return the ids of the claims that ship, in order, the paper's first; of one ``letter`` those alone."""
+    return tuple(name for name in texts() if name.startswith(letter) and name not in ("mechanisms", "papers"))
+
+
+@cache
+def words(claim: str) -> Words:
+    """Return the words of a claim that ships, by its id."""
+    table = dict(texts()[claim])
+    name = table.pop("mechanism", "")
+    return Words(**table, mechanism=(name, texts()["mechanisms"].get(name, "")))
+
+
+def title_of(verdict: Verdict) -> str:
+    """Return a claim in a few words: its title, or the words of a user's own."""
+    return words(verdict.id).title if verdict.id in claim_ids() else verdict.says
+
+
+def of_kind(kind: type[Kind]) -> Mapping[str, Kind]:
+    """Return id -> claim, of those that ship and are of one kind, in the order of their ids."""
+    importlib.import_module(f"{PACKAGE}.{kind.module}")
+    declared: Mapping[str, Any] = _SHIPPED[kind.module]
+    return {claim: declared[claim] for claim in claim_ids() if claim in declared}
+
+
+def find(claim: Claim | str, kind: type[Kind]) -> Kind:
+    """Return a claim of one kind by its id; one of a user's own stands for itself.
+
+    Raises
+    ------
+    KeyError
+        No claim that ships has that id and is of that kind.
+    TypeError
+        A claim of one's own is of another kind.
+    """
+    if isinstance(claim, kind):
+        return claim
+    if isinstance(claim, Claim):
+        raise TypeError(f"claim {claim.id} must be a {kind.__name__} here, got a {type(claim).__name__}")
+    return of_kind(kind)[claim]
+
+
+def check_claims(experiment: str, claims: Any) -> None:
+    """Raise ``ValueError`` for claims that no experiment can declare: a tuple of ids, and of claims of one's own."""
+    if not isinstance(claims, tuple) or not all(isinstance(claim, str | Claim) for claim in claims):
+        must = "claims must be a tuple of ids and of claims of your own; a comma makes one: (X,)"
+        raise ValueError(f"experiment {experiment}: {must}, got {short(claims)}")
+    own = [claim for claim in claims if isinstance(claim, Claim)]
+    ids = [claim.id for claim in own]
+    for claim in own:
+        if not claim.own:
+            raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")
+        if ids.count(claim.id) > 1:
+            raise ValueError(f"experiment {experiment}: two claims are called '{claim.id}'")

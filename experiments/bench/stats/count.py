@@ -69,11 +69,6 @@ class Count:
     random
         Whether anything differs between replicates. Where nothing does, one says all.
 
-    Raises
-    ------
-    ValueError
-        A number is negative, a reason is not known, or there is no replicate.
-
     Examples
     --------
     >>> count = Count(38, 2)
@@ -89,19 +84,8 @@ class Count:
     random: bool = True
 
     def __post_init__(self) -> None:
-        unknown = sorted(set(self.unjudged) - set(REASONS))
-        if unknown:
-            raise ValueError(f"count: unjudged={dict(self.unjudged)}: legal reasons are {', '.join(REASONS)}")
-        numbers: dict[str, int] = {
-            "holds": self.holds,
-            "fails": self.fails,
-            **{str(k): n for k, n in self.unjudged.items()},
-        }
-        negative = next((name for name, number in numbers.items() if number < 0), None)
-        if negative is not None:
-            raise ValueError(f"count: {negative}={numbers[negative]}: legal is 0 or more")
-        if not sum(numbers.values()):
-            raise ValueError("count: no replicates: legal is one or more")
+        if unknown := set(self.unjudged) - set(REASONS):
+            raise ValueError(f"a claim is unjudged for one of {', '.join(REASONS)}, got {', '.join(sorted(unknown))}")
         there: dict[Reason, int] = {name: self.unjudged[name] for name in REASONS if self.unjudged.get(name)}
         object.__setattr__(self, "unjudged", there)
 
@@ -213,11 +197,6 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
         ``holds``, ``fails`` or one of `Reason` for each replicate, one or more.
     random
         As of `Count`.
-
-    Raises
-    ------
-    ValueError
-        A text is none of these, or there is none.
     """
     texts = list(outcomes)
     unjudged = [text for text in texts if text not in ("holds", "fails")]

@@ -33,72 +33,43 @@ def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     return {"version": VERSION, "claims": [_entry(verdict) for verdict in verdicts]}
 
 
-def verdicts(content: Mapping[str, Any]) -> list[Verdict]:
-    """Return the verdicts that a file's JSON holds."""
-    return [_verdict(row) for row in content["claims"]]
+def _entry(verdict: Verdict) -> dict[str, Any]:
+    fields = plain(verdict)
+    equal, count = fields.pop("equal"), verdict.count
+    return {**fields, "equal_terms": equal, "word": count.word, "interval": count.interval}
 
 
-def outcome_entry(outcome: Outcome) -> dict[str, Any]:
-    """Return an outcome as a file has it; JSON has no number for one that is not finite, which stands as a text."""
-    entry = {field.name: getattr(outcome, field.name) for field in dataclasses.fields(outcome)}
-    entry |= {"equal": outcome_entry(outcome.equal) if outcome.equal else None}
-    return entry | {"checks": [_check_entry(check) for check in outcome.checks]}
-
-
-def decision_entry(decision: Decision) -> dict[str, Any]:
-    """Return what decided a claim in one replicate as a file has it."""
-    return {"verdict": decision.verdict, "check": _check_entry(decision.check) if decision.check else None}
-
-
-def _check_entry(check: Check) -> dict[str, Any]:
-    return {name: _number(value) for name, value in dataclasses.asdict(check).items()}
-
-
-def _number(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a record as JSON has it; a number that is not finite, for which JSON has none, stands as a text."""
+    if dataclasses.is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, tuple):
-        return [_number(part) for part in value]
+        return [plain(part) for part in value]
     if isinstance(value, Real) and not isinstance(value, int):
         return float(value) if math.isfinite(value) else str(float(value))
     return value
 
 
-def _entry(verdict: Verdict) -> dict[str, Any]:
-    return {
-        "id": verdict.id, "says": verdict.says, "source": verdict.source, "model": verdict.model,
-        "experiment": verdict.experiment, "word": verdict.count.word, "count": dataclasses.asdict(verdict.count),
-        "interval": verdict.count.interval, "outcome": outcome_entry(verdict.outcome), "trouble": verdict.trouble,
-        "equal_terms": dataclasses.asdict(verdict.equal) if verdict.equal else None,
-        "decisions": list(map(decision_entry, verdict.decisions)),
-    }  # fmt: skip
+def verdicts(content: Mapping[str, Any]) -> list[Verdict]:
+    """Return the verdicts that a file's JSON holds."""
+    return [_verdict(row) for row in content["claims"]]
 
 
 def _verdict(row: Mapping[str, Any]) -> Verdict:
     equal = row["equal_terms"]
+    decisions = [Decision(one["verdict"], _check(one["check"]) if one["check"] else None) for one in row["decisions"]]
     return Verdict(
         row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
-        row["experiment"], row["trouble"], Count(**equal) if equal else None,
-        tuple(decision(entry) for entry in row["decisions"]),
+        row["experiment"], row["trouble"], Count(**equal) if equal else None, tuple(decisions),
     )  # fmt: skip
 
 
-def decision(entry: Mapping[str, Any]) -> Decision:
-    """Return what decided a claim in one replicate, from what a file holds of it."""
-    return Decision(entry["verdict"], _check(entry["check"]) if entry["check"] else None)
-
-
 def _outcome(entry: Mapping[str, Any]) -> Outcome:
-    fields = dict(entry)
-    checks = tuple(_check(check) for check in fields.pop("checks"))
-    equal = fields.pop("equal", None)
-    return Outcome(**fields, checks=checks, equal=_outcome(equal) if equal else None)
+    equal = _outcome(entry["equal"]) if entry.get("equal") else None
+    return Outcome(**{**entry, "checks": tuple(map(_check, entry["checks"])), "equal": equal})
 
 
 def _check(entry: Mapping[str, Any]) -> Check:
     bound = entry["bound"]
-    numbers = {
-        "reading": float(entry["reading"]),
-        "bound": (float(bound[0]), float(bound[1])) if isinstance(bound, list) else float(bound),
-        "scale": float(entry["scale"]),
-    }
-    fields: dict[str, Any] = {**entry, **numbers}
-    return Check(**fields)
+    bounds: Any = tuple(map(float, bound)) if isinstance(bound, list) else float(bound)
+    return Check(**{**entry, "reading": float(entry["reading"]), "bound": bounds, "scale": float(entry["scale"])})

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from experiments.bench.run.errors import short
-from experiments.bench.stats.checks import Check as Check
-from experiments.bench.stats.checks import decide as decide
-from experiments.bench.stats.checks import weakest
+from experiments.bench.stats.checks import Check, decide, strength, weakest
 from experiments.bench.stats.count import REASONS, Count, Reason, count
 
+MOST_LISTED = 6
+"""Checks that are told one by one of a claim that has many."""
 LEAST_ANSWERED = 0.5
 """Share of the translations of one kind that a model answers, below which it counts as silent there."""
 
@@ -96,7 +96,7 @@ class Outcome:
         checks
             One or more.
         measured, effect, n, fewest
-            As of an `Outcome`; ``measured`` is what the checks say if it is left out.
+            As of an `Outcome`; left out, ``measured`` is what the checks say, the weakest first.
 
         Returns
         -------
@@ -110,7 +110,7 @@ class Outcome:
         """
         listed = tuple(checks)
         holds, decided = decide(listed)
-        texts = measured or "; ".join(check.says for check in listed)
+        texts = measured or _listed(listed)
         return cls("holds" if holds else "fails", texts, effect, n, decided, fewest, checks=listed)
 
     @classmethod
@@ -166,13 +166,7 @@ class Outcome:
         )  # fmt: skip
 
     def settled(self) -> Outcome:
-        """Return the outcome with the constants that were assumed.
-
-        Returns
-        -------
-        Outcome
-            The verdict of all its checks, where unknown constants left it unjudged; otherwise the same.
-        """
+        """Return the outcome by all its checks, with the constants assumed, where unknown ones left it unjudged."""
         if self.verdict != "unknown constants":
             return self
         holds, decided = decide(self.checks)
@@ -189,34 +183,12 @@ class Outcome:
         return self.decided or self.measured.partition("; measured:")[0]
 
     def withheld(self, why: str) -> Outcome:
-        """Withhold the verdict.
-
-        Parameters
-        ----------
-        why
-            The reason, in words.
-
-        Returns
-        -------
-        Outcome
-            The same, ``not shown``; ``measured`` has the reason.
-        """
+        """Return the same outcome, not judged; ``measured`` begins with why."""
         equal = self.equal.withheld(why) if self.equal else None
         return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="", equal=equal)
 
     def noting(self, notes: Iterable[str]) -> Outcome:
-        """Add notes to what was measured.
-
-        Parameters
-        ----------
-        notes
-            Texts; empty ones are left out.
-
-        Returns
-        -------
-        Outcome
-            The same, with the notes after the measured numbers.
-        """
+        """Return the same outcome with notes after what was measured; empty ones are left out."""
         return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
 
     def against_silence(self, answers: Mapping[str, Sequence[bool]], what: str) -> Outcome:
@@ -245,40 +217,25 @@ class Outcome:
         return self.silent(", ".join(silent)) if silent else self
 
     def silent(self, why: str) -> Outcome:
-        """Return the outcome of a model that keeps the claim by never answering.
-
-        Parameters
-        ----------
-        why
-            What the model does not answer, in words.
-
-        Returns
-        -------
-        Outcome
-            The same, ``silent model``; ``measured`` begins with ``why``.
-        """
+        """Return the outcome of a model that satisfies the claim by never responding; ``measured`` begins with why."""
         return replace(self, verdict="silent model", measured=f"{why}; measured: {self.measured}", decided=why)
+
+
+def _listed(checks: Sequence[Check]) -> str:
+    """What the checks say; of many how many pass, and the first of those in the order in which they decide."""
+    if len(checks) <= MOST_LISTED:
+        return "; ".join(check.says for check in checks)
+    first = sorted(checks, key=strength)[:MOST_LISTED]
+    passing = sum(check.passes for check in checks)
+    return f"{passing} of {len(checks)} checks pass; the weakest: {'; '.join(check.says for check in first)}"
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Decision of a claim in one replicate: what it came to there, and its weakest check.
-
-    Parameters
-    ----------
-    verdict
-        As of an `Outcome`.
-    check
-        The reading that decided, with its bound; ``None`` where nothing was asked.
-    """
+    """What a claim came to in one replicate, and its weakest check; ``None`` where nothing was asked."""
 
     verdict: Judged
     check: Check | None = None
-
-    @classmethod
-    def of(cls, outcome: Outcome) -> Decision:
-        """Return what decided an outcome."""
-        return cls(outcome.verdict, weakest(outcome.checks) if outcome.checks else None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,11 +261,6 @@ class Verdict:
         compares with none, or where these were not shown.
     decisions
         What decided in each replicate, the first one first; empty of a verdict out of a file that does not hold them.
-
-    Raises
-    ------
-    ValueError
-        The outcome is not among those counted.
     """
 
     id: str
@@ -321,12 +273,6 @@ class Verdict:
     trouble: str = ""
     equal: Count | None = None
     decisions: tuple[Decision, ...] = ()
-
-    def __post_init__(self) -> None:
-        counted: dict[str, int] = {"holds": self.count.holds, "fails": self.count.fails}
-        counted |= {str(reason): number for reason, number in self.count.unjudged.items()}
-        if not counted.get(self.outcome.verdict):
-            raise ValueError(f"claim {self.id}: {self.outcome.verdict} in the first replicate, and not in {self.count}")
 
     @classmethod
     def of(
@@ -353,11 +299,7 @@ class Verdict:
         """
         trouble = next((outcome.trouble for outcome in outcomes if outcome.trouble), "")
         counted = count([outcome.verdict for outcome in outcomes], random=random)
-        again = [outcome.equal for outcome in outcomes]
-        equal = (
-            count([outcome.verdict if outcome else "not shown" for outcome in again], random=random)
-            if any(again)
-            else None
-        )
-        decisions = tuple(map(Decision.of, outcomes))
+        again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
+        equal = count(again, random=random) if any(outcome.equal for outcome in outcomes) else None
+        decisions = tuple(Decision(one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes)
         return cls(*words, outcomes[0], counted, model, experiment, trouble, equal, decisions)

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from experiments.bench.run.errors import UsageError
-from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.claim import PAPER, Claim, claim_ids
 from experiments.bench.studies.measures import MEASURES, SPIKES, Measure, spikes_in
 from experiments.bench.studies.study import Study
 

@@ -21,8 +21,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.play import FRAMES
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, pixels
-from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.claim_files import claim_ids
+from experiments.bench.stats.claim import Claim, claim_ids
 from experiments.bench.store.files import Files
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import clips, robot

@@ -17,7 +17,7 @@ from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue
 from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
 from experiments.bench.robot.plan import plan
-from experiments.bench.stats.claims import words
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.verdict import Outcome
 from tests.helpers.figure_texts import drawn_texts
 

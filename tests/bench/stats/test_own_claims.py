@@ -28,40 +28,32 @@ def clips(*claims):
 
 
 WRONG = {
-    "the paper's id": (lambda: claim(id="C13"), "claim C13: one of the paper's claims has that id"),
-    "the paper's id for clips": (lambda: clip_claim(id="C1"), "claim C1: one of the paper's claims has that id"),
-    "no words": (lambda: claim(says=""), "claim mine: says='': a claim of your own needs words"),
-    "words that are none": (lambda: claim(says=3), "says=3: legal is a text"),
-    "an id with blanks": (lambda: claim(id="my claim"), "my claim"),
-    "no judge": (lambda: claim(judge="mine"), "judge='mine': legal is a function"),
-    "a motion that there is not": (lambda: claim(motions=("flight",)), "legal are translation, approach, recession"),
-    "motions as a text": (lambda: claim(motions="approach"), "legal is a tuple of texts"),
-    "a kind that there is not": (lambda: claim(about="time"), "about='time': legal is direction or looming"),
-    "a mechanism alone": (lambda: claim(mechanism="speed"), "mechanism='speed': legal is a pair"),
-    "a title that is none": (lambda: claim(title=3), "title=3: legal is a text"),
-    "a negative number": (lambda: claim(least=-1), "least=-1: legal is a whole number"),
-    "models as a text": (lambda: clip_claim(models="dsnn"), "models='dsnn': legal is a set of labels"),
-    "conditions as a list": (lambda: clip_claim(conditions=[1]), "legal is a mapping of columns"),
-    "a value alone": (lambda: clip_claim(conditions={"motion": "rightward"}), "legal is a mapping of columns"),
-    "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
-    "one alone": (
-        lambda: Experiment("mine", "mine", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
-        "claims=the claim mine: legal is a tuple of names, and of claims of your own; a comma makes one: (X,)",
-    ),
-    "the paper's object": (lambda: clips(clips_claims.find("C1")), "claim C1 is the paper's: declare it by its id"),
-    "no verdict": (
-        lambda: Outcome("yes", ""),
-        "verdict='yes': legal is holds, fails, judge failed, not shown, silent model, unknown",
-    ),
+    "the paper's id": lambda: claim(id="C13"),
+    "the paper's id for clips": lambda: clip_claim(id="C1"),
+    "no words": lambda: claim(says=""),
+    "an id with blanks": lambda: claim(id="my claim"),
+    "no judge": lambda: claim(judge="mine"),
+    "a motion that there is not": lambda: claim(motions=("flight",)),
+    "motions as a text": lambda: claim(motions="approach"),
+    "a kind that there is not": lambda: claim(about="time"),
+    "a negative number": lambda: claim(least=-1),
+    "models as a text": lambda: clip_claim(models="dsnn"),
+    "a value alone": lambda: clip_claim(conditions={"motion": "rightward"}),
+    "twice": lambda: experiment(claim(), claim()),
+    "one alone": lambda: Experiment("mine", "", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
+    "the paper's object": lambda: clips(clips_claims.find("C1")),
+    "no verdict": lambda: Outcome("yes", ""),
+    "a side that there is not": lambda: Check("3 spikes", 3, 2, "over"),
+    "one bound in place of two": lambda: Check("3 spikes", 3, 2, "within"),
+    "two bounds in place of one": lambda: Check("3 spikes", 3, (2, 4)),
 }
 
 
 @pytest.mark.parametrize("what", WRONG)
 def test_what_is_no_claim(what):
-    make, message = WRONG[what]
     with pytest.raises(ValueError) as refused:
-        make()
-    assert message in str(refused.value) and "\n" not in str(refused.value)
+        WRONG[what]()
+    assert "\n" not in str(refused.value)
 
 
 def test_a_judge_decides():
@@ -90,11 +82,11 @@ def broken(claim_rows, threshold):
 
 
 ANSWERS = {
-    "an exception": (broken, "KeyError: 'no such column'"),
-    "a text": (lambda claim_rows, threshold: "holds", "answered 'holds'"),
+    "an exception": (broken, "no such column"),
+    "a text": (lambda claim_rows, threshold: "holds", "'holds'"),
     "another verdict": (
         lambda claim_rows, threshold: Outcome("perhaps", ""),
-        "ValueError: outcome: verdict",
+        "perhaps",
     ),
 }
 
@@ -132,7 +124,7 @@ def test_clips_that_a_claim_is_about():
              for model in ("emd", "dsnn") for clip in ("absent", "present")]  # fmt: skip
 
     def heed(claim_rows, threshold):
-        asked.append(([(row["model"], row["clip"]) for row in claim_rows], threshold))
+        asked.append((claim_rows.select("model", "clip").rows(), threshold))
         return HOLDS
 
     thresholds = {"dsnn": 0.1, "emd": 0.3}

@@ -14,21 +14,19 @@ from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.readings import _SIDES, NOT_RUN, Evidence, chapters
 from experiments.bench.robot.mechanism.variants import FALLING
 from experiments.bench.stats.checks import Check
-from experiments.bench.stats.claim_files import PAPER, claim_ids
-from experiments.bench.stats.claims import bears_on
+from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import find as find_study
-from experiments.claims.readings import READINGS, SPEEDS_IN_PX_PER_SECOND, START_ACCELERATION
+from experiments.claims.readings import READINGS, SPEEDS_IN_PX_PER_SECOND, START_ACCELERATION, bears_on
 from experiments.clutter_frames import OF, prefix
 from experiments.clutter_speed import EXPERIMENT as SPEED
 from experiments.studies.sensitivity import STUDY as ON_ROBOT
 from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
-from tests.bench.clips.test_clip_judges import enough
-from tests.bench.clips.test_clip_mechanisms import speed_responses
 from tests.bench.stats.test_replicates import planned_rows
+from tests.helpers.clip_rows import enough, speed_responses
 from tests.helpers.paper import every as every_of
 from tests.helpers.paper import first
 
@@ -165,8 +163,8 @@ def test_every_claim_has_a_mechanism_and_those_about_other_models_what_is_assume
      (-1, -1, "fails", "fails")],
 )  # fmt: skip
 def test_what_hangs_on_unknown_constants_is_not_judged_whichever_way_it_comes_out(own, other, verdict, settled):
-    outcome = compared([Check("own part", own, 0)], [Check("other part", other, 0)], "emd", "m", "", 3)
-    assert (outcome.verdict, outcome.n, outcome.measured) == (verdict, 3, "m")
+    outcome = compared([Check("own part", own, 0)], [Check("other part", other, 0)], "emd")
+    assert outcome.verdict == verdict
     assert outcome.settled().verdict == settled, "with the constants assumed"
     assert "own part (needs above 0)" in outcome.decided
     assert [check.reading for check in outcome.checks] == [own, other], "what was asked is kept, whatever decides"

@@ -11,12 +11,12 @@ from experiments.bench.clips.judging import SIGNED
 from experiments.bench.reproduction import claims, replicates
 from experiments.bench.robot.claims import outcome, paper_claims
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
-from experiments.bench.stats.claim_files import PAPER, claim_ids
-from experiments.bench.stats.claims import used_to_choose
+from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.tests import proportion_interval
-from tests.bench.clips.test_clip_judges import enough
+from experiments.claims.readings import used_to_choose
 from tests.bench.robot.test_judges import enough as trials_of
+from tests.helpers.clip_rows import enough
 from tests.helpers.paper import design, every
 
 CLAIMS = paper_claims()

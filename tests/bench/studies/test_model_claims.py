@@ -2,21 +2,22 @@
 
 import json
 
+import polars as pl
 import pytest
 
 from dsnn import MODELS
 from experiments.bench.reproduction.models import run as running
-from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, names
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
+from experiments.claims.models import ModelClaim, clip_claim, model_claims
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
 
 
 def model_claim(check, **more):
     more = {"clips": ("dark-looming",), "bound": 1.0, **more}
-    return ModelClaim(id="X-1", says="words", source="a paper", model="model", check=check, **more)
+    return ModelClaim(id="GF-1", model="lplc2-gf", check=check, **more)
 
 
 def rows(numbers, model="model", column="spikes"):
@@ -29,7 +30,7 @@ def rows(numbers, model="model", column="spikes"):
 
 
 def judged(claim, clip_rows, than=""):
-    return clip_claim(claim, "model", than).judge(clip_rows, 0.0)
+    return clip_claim(claim, "model", than).judge(pl.DataFrame(clip_rows), 0.0)
 
 
 def test_every_claim_is_about_a_model_and_clips_that_there_are():
@@ -37,7 +38,7 @@ def test_every_claim_is_about_a_model_and_clips_that_there_are():
     assert all(2 <= len(claims) <= 4 for claims in model_claims().values())
     assert len({claim.id for claim in EVERY}) == len(EVERY)
     for claim in EVERY:
-        assert set(claim.groups) <= set(GROUPS) and claim.says and claim.source
+        assert set(claim.groups) <= set(GROUPS) and clip_claim(claim, claim.model).says
         assert claim.model.partition(":")[0] in model_claims()
 
 

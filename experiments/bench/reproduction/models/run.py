@@ -12,7 +12,6 @@ from experiments.bench import offline
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.offline import OfflinePlan
-from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up
@@ -20,9 +19,10 @@ from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.stats import stored
-from experiments.bench.stats.verdict import Verdict
+from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import Files
 from experiments.bench.store.rows import Failure
+from experiments.claims.models import ModelClaim, clip_claim, model_claims
 
 EVERY = "all"
 REPLICATES = 5
@@ -146,7 +146,7 @@ def _verdict(
     for repeat in range(REPLICATES if question.random else 1):
         rows = [*even, *(row for row in gratings if row["repeat"] == repeat)]
         if question.claim.check == "not shown":
-            outcomes.append(claim.judge([], 0.0))
+            outcomes.append(Outcome.unjudged(question.claim.why))
         else:
             outcomes.append(clips_claims.judge(claim, rows, thresholds))
     return claim.verdict(*outcomes, random=question.random, model=question.asked, experiment="clips")

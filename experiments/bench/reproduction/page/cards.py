@@ -6,21 +6,20 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.clips.claims import paper_claims
 from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.mechanism.excitation import Course, described
-from experiments.bench.stats.claim import Reading
-from experiments.bench.stats.claims import used_to_choose, words
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import Count
-from experiments.bench.stats.paper import cited
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.constants import STUDIES, compares_with, comparing, constants_text, outcomes
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.stored import studies
+from experiments.claims.readings import Reading, used_to_choose
 
 OF_DETECTORS = "C21"
 """The claim whose card has the other detectors, where the folder has their study."""
@@ -117,7 +116,7 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         claim=claim,
         held=count.sentence(result.scale.name) if claim.experiment else claim.outcome.measured,
         interval=_interval(count),
-        source=cited(claim.source),
+        source=claim.source,
         experiments=tuple(name for name in claim.experiment.split(", ") if name),
         mechanism=mechanism_of(claim, there, courses),
         used=tuple(reading.name for reading in used_to_choose(claim.id) if not reading.of_all),
@@ -144,17 +143,15 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
 
 def half_text(claim: Verdict, name: str = "replicate") -> str:
     """Say what the DSNN's half of a claim is, and in how many replicates it held; empty of a claim without halves."""
-    half, asked = claim.count.half, words(claim.id)
-    if half is None or not isinstance(asked, ClipClaim):
-        return ""
-    return f"{asked.of_dsnn}: {half.label}; {half.sentence(name)}"
+    half = claim.count.half
+    return f"{words(claim.id).of_dsnn}: {half.label}; {half.sentence(name)}" if half else ""
 
 
 def equal_text(claim: Verdict, name: str = "replicate") -> str:
     """Say how a claim ends with its rivals on equal terms; empty of a claim without, and where none was shown."""
     if claim.equal is None or claim.outcome.equal is None:
         return ""
-    terms = ", ".join(f"{equal} for {label}" for label, equal in words(claim.id).equal_terms.items())
+    terms = ", ".join(f"{equal} for {label}" for label, equal in paper_claims()[claim.id].equal_terms.items())
     decided = f"replicate 0, {claim.outcome.equal.verdict}: {claim.outcome.equal.deciding}"
     return f"{terms}: {claim.equal.label}; {claim.equal.sentence(name)}; {decided}"
 

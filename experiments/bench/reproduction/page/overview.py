@@ -9,10 +9,10 @@ from typing import Literal
 
 from experiments.bench import registry
 from experiments.bench.reproduction import eyes
+from experiments.bench.reproduction.page.miniature import miniature
 from experiments.bench.reproduction.reproduce import Reproduction
-from experiments.bench.stats.claims import title_of, words
+from experiments.bench.stats.claim import title_of, words
 from experiments.bench.stats.count import MEANINGS, SIGNS, Count, Kind, totals
-from experiments.bench.stats.miniature import miniature
 from experiments.bench.stats.verdict import Verdict
 
 Filter = Literal["kept", "broken", "unjudged"]

@@ -17,7 +17,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
-from experiments.bench.stats.claim_files import PAPER, claim_ids
+from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.rows import Failure, group
 

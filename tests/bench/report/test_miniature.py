@@ -10,9 +10,9 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from experiments import Check, Outcome
+from experiments.bench.reproduction.page.miniature import HEIGHT, WIDTH, described, miniature
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import weakest
-from experiments.bench.stats.miniature import HEIGHT, WIDTH, described, miniature
 from experiments.bench.stats.verdict import Decision, Verdict
 
 BOUNDS = {"above": 0.16, "at least": 1.0, "below": -0.16, "at most": 32.5, "within": (0.4, 0.6)}

@@ -1,4 +1,4 @@
-"""C12. Real footage: HS follows the motion.
+"""The paper's claim about real footage, C12. Its words are in ``claims.toml``.
 
 Footage has no ground truth: dense optical flow takes its place. The claim holds, as laid down before any footage was
 looked at, when all of this does:
@@ -29,17 +29,10 @@ from __future__ import annotations
 import numpy as np
 
 from experiments.bench.footage.claims import LEAST_SECONDS, FootageClaim
-from experiments.bench.footage.flow import (
-    Floats,
-    block_frames,
-    correlation,
-    moments,
-    resampled,
-    separate,
-    undefined,
-)
+from experiments.bench.footage.flow import Floats, block_frames, correlation, moments, resampled, separate, undefined
 from experiments.bench.footage.watch import LEAST_FRAMES
 from experiments.bench.stats.checks import Check
+from experiments.bench.stats.claim import shipped
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
 
@@ -50,7 +43,34 @@ LEAST_FLOW = 0.05
 """Mean horizontal flow over a second and the frame, px a frame: a fortieth of the picture going at 2 px a frame."""
 
 
-def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
+def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
+    """Judge the paper's stronger words about real footage, from the same columns as `c12`."""
+    block, count = block_frames(rate), len(hs)
+    lacking = undefined(flow, hs, vs)
+    if lacking:
+        return Outcome.unjudged(lacking, n=count)
+    over = np.abs(hs) > threshold
+    seconds = [slice(start, start + block) for start in separate(np.flatnonzero(over), block)]
+    passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
+    whole = len(flow) // block
+    moving = int((np.abs(flow[: whole * block].reshape(whole, block).mean(axis=1)) > LEAST_FLOW).sum())
+    text = f"HS over T = {threshold:g} in {LEAST_FRAMES} frames or more of {len(passed)} separate seconds"
+    asks, scale = f"{LEAST_SECONDS} or more", float(LEAST_SECONDS)
+    many = Check(text, float(len(passed)), scale, "at least", unit="seconds", scale=scale, asks=asks)
+    translating = f"the flow has translation in {moving} of {whole} seconds"
+    if len(passed) < LEAST_SECONDS:
+        if moving < LEAST_SECONDS:
+            return Outcome.unjudged(f"{many.text}; {translating}", n=count)
+        return Outcome.of([many], f"{text}; {translating}", n=count)
+    frames = np.concatenate([np.abs(vs[second]) for second in passed])
+    share = float((frames < threshold).mean())
+    below = f"|VS| below T in {share:.1%} of the {len(frames)} frames of these seconds"
+    mainly = Check(below, share, LEAST_BELOW, "at least", scale=LEAST_BELOW, asks=f"{LEAST_BELOW:.0%} or more")
+    return Outcome.of([many, mainly], f"{text}; {below}; {translating}", "", count, len(passed))
+
+
+@shipped(FootageClaim, "C12", stronger=stronger)
+def c12(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """Judge columns of T frames: mean horizontal flow, both potentials; ``rate`` is in frames per second."""
     block, count = block_frames(rate), len(hs)
     lacking = undefined(flow, hs, vs)
@@ -85,43 +105,7 @@ def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -
     return Outcome.of(checks, f"{follows}; {agreement}; {shares} ({spread})", effect, count, seconds)
 
 
-def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
-    """Judge the paper's stronger words about real footage, from the same columns as `judge`."""
-    block, count = block_frames(rate), len(hs)
-    lacking = undefined(flow, hs, vs)
-    if lacking:
-        return Outcome.unjudged(lacking, n=count)
-    over = np.abs(hs) > threshold
-    seconds = [slice(start, start + block) for start in separate(np.flatnonzero(over), block)]
-    passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
-    whole = len(flow) // block
-    moving = int((np.abs(flow[: whole * block].reshape(whole, block).mean(axis=1)) > LEAST_FLOW).sum())
-    text = f"HS over T = {threshold:g} in {LEAST_FRAMES} frames or more of {len(passed)} separate seconds"
-    asks, scale = f"{LEAST_SECONDS} or more", float(LEAST_SECONDS)
-    many = Check(text, float(len(passed)), scale, "at least", unit="seconds", scale=scale, asks=asks)
-    translating = f"the flow has translation in {moving} of {whole} seconds"
-    if len(passed) < LEAST_SECONDS:
-        if moving < LEAST_SECONDS:
-            return Outcome.unjudged(f"{many.text}; {translating}", n=count)
-        return Outcome.of([many], f"{text}; {translating}", n=count)
-    frames = np.concatenate([np.abs(vs[second]) for second in passed])
-    share = float((frames < threshold).mean())
-    below = f"|VS| below T in {share:.1%} of the {len(frames)} frames of these seconds"
-    mainly = Check(below, share, LEAST_BELOW, "at least", scale=LEAST_BELOW, asks=f"{LEAST_BELOW:.0%} or more")
-    return Outcome.of([many, mainly], f"{text}; {below}; {translating}", "", count, len(passed))
-
-
 def _ratio(sums: Floats) -> Floats:
     """Return mean abs(VS) over mean abs(HS); NaN in a resample of frames in which HS is 0 throughout."""
     hs, vs = sums[..., 8], sums[..., 9]
     return np.asarray(np.divide(vs, hs, out=np.full_like(vs, np.nan), where=hs > 0))
-
-
-CLAIM = FootageClaim(
-    id="C12",
-    title="Real footage: HS follows the motion",
-    says="the sign of HS follows the direction of the dominant translation; VS stays below HS",
-    source="real-world",
-    stronger=stronger,
-    judge=judge,
-)

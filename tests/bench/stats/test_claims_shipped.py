@@ -1,0 +1,73 @@
+"""The claims that ship: each has its words and a judge of each kind, and experiments declare what can be judged."""
+
+from dataclasses import replace
+
+import pytest
+
+from experiments import NAMES, OFFLINE, Claim
+from experiments.bench import registry
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.closed_loop.claims import BehaviourClaim
+from experiments.bench.footage.claims import FootageClaim
+from experiments.bench.robot.claims import RobotClaim, outcome
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find, of_kind, words
+from experiments.claims.readings import READINGS
+
+KINDS = (ClipClaim, RobotClaim, FootageClaim, BehaviourClaim)
+
+
+def test_every_claim_has_its_words_and_a_judge():
+    assert claim_ids(PAPER) == tuple(f"C{number}" for number in range(1, 32))
+    assert claim_ids() == (*claim_ids(PAPER), *(f"B{number}" for number in range(1, 5)))
+    judged = [claim for kind in KINDS for claim in of_kind(kind)]
+    assert sorted(judged) == sorted((*claim_ids(), "C24")), "C24 is judged on clips and on the robot"
+
+
+@pytest.mark.parametrize("claim", claim_ids())
+def test_the_words_of_a_claim_are_complete(claim):
+    told = words(claim)
+    assert told.says and 0 < len(told.title) <= 40 and "\n" not in repr(told)
+    assert told.source.startswith(("Fig. ", "Eq. ")) or claim in claim_ids(BEHAVIOURS), "a place in the paper"
+    experiment, draws = told.mechanism
+    assert (experiment in (*NAMES, *OFFLINE) and draws) or not (experiment or draws)
+    assert bool(told.tried) == bool(told.cause), "why it fails is told where it is told what was tried"
+    for kind in KINDS:
+        for declared in [of_kind(kind)[claim]] if claim in of_kind(kind) else []:
+            assert (declared.says, declared.source, declared.title) == (told.says, told.source, told.title)
+            assert declared.judge.__doc__.startswith("Judge") and not declared.own, "how the words are read"
+
+
+def test_every_reading_is_complete():
+    for reading in READINGS:
+        assert all((reading.says, reading.taken, reading.others, reading.note))
+        assert set(reading.claims) <= set(claim_ids(PAPER)) and (reading.used or not reading.of_all)
+
+
+def test_a_claim_is_found_by_its_kind_alone():
+    assert find("C24", ClipClaim).judge is not find("C24", RobotClaim).judge
+    with pytest.raises(KeyError):
+        find("C1", RobotClaim)
+    with pytest.raises(TypeError):
+        find(Claim(id="mine", says="as I say", judge=print), ClipClaim)
+
+
+def test_a_judge_may_be_as_plain_as_a_list_of_checks_and_need_not_count_its_trials():
+    from experiments import Check
+
+    mine = Claim(
+        id="mine", says="it spikes", judge=lambda rows, t: [Check("spikes", min(r["spikes"] for r in rows), 0)]
+    )
+    trial = {"motion": "translation", "direction": "rightward", "speed_cm_s": 8.0, "distance_cm": 6.0, "angle_deg": 0.0}
+    trial |= {"spikes": 3, "achieved_speed_cm_s": 8.0, "path_error_mm": 0.0}
+    rows = [trial | {name: None for name in CONDITION_COLUMNS if name not in trial} for _ in range(4)]
+    assert (outcome(mine, rows, 0.2).verdict, outcome(mine, rows, 0.2).n) == ("holds", 4)
+    assert outcome(mine, rows[:3], 0.2).verdict == "not shown", "too few trials of a condition"
+
+
+@pytest.mark.parametrize(("name", "claim"), [("speed", "C1"), ("clean", "C15"), ("clean", "B1"), ("speed", "C77")])
+def test_a_claim_that_trials_of_that_kind_cannot_answer_for_is_refused(name, claim):
+    experiment = replace(registry.find(name), claims=(claim,))
+    with pytest.raises(UsageError, match=f"claim '{claim}'"):
+        registry.check_claims(experiment, "mine.py")
