@@ -70,14 +70,14 @@ EXPERIMENT = Experiment(
 """
 
 CLIPS = """
-from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome
+from experiments import Check, Clip, ClipClaim, OfflineExperiment
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 
 
-def sees(rows, threshold):
-    peak = max(row["peak_hs"] for row in rows)
-    return Outcome.of([Check(f"HS up to {peak:.2f}", peak, threshold)], f"HS up to {peak:.2f}")
+def sees(clips, threshold):
+    peak = clips["peak_hs"].max()
+    return [Check(f"HS up to {peak:.2f}", peak, threshold)]
 
 
 EXPERIMENT = OfflineExperiment(

@@ -46,7 +46,7 @@ from experiments import Clip, ClipClaim, OfflineExperiment, Outcome
 SMALL = {{"motion": "rightward", "rows": 24, "columns": 32, "width": 6.0, "height": 8.0, "speed": 90.0}}
 
 
-def judge(rows, threshold):
+def judge(clips, threshold):
     {judge}
 
 

@@ -192,7 +192,7 @@ def test_the_command_takes_figures_over(run):
     assert summary in readme and summary in home
     counted = "0 of 2 claims hold; 1 has too few replicates for a word: 1 held in some (C1); 1 was not judged: C2"
     assert f"{counted}. A replicate has 7" in claims
-    c1 = rf"({words('C1').id}): {words('C1').says}. | # held in 2 of 3 | \|VS\| 0.1 (needs below 0.2) |"
+    c1 = rf"(C1): {words('C1').says}. | # held in 2 of 3 | \|VS\| 0.1 (needs below 0.2) |"
     assert c1 in claims
     assert f"{SIGNS['unjudged']} not judged (what it needs was not shown) | needs more |" in claims
     assert "- half wave rectified F: all claims" in means

@@ -199,8 +199,9 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
     import polars as pl  # not before: it takes its time to load, and declarations need this file
 
     outcome = asked.ask(pl.DataFrame(chosen, infer_schema_length=None, strict=False), threshold or 0.0)
-    n = sum(row["model"] == asked.spiking for row in chosen)
-    outcome = replace(outcome, n=n, fewest=n)
+    if not asked.own:
+        n = sum(row["model"] == asked.spiking for row in chosen)
+        outcome = replace(outcome, n=n, fewest=n)
     outcome = outcome.settled() if asked.settled else outcome
     return outcome.withheld(lacking) if lacking and outcome.verdict in ("holds", "unknown constants") else outcome
 

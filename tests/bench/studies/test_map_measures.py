@@ -146,8 +146,8 @@ FILE = f"""
 from experiments import Check, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, decide
 
 
-def judge(rows, threshold):
-    peak = min(row["peak_hs"] for row in rows)
+def judge(clips, threshold):
+    peak = clips["peak_hs"].min()
     holds, decided = decide([Check(f"{{peak}}", peak, threshold)])
     return Outcome("holds" if holds else "fails", decided, decided=decided)
 

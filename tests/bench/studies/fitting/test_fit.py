@@ -32,7 +32,7 @@ import hashlib
 from dataclasses import dataclass
 
 import dsnn
-from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome
+from experiments import Check, Clip, ClipClaim, OfflineExperiment
 
 SMALL = {"rows": 16, "columns": 24, "speed": 60.0, "count": 9, "duration_s": 0.2}
 
@@ -62,15 +62,15 @@ class Planted:
 
 
 def high(column, least):
-    def judge(rows, threshold):
-        reading = min(row[column] for row in rows)
-        return Outcome.of([Check(f"{column} {reading:.3f}", reading, least, "at least")])
+    def judge(clips, threshold):
+        reading = clips[column].min()
+        return [Check(f"{column} {reading:.3f}", reading, least, "at least")]
     return judge
 
 
-def low(rows, threshold):
-    reading = max(row["peak_hs"] for row in rows)
-    return Outcome.of([Check(f"peak_hs {reading:.3f}", reading, 0.9, "below")])
+def low(clips, threshold):
+    reading = clips["peak_hs"].max()
+    return [Check(f"peak_hs {reading:.3f}", reading, 0.9, "below")]
 
 
 def claim(name, judge):
