@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from experiments import OFFLINE
 from experiments.bench.clips.claims import ClipClaim, find, judge
@@ -25,6 +26,7 @@ from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
+from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.store.rows import Failure, TrialRecord, mixture
 from experiments.bench.store.run_folder import RunFolder
@@ -185,13 +187,13 @@ def run(
 
 
 def _draw(plan: OfflinePlan, folder: RunFolder, rows: Sequence[Mapping[str, Any]]) -> None:
-    from experiments.bench.clips import figure as clips_figure  # not before: matplotlib takes its time to load
-    from experiments.bench.figures import plotting
+    from experiments.bench.report import clips as clips_figure  # not before: matplotlib takes its time to load
+    from experiments.bench.report import style
 
-    first = [row for row in rows if row["repeat"] == 0]
+    trials, frames = pl.DataFrame(rows, infer_schema_length=None), pl.DataFrame(folder.frames())
     title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
-    drawn = clips_figure.draw(plan.experiment.figure, first, folder.frames(), plan.thresholds, title)
-    plotting.save(drawn, folder.folder)
+    drawn = clips_figure.draw(plan.experiment.figure, trials, frames, plan.thresholds, title)
+    style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
 
 
 def verdicts(

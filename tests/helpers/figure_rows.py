@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pyarrow as pa
 from matplotlib.figure import Figure
 
-from experiments.bench.clips import figure as clips_figure
+from experiments.bench.report import clips as clips_figure
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.mechanism import excitation_figure
@@ -120,30 +121,29 @@ def excitation(models: Sequence[str]) -> Figure:
 # --- clips ------------------------------------------------------------------------------------------------------------
 
 
-def clip_rows(models: Sequence[str], clips: Sequence[Mapping[str, Any]]) -> list[Any]:
+def clip_trials(models: Sequence[str], clips: Sequence[Mapping[str, Any]], repeats: int = 1) -> pl.DataFrame:
     usual = {"object": "dark", "motion": "rightward", "speed": 60.0, "speed_unit": "px/s", "grey": 0.0, "fps": 30.0,
-             "background_speed": 8.0, "polarity": None, "repeat": 0}  # fmt: skip
-    return [
-        {**usual, **clip, "trial": trial, "model": model, "clip": clip.get("clip", f"clip {trial}"),
-         "peak_hs": strength(model) * (1 - 0.02 * trial), "trough_hs": -0.05, "peak_vs": 0.1, "trough_vs": -0.05}
-        for trial, clip in enumerate(clips)
-        for model in models
-    ]  # fmt: skip
+             "background_speed": 8.0, "polarity": None, "movers": None, "peak_looming": 0.5}  # fmt: skip
+    return pl.DataFrame([
+        {**usual, **clip, "trial": repeat * len(clips) + place, "repeat": repeat, "model": model,
+         "clip": clip.get("clip", f"clip {place}"), "peak_hs": strength(model) * (1 - 0.02 * place + 0.1 * repeat),
+         "trough_hs": -0.05, "peak_vs": 0.1, "trough_vs": -0.05}
+        for repeat in range(repeats) for place, clip in enumerate(clips) for model in models
+    ], infer_schema_length=None)  # fmt: skip
 
 
-def clip_frames(rows: Sequence[Any]) -> pa.Table:
-    tables = [
-        pa.table({"trial": [row["trial"]] * FRAMES, "model": [row["model"]] * FRAMES, "hs": wave(row["model"]),
-                  "vs": 0.5 * wave(row["model"], phase=1.0)})
-        for row in rows
-    ]  # fmt: skip
-    return pa.concat_tables(tables)
+def clip_frames(trials: pl.DataFrame) -> pl.DataFrame:
+    return pl.concat(
+        pl.DataFrame({"trial": [trial] * FRAMES, "model": [model] * FRAMES, "frame": range(FRAMES),
+                      "hs": wave(model, trial), "vs": 0.5 * wave(model, phase=1.0), "looming": np.full(FRAMES, 0.5)})
+        for trial, model in trials.select("trial", "model").iter_rows()
+    )  # fmt: skip
 
 
 def drawn_clips(drawing: Drawing, models: Sequence[str], clips: Sequence[Mapping[str, Any]]) -> Figure:
-    rows = clip_rows(models, clips)
+    trials = clip_trials(models, clips)
     heading = clips_figure.title("clean", 0, SET)
-    return clips_figure.draw(drawing, rows, clip_frames(rows), thresholds(models), heading)
+    return clips_figure.draw(drawing, trials, clip_frames(trials), thresholds(models), heading)
 
 
 def traces(models: Sequence[str]) -> Figure:
@@ -178,10 +178,7 @@ def ranges(models: Sequence[str]) -> Figure:
 
 
 def edges(models: Sequence[str]) -> Figure:
-    """Both directions at two speeds, as the experiment has; a model of the user's answers most, some models not."""
+    """Both directions at two speeds, as the experiment has."""
     clips = [{"polarity": polarity, "motion": motion, "speed": speed} for polarity in ("off", "on")
              for motion in ("rightward", "leftward") for speed in (60.0, 120.0)]  # fmt: skip
-    rows = clip_rows(models, clips)
-    for row in rows:
-        row["peak_hs"] *= 1.4 if row["model"] == OWN else 0.0 if row["model"].endswith("blocked") else 1.0
-    return clips_figure.draw(Drawing("edges"), rows, clip_frames(rows), thresholds(models), "edges; set: dsnn.n_con=6")
+    return drawn_clips(Drawing("edges"), models, clips)

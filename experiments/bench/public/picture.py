@@ -6,11 +6,12 @@ import io
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import polars as pl
 from matplotlib.figure import Figure
 
 from dsnn.model import SPIKING
-from experiments.bench.clips import figure as clips_figure
 from experiments.bench.figures.plotting import drawing
+from experiments.bench.report import clips as clips_figure
 from experiments.bench.robot.mechanism import excitation
 from experiments.bench.robot.mechanism.excitation import Course
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE
@@ -46,10 +47,10 @@ def draw(run: Record) -> Figure:
 def _of_clips(run: Record, rows: list[Any]) -> Figure:
     """Return the figure of clips."""
     declared = run.description["experiment"]
-    first_rows = [row for row in rows if row["repeat"] == 0]
+    trials, frames = pl.DataFrame(rows, infer_schema_length=None), pl.DataFrame(run.frames)
     thresholds = _thresholds(run, run.description["models"])
     title = clips_figure.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
-    return clips_figure.draw(Drawing(**declared["figure"]), first_rows, run.frames, thresholds, title)
+    return clips_figure.draw(Drawing(**declared["figure"]), trials, frames, thresholds, title)
 
 
 def _of_robot(run: Record, rows: list[Any]) -> Figure:

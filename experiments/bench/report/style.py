@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 import textwrap
 import warnings
@@ -12,6 +13,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, SubFigure
@@ -72,7 +74,7 @@ def shades(levels: Iterable[float]) -> dict[float, str]:
 def wrapped(text: str, inches: float, points: float = BODY) -> str:
     """Break ``text`` into lines of at most ``inches`` in type of so many points; long labels part at their commas."""
     most = max(int(inches * 72.0 / (0.6 * points)), 8)
-    lines = textwrap.wrap(re.sub(r",(?=\S)", ",\x1f ", text), most, break_on_hyphens=False)
+    lines = textwrap.wrap(re.sub(r",(?=\S)", ",\x1f ", text), most, break_on_hyphens=False, break_long_words=False)
     return "\n".join(lines).replace("\x1f ", "").replace("\x1f", "")
 
 
@@ -118,14 +120,41 @@ def means(axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], co
             axes.plot([place] * len(values), values, "o", ms=2.2, mfc="none", mec=colour, mew=0.6, alpha=0.8)
 
 
-def threshold(axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold") -> None:
-    """Draw a threshold, of either sign where the potential is ``signed``, with its name at the line; ``None``: none."""
+def threshold(
+    axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold", most: float = math.inf
+) -> None:
+    """Draw a threshold with its name at the line, of either sign where the potential is ``signed``; ``None``: none.
+
+    One above ``most`` is named and not drawn, so that the axis fits the data.
+    """
     if level is None:
         return
-    for sign in (1, -1) if signed else (1,):
+    for sign in () if level > most else (1, -1) if signed else (1,):
         axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
-    axes.annotate(name, (1.0, level), (0.0, 1.5), ("axes fraction", "data"), "offset points", ha="right",
-                  fontsize=SMALL, color=GREY, path_effects=HALO)  # fmt: skip
+    text, place, unit = (f"{name} is above", 1.0, "axes fraction") if level > most else (name, level, "data")
+    axes.annotate(text if name else "", (0.0, place), (2.0, 1.5), ("axes fraction", unit), "offset points",
+                  fontsize=SMALL, color=GREY, zorder=1, in_layout=False)  # fmt: skip
+
+
+def decades(axes: Axes, values: npt.ArrayLike, which: str = "y") -> None:
+    """Make an axis logarithmic beyond the smallest values, but for 0, where they span more than two decades."""
+    signed = np.asarray(values, float)
+    sizes = np.abs(signed[signed != 0.0])
+    if sizes.size and sizes.max() > 100.0 * sizes.min():
+        scale = axes.set_xscale if which == "x" else axes.set_yscale
+        scale("symlog", linthresh=10.0 ** np.floor(np.log10(max(sizes.min(), 1e-4 * sizes.max()))))
+        limits = axes.set_xlim if which == "x" else axes.set_ylim
+        limits(0.0 if signed.min() >= 0.0 else None, 1.6 * sizes.max())
+        plain_numbers(axes, which)
+
+
+def plain_numbers(axes: Axes, which: str = "x", ticks: Sequence[float] = ()) -> None:
+    """Write the numbers of a logarithmic axis as they are, at its decades or at the ``ticks``."""
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    if len(ticks):
+        axis.set_ticks(list(ticks))
+    axis.set_major_formatter("{x:.2g}")
+    axis.minorticks_off()
 
 
 def label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:

@@ -342,7 +342,7 @@ class Figure:
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
         ``background``: their peaks in depth and translation against the background's speed, px a frame.
         ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's ``|HS|``.
-        ``contrast``: clips of several greys and speeds: HS over time, and peaks along speed and along grey.
+        ``contrast``: clips of several greys and speeds: peaks along speed and along grey.
         ``ranges``: of each model, from which to which peak ``|HS|`` its clips with an object reach, and without one.
     along
         The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.

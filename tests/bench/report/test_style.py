@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import polars as pl
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -51,6 +52,15 @@ def test_a_threshold_that_is_none_is_not_drawn():
     assert not axes.lines and not axes.texts
     style.threshold(axes, 0.16, signed=True)
     assert {line.get_ydata()[0] for line in axes.lines} == {0.16, -0.16}
+
+
+@pytest.mark.parametrize(("values", "scale"), [([0.0, 1.0, 99.0], "linear"), ([0.0, 1.0, 101.0], "symlog")])
+def test_an_axis_is_logarithmic_where_its_values_span_more_than_two_decades_and_shows_all(values, scale):
+    axes = Figure().subplots()
+    axes.plot(values)
+    style.decades(axes, pl.Series(values))
+    low, high = axes.get_ylim()
+    assert axes.get_yscale() == scale and low <= 0.0 and high > max(values)
 
 
 def test_labels_of_lines_that_end_together_do_not_collide(tmp_path):

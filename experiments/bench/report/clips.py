@@ -1,0 +1,432 @@
+"""Figures of clips: potentials over time, and responses along what the clips vary."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import polars as pl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+
+from experiments.bench.report import style
+from experiments.bench.sources.clips import Figure as Drawing
+from experiments.bench.store.parameters import in_title
+
+Thresholds = Mapping[str, float | None]
+Part = tuple[str, pl.DataFrame, str, str]
+"""Of a figure of curves: a name, rows, the column along the axis, and the column with a line for each level."""
+CHANNELS = {"hs": ("HS", style.HUES[0]), "vs": ("VS", style.HUES[1]), "looming": ("looming", style.HUES[2])}
+WAYS = {"rightward": "peak_hs", "leftward": "trough_hs", "downward": "peak_vs", "upward": "trough_vs"}
+"""Direction of motion -> the extreme that signals it."""
+DEPTH = ("looming", "receding")
+AXES = {
+    "speed": "speed of the object ({unit})",
+    "grey": "grey of the object (0 to 255)",
+    "background_speed": "speed of the background ({unit})",
+    "px_a_frame": "speed of the background (px a frame)",
+}
+LEVELS = {"speed": "{:g} {unit}", "grey": "grey {:g}", "background_speed": "{:g} {unit}", "shade": "{}"}
+INTACT, LEFT = "dsnn", (5.0, 95.0)
+"""The network that others are compared with at edges, and the bounds of C22 for what a blocked pathway leaves of its
+|HS|, per cent."""
+EDGES = {
+    "off": "OFF edges (luminance falls): leading of dark objects, trailing of light ones",
+    "on": "ON edges (luminance rises): trailing of dark objects, leading of light ones",
+}
+ACROSS, NAME_INCHES, LEAST_ROW = 12, 1.0, 0.42
+"""Most clips side by side, with several models; inches: width of the names of models, least height of a row."""
+RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
+TRACES = ("Lines: means of the trials; bands: their range. Right and down are positive. Each model has its own scale; "
+          "dashes: its threshold.")  # fmt: skip
+CURVES = ("Filled dots: means; open dots: trials; whiskers, from three trials: 95 % interval of the mean. "
+          f"A curve: a line of one seed. {RESPONSE}")  # fmt: skip
+
+
+def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
+    """Return what a figure's caption begins with: experiment, seed, and parameters that were ``changed``."""
+    return f"{name}, seed {seed}{in_title(changed)}"
+
+
+def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, title: str) -> Figure:
+    """Draw the clips of a run as their experiment's ``figure`` says.
+
+    Parameters
+    ----------
+    figure
+        ``kind``: ``traces``, ``peaks``, ``background``, ``edges``, ``ranges`` or ``contrast``; of peaks ``along``,
+        ``lines`` and ``panels`` too, which name columns: see `experiments.Figure`.
+    trials
+        A row for each clip, seed and model.
+    frames
+        A row for each frame of these clips and each model.
+    thresholds
+        Each model's spiking threshold; ``None``: it does not spike.
+    title
+        What was run; the caption begins with it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With its finding as title, and below it n and what the symbols mean.
+    """
+    trials = with_responses(trials)
+    with style.look():
+        if figure.kind == "traces":
+            drawn, notes = _page(_bands(trials) * trials.n_unique("model"), 0.95, 1.3), TRACES
+            _traces(drawn, trials, frames, thresholds)
+        elif figure.kind == "edges":
+            drawn, notes = _edges(trials, frames, thresholds)
+        elif figure.kind == "ranges":
+            drawn, notes = _ranges(trials, thresholds)
+        else:
+            drawn, notes = _curves(_parts(figure, trials), thresholds)
+        n = trials.n_unique("repeat")
+        style.caption(drawn, f"{title}. n = {n} {'trial' if n == 1 else 'trials'} of each clip and model. {notes}")
+    return drawn
+
+
+def with_responses(trials: pl.DataFrame) -> pl.DataFrame:
+    """Add ``hs`` and ``vs``, the largest sizes of both, ``directed``, whether a model has any, and its ``response``."""
+    sizes = {name: pl.max_horizontal(f"peak_{name}", -pl.col(f"trough_{name}")).abs() for name in ("hs", "vs")}
+    vertical = pl.col("motion").is_in(["downward", "upward"]).fill_null(False)
+    response = pl.when(~pl.col("directed")).then("peak_looming").when(vertical).then("vs").otherwise("hs")
+    directed = pl.max_horizontal("hs", "vs").max().over("model") > 0.0
+    return trials.with_columns(**sizes).with_columns(directed=directed).with_columns(response=response)
+
+
+def _names(trials: pl.DataFrame, column: str = "model") -> list[Any]:
+    return trials[column].unique(maintain_order=True).to_list()
+
+
+def _by(table: pl.DataFrame, *columns: str) -> Any:
+    return table.group_by(*columns, maintain_order=True)
+
+
+def _page(rows: int, high: float, around: float) -> Figure:
+    """Return a figure with rows that are so high, or less on a full page; as low as `LEAST_ROW` they take more."""
+    return Figure(figsize=(style.WIDTH, around + _height(rows, high, around)), layout="constrained")
+
+
+def _height(rows: int, high: float, around: float) -> float:
+    return rows * min(high, max(LEAST_ROW, (style.PAGE - around) / rows))
+
+
+# --- findings ---------------------------------------------------------------------------------------------------------
+
+
+def counted(words: str, counts: Mapping[str, tuple[int, int]], of: str) -> str:
+    """Return a finding that tells in how many cases it is so.
+
+    Parameters
+    ----------
+    words
+        What may be so.
+    counts
+        Model -> in how many of its cases it is so, and how many it has.
+    of
+        What a case is, in the plural.
+    """
+    so, cases = (sum(pair[place] for pair in counts.values()) for place in (0, 1))
+    if len(counts) == 1 or so in (0, cases):
+        return f"{words} in {so} of {cases} {of}"
+    whole = sum(k == n for k, n in counts.values())
+    return f"{words} in {so} of {cases} {of}, in all for {whole} of {len(counts)} models"
+
+
+def course(x: Sequence[float], y: Sequence[float]) -> str:
+    """Return how a curve goes: it rises, falls, is largest or least at a place within, is flat, or none of these."""
+    signs = [float(np.sign(after - before)) for before, after in pairwise(y)]
+    turns = [place for place, (before, after) in enumerate(pairwise(signs), start=1) if before != after]
+    if 0.0 in signs or len(turns) > 1 or not signs:
+        return "neither rises nor falls throughout" if any(signs) else "is flat" if signs else "has one value"
+    if turns:
+        return f"is {'largest' if signs[0] > 0.0 else 'least'} at {x[turns[0]]:g}"
+    return "rises" if signs[0] > 0.0 else "falls"
+
+
+def course_finding(rows: pl.DataFrame, along: str, lines: str) -> str:
+    """Return the most common course of the curves of each model, line and seed, and how many have it."""
+    courses: dict[str, list[str]] = {model: [] for model in _names(rows)}
+    points = _by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
+    for (model, *_), curve in _by(points, "model", lines, "repeat"):
+        courses[model].append(course(curve[along].to_list(), curve["response"].to_list()))
+    ((common, _),) = Counter(word for words in courses.values() for word in words).most_common(1)
+    counts = {model: (words.count(common), len(words)) for model, words in courses.items()}
+    return counted(f"with the {AXES[along].partition(' (')[0]} the response {common}", counts, "curves")
+
+
+def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
+    """Return in how many trials the largest potential has the motion's direction, or without one is over threshold."""
+    one_way = pl.col("motion").is_in(list(WAYS)) & pl.col("movers").ne_missing("opposite")
+    moving = trials.filter(one_way, pl.col("object").ne_missing("absent"), "directed")
+    if moving.is_empty():
+        return threshold_finding(trials, thresholds)
+    signs = {"peak": 1.0, "trough": -1.0}
+    signal = pl.coalesce(pl.when(motion=way).then(signs[column.split("_")[0]] * pl.col(column))
+                         for way, column in WAYS.items())  # fmt: skip
+    counts = _counts(moving, (signal > 0.0) & (signal == pl.max_horizontal("hs", "vs")))
+    return counted("The largest potential has the direction of the motion", counts, "trials")
+
+
+def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
+    """Return in how many trials the models that have a threshold reach it."""
+    levels = {model: level for model in _names(trials) if (level := thresholds.get(model)) is not None}
+    spiking = trials.filter(pl.col("model").is_in(list(levels)))
+    if spiking.is_empty():
+        return "None of these models has a threshold"
+    threshold = pl.col("model").replace_strict(levels, return_dtype=pl.Float64)
+    return counted(
+        "The threshold is reached",
+        _counts(spiking, pl.max_horizontal("hs", "vs", "peak_looming") >= threshold),
+        "trials",
+    )
+
+
+def _counts(trials: pl.DataFrame, so: pl.Expr) -> dict[str, tuple[int, int]]:
+    """Return of each model in how many of its trials something is so, and how many it has."""
+    counts = _by(trials, "model").agg(so.sum().alias("so"), n=pl.len())
+    return {model: (k, n) for model, k, n in counts.iter_rows()}
+
+
+def share_finding(left: pl.DataFrame) -> str:
+    """Return what is left of the intact network's |HS|; of many models how many leave little or nearly all."""
+    ends = {model: (rows["share"].min(), rows["share"].max()) for (model,), rows in _by(left, "model")}
+    if len(ends) > 3:
+        little = sum(high <= LEFT[0] for _, high in ends.values())
+        most = sum(low >= LEFT[1] for low, _ in ends.values())
+        return f"{little} of {len(ends)} models leave at most {LEFT[0]:g} % of |HS|, {most} at least {LEFT[1]:g} %"
+    words = {model: " to ".join(dict.fromkeys((f"{low:.0f}", f"{high:.0f}"))) for model, (low, high) in ends.items()}
+    return "of |HS| " + ", ".join(f"{model} leaves {text} %" for model, text in words.items())
+
+
+# --- over time --------------------------------------------------------------------------------------------------------
+
+
+def _bands(trials: pl.DataFrame) -> int:
+    """Return into how many bands the clips are broken, each with a row for each model."""
+    return -(-trials.n_unique("clip") // {1: 4, 2: 8, 3: 8}.get(trials.n_unique("model"), ACROSS))
+
+
+def _traces(
+    part: Figure | SubFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, letter: str = ""
+) -> None:
+    """Draw the potentials of each model in a row, of each clip in a column; more clips lie below."""
+    models, clips = _names(trials), _names(trials, "clip")
+    table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
+    table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
+    ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
+    cells = dict(_by(_by(table, "model", "clip", "time").agg(ends), "model", "clip"))
+    across = -(-len(clips) // _bands(trials))
+    panels = part.subplots(_bands(trials) * len(models), across, squeeze=False, sharey="row")
+    for axes in panels.flat:
+        axes.set_visible(False)
+    unnamed = set(CHANNELS)
+    for row, model in enumerate(models):
+        peaks = {name: {clip: float(cells[model, clip][f"{name}_mean"].abs().max()) for clip in clips
+                        if (model, clip) in cells} for name in CHANNELS}  # fmt: skip
+        shown = [name for name, sizes in peaks.items() if max(sizes.values(), default=0.0)] or ["hs"]
+        level = thresholds.get(model)
+        for place, clip in enumerate(clips):
+            axes = panels[place // across * len(models) + row, place % across]
+            axes.set_visible(True)
+            axes.margins(y=0.15)
+            axes.locator_params(nbins=3)
+            axes.tick_params(labelbottom=row == len(models) - 1)
+            label = "" if place else f"{level or 0.0:.3g}" if row else "threshold"
+            style.threshold(axes, level, signed=shown != ["looming"], name=label)
+            for name in shown if (model, clip) in cells else ():
+                largest = clip == max(peaks[name], key=peaks[name].__getitem__)
+                _trace(axes, cells[model, clip], name, labelled=largest and name in unnamed)
+            if row == 0:
+                small = min(style.SMALL, 72.0 / across)
+                axes.set_title(style.wrapped(clip, (style.WIDTH - NAME_INCHES) / across - 0.1, small), fontsize=small)
+            if place % across == 0:
+                _name(axes, model)
+                axes.set_xlabel("time (s)" if row == len(models) - 1 else "")
+        unnamed -= set(shown)
+    part.supylabel("potential", fontsize=style.BODY)
+    style.headline(part, direction_finding(trials, thresholds), letter)
+
+
+def _name(axes: Axes, model: str) -> None:
+    """Write the name of a model left of its row."""
+    axes.set_ylabel(style.wrapped(model, NAME_INCHES, style.SMALL), rotation=0, ha="right", va="center",
+                    fontsize=style.SMALL)  # fmt: skip
+
+
+def _trace(axes: Axes, cell: pl.DataFrame, name: str, *, labelled: bool) -> None:
+    """Draw one potential over a clip, with its name where it is largest if it is ``labelled``."""
+    label, colour = CHANNELS[name]
+    time, mean = cell["time"].to_numpy(), cell[f"{name}_mean"].to_numpy()
+    axes.plot(time, mean, color=colour, label=label)
+    axes.fill_between(time, cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
+    if labelled:
+        at = int(np.abs(mean).argmax())
+        axes.annotate(label, (time[at], mean[at]), (0, 2 if mean[at] >= 0.0 else -8), textcoords="offset points",
+                      fontsize=style.SMALL, fontweight="bold", color=colour, in_layout=False)  # fmt: skip
+
+
+# --- along what the clips vary ----------------------------------------------------------------------------------------
+
+
+def _parts(figure: Drawing, trials: pl.DataFrame) -> list[Part]:
+    """Return what each panel of a model has."""
+    moved = pl.format("{}, grey {}", "motion", pl.col("grey").cast(int))
+    shade = pl.when(pl.col("object").ne_missing("absent")).then(moved).otherwise(pl.lit(""))
+    rate = pl.when(speed_unit="px/s").then("fps").otherwise(1.0)
+    trials = trials.with_columns(shade=shade, px_a_frame=pl.col("background_speed").abs() / rate)
+    present = trials.filter(pl.col("object").ne_missing("absent"))
+    if figure.kind == "peaks":
+        levels = present.sort(figure.panels).partition_by(figure.panels)
+        return [(_level(rows, figure.panels), rows, figure.along, figure.lines) for rows in levels]
+    if figure.kind == "contrast":
+        return [("", present, "speed", "grey"), ("", present, "grey", "speed")]
+    crossing = present.filter(~pl.col("motion").is_in(DEPTH))
+    parts = [("background alone", trials.filter(object="absent"), "shade"),
+             ("in depth", present.filter(pl.col("motion").is_in(DEPTH)), "shade")]  # fmt: skip
+    shades = crossing.sort("grey").partition_by("grey")
+    parts += [(_level(rows, "grey"), rows, "speed") for rows in shades[:: max(len(shades) - 1, 1)]]
+    return [(name, rows, "px_a_frame", by) for name, rows, by in parts if not rows.is_empty()]
+
+
+def _level(rows: pl.DataFrame, column: str) -> str:
+    return LEVELS[column].format(rows[column][0], unit=rows["speed_unit"][0])
+
+
+def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]:
+    """Draw responses along a parameter: a row for each model with a panel for each part, of one part only panels."""
+    models = list(dict.fromkeys(model for _, rows, _, _ in parts for model in _names(rows)))
+    several, count = len(parts) > 1, len(parts) * len(models)
+    across = len(parts) if several else min(count, 4)
+    down = -(-count // across)
+    drawn = _page(down, 1.9, 1.3)
+    panels = drawn.subplots(down, across, squeeze=False, sharex="col" if several else "none",
+                            sharey="row" if several else "all")  # fmt: skip
+    for axes in panels.flat[count:]:
+        axes.set_visible(False)
+    ends, unit = {}, parts[0][1]["speed_unit"][0]
+    largest = dict(pl.concat(rows for _, rows, _, _ in parts).group_by("model").agg("response").iter_rows())
+    for place, (name, rows, along, by) in enumerate(parts):
+        words = course_finding(rows, along, by)
+        words = f"{name}: {words}" if name else words
+        for row, model in enumerate(models):
+            axes = panels.flat[row * len(parts) + place]
+            ends[axes] = _lines(axes, rows.filter(model=model), along, by)
+            axes.axhline(0.0, color=style.INK, lw=0.4)
+            level, most = thresholds.get(model), max(largest[model] if several else rows["response"])
+            style.threshold(axes, level, name="" if place else f"threshold {level or 0.0:.3g}", most=3.0 * most)
+            if along == "px_a_frame":
+                axes.set_xscale("log")
+                style.plain_numbers(axes, "x", sorted(rows[along].unique())[::2])
+            if not several:
+                axes.set_title(style.wrapped(model, style.WIDTH / across - 0.5, style.SMALL), fontsize=style.SMALL)
+            elif place == 0:
+                _name(axes, model)
+        if several:
+            style.finding(panels[0, place], words[:1].upper() + words[1:], "abcdefgh"[place])
+        else:
+            style.headline(drawn, words[:1].upper() + words[1:])
+            style.decades(axes, rows["response"])
+        for axes in [panels[-1, place]] if several else panels.flat[(down - 1) * across : count]:
+            axes.set_xlabel(style.wrapped(AXES[along].format(unit=unit), style.WIDTH / across - 0.3))
+    for axes in ends:
+        axes.margins(y=0.1)
+        axes.set_ylim(bottom=0.0)
+    for axes in list(ends)[:: len(models)]:
+        style.label_ends(axes, ends[axes])
+    drawn.supylabel("response", fontsize=style.BODY)
+    lines = " and ".join(dict.fromkeys(AXES[by].format(unit=unit) for *_, by in parts if by in AXES))
+    return drawn, f"Lines: {lines}. {CURVES}" if lines else CURVES
+
+
+def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[float, float, str, str]]:
+    """Draw a line of means for each level of a column; return their ends, names and colours."""
+    ends, levels = [], rows.sort(by).partition_by(by)
+    for level, colour in zip(levels, style.shades(range(len(levels))).values(), strict=True):
+        points = _by(level.sort(along), along).agg("response")
+        x, samples = points[along].to_list(), points["response"].to_list()
+        style.means(axes, x, samples, colour, _level(level, by))
+        ends.append((x[-1], float(np.mean(samples[-1])), _level(level, by), colour))
+    return ends
+
+
+# --- ranges and shares ------------------------------------------------------------------------------------------------
+
+
+def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
+    """Draw for each model from where to where its responses to crossing objects reach, and those to the background."""
+    models = _names(trials)
+    crossing = trials.filter(pl.col("object").ne_missing("absent"), ~pl.col("motion").is_in(DEPTH))
+    alone = trials.filter(object="absent")
+    drawn = _page(len(models), 0.32, 1.3)
+    axes = drawn.subplots()
+    for kind, rows, colour, shift in (("object crosses", crossing, style.HUES[0], -0.18),
+                                      ("background alone", alone, style.HUES[1], 0.18)):  # fmt: skip
+        for (model,), of_model in _by(rows, "model"):
+            values, height = of_model["response"].to_numpy(), models.index(model) + shift
+            axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)
+            axes.plot(values, [height] * len(values), "o", ms=2, color=colour)
+            if model == models[0]:
+                style.label_ends(axes, [(values.max(), height, kind, colour)])
+    for place, model in enumerate(models):
+        if (level := thresholds.get(model)) is not None:
+            axes.plot([level] * 2, [place - 0.4, place + 0.4], color=style.INK, lw=1.2, label="threshold")
+    _rows_of(axes, models, trials["response"])
+    axes.set_xlabel("response")
+    largest = alone.group_by("model").agg(most=pl.col("response").max())
+    compared = crossing.join(largest, on="model", maintain_order="left")
+    if compared.is_empty():
+        style.headline(drawn, threshold_finding(crossing, thresholds))
+    else:
+        counts = _counts(compared, pl.col("response") > pl.col("most"))
+        style.headline(drawn, counted("A crossing exceeds all of the background alone", counts, "trials"))
+    return drawn, f"Dots: clips; bars: from smallest to largest; black: the model's threshold. {RESPONSE}"
+
+
+def shares(trials: pl.DataFrame) -> pl.DataFrame:
+    """Return the rows of the other models with ``share``, what is left of the intact network's |HS|, per cent.
+
+    Clips in which it is silent or that it was not shown are left out, and models without HS and VS.
+    """
+    intact = trials.filter(model=INTACT).select("clip", "repeat", intact="hs")
+    others = trials.filter(pl.col("model") != INTACT, "directed")
+    others = others.join(intact, on=["clip", "repeat"], maintain_order="left")
+    return others.filter(pl.col("intact") > 0.0).with_columns(share=100.0 * pl.col("hs") / pl.col("intact"))
+
+
+def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
+    """Draw the potentials at every edge, and below what the other models leave of the intact network's |HS|."""
+    left = shares(trials)
+    models, polarities = _names(left), [polarity for polarity in EDGES if polarity in _names(trials, "polarity")]
+    low = len(models) * 0.2 + 1.3 if models else 0.0
+    high = _height(_bands(trials) * trials.n_unique("model"), 0.8, low + 1.5) + 1.2
+    drawn = Figure(figsize=(style.WIDTH, high + low + 0.3), layout="constrained")
+    parts: Any = drawn.subfigures(2, 1, height_ratios=[high, low]) if models else [drawn]
+    upper, *lower = parts
+    _traces(upper, trials, frames, thresholds, "a" if models else "")
+    for part in lower:
+        panels = part.subplots(1, len(polarities), sharey=True, squeeze=False)[0]
+        for axes, polarity, letter in zip(panels, polarities, "bc", strict=False):
+            of_edge = left.filter(polarity=polarity)
+            for (model,), rows in _by(of_edge, "model"):
+                place, values = models.index(model), rows["share"].to_numpy()
+                axes.barh(place, values.mean(), height=0.6, color=style.HUES[3], alpha=0.5, label=model)
+                axes.plot(values, place + np.linspace(-0.2, 0.2, len(values)), "o", ms=2, color=style.HUES[0])
+            for bound in LEFT:
+                axes.axvline(bound, color=style.GREY, ls="--", lw=0.8)
+            _rows_of(axes, models, of_edge["share"])
+            axes.set_xlabel(f"largest |HS| (% of that of {INTACT})")
+            style.finding(axes, f"{polarity.upper()} edges: {share_finding(of_edge)}", letter)
+    below = f" Below: clips as dots, their mean as bars; dashes: C22, {LEFT[0]:g} and {LEFT[1]:g} %." if lower else ""
+    return drawn, f"{TRACES}{below} {'. '.join(EDGES[polarity] for polarity in polarities)}."
+
+
+def _rows_of(axes: Axes, models: Sequence[str], values: pl.Series) -> None:
+    """Name the rows of an axes; its values stand on a logarithmic axis where they span more than two decades."""
+    axes.set_yticks(range(len(models)), models)
+    axes.set_ylim(len(models) - 0.5, -0.5)
+    style.decades(axes, values, "x")
