@@ -16,6 +16,7 @@ from experiments import OFFLINE
 from experiments.bench.clips.claims import ClipClaim, find, judge
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, shown_models
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.runs import Batch, Resources
@@ -29,7 +30,6 @@ from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.store.rows import Failure, TrialRecord, mixture
-from experiments.bench.store.run_folder import RunFolder
 
 
 @dataclass(frozen=True, slots=True)

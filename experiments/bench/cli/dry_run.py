@@ -11,8 +11,8 @@ from experiments.bench.engine.terminal import count
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.public.run import missing_models
 from experiments.bench.robot.plan import Plan, describe
+from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.models import rate_notes
-from experiments.bench.store import tables
 from experiments.bench.store.description import begun, reconciled
 
 
@@ -53,9 +53,9 @@ def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: 
     else:
         description = {**describe(plan), "recordings": recordings}
     reconciled(folder, description, other_code)
-    if not tables.present(folder):
+    if not has_tables(folder):
         return 0
-    return len(set(tables.read(folder, "trials", ["trial"])["trial"].to_pylist()))
+    return len(set(read_table(folder, "trials", ["trial"])["trial"].to_pylist()))
 
 
 def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:

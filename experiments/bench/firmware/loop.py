@@ -11,7 +11,7 @@ from experiments.bench.firmware.check import CHANNELS, Difference
 from experiments.bench.firmware.emulated import NAME
 from experiments.bench.firmware.settings import ALIAS, CHIP, MODEL, plain_key
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store import tables
+from experiments.bench.run.folder import read_table
 
 SOURCE = str(Path(__file__).with_name("emulated.py"))
 """The file that declares the model of the chip."""
@@ -60,7 +60,7 @@ def models() -> list[str]:
 
 def compare(folder: Path) -> Loop:
     """Compare the two forms' answers in ``frames.parquet`` of a finished run, every frame of every trial."""
-    table = tables.read(folder, "frames", ["trial", "model", "frame", *CHANNELS])
+    table = read_table(folder, "frames", ["trial", "model", "frame", *CHANNELS])
     rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, NAME: {}}
     for row in table.to_pylist():
         rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in CHANNELS)

@@ -23,6 +23,7 @@ from experiments.bench.robot.plan import Plan, configure, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import TrialError, UsageError, short
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.run.runs import tell
@@ -31,7 +32,6 @@ from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION
 from experiments.bench.store.pictures import Images
 from experiments.bench.store.places import replacing_folder
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
-from experiments.bench.store.run_folder import RunFolder
 
 MOST_OFF = 10.0
 """Times by which a log's frame rate may differ from the camera's setting."""

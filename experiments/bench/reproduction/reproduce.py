@@ -31,6 +31,7 @@ from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import shown_models
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
@@ -40,7 +41,6 @@ from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import REPRODUCTION
 from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
-from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import registry as study_registry
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.clips import points_of_run

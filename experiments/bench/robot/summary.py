@@ -19,13 +19,13 @@ from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import drawable
 from experiments.bench.robot.run_figure import RunFigure
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import holm, paired, summarise
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.origin import origin
 from experiments.bench.store.rows import Failure, group, mixture
-from experiments.bench.store.run_folder import RunFolder
 from scenes import arena_name
 
 QUANTITIES = (

@@ -23,12 +23,12 @@ from colias_sim import GLUnavailable
 from dsnn import forms
 from experiments.bench.engine.terminal import count, error_console, progress
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, rate_notes
 from experiments.bench.run.workers import Workers, finished, open_workers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.store.rows import Failure, TrialRecord, in_words
-from experiments.bench.store.run_folder import RunFolder
 
 SHOWN_FAILURES = 10
 """Failures that are named on the terminal; failures.json has all."""
@@ -226,11 +226,11 @@ class Batch(Generic[AnySpec]):
             try:
                 self._play(left, folder, pool, advance)
             except BaseException:
-                have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
+                have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
         if _first.get() is not None:
-            raise Enough(f"{self.name}: {len(folder.written())} of {len(self.specs)} {self.things} are done")
+            raise Enough(f"{self.name}: {len(folder.done())} of {len(self.specs)} {self.things} are done")
         if left:
             folder.end()
         tell(folder)

@@ -13,7 +13,8 @@ from typing import Any, Self
 import pyarrow as pa
 
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store import parameters, provenance, tables
+from experiments.bench.run.folder import has_tables, read_table
+from experiments.bench.store import parameters, provenance
 from experiments.bench.store.convert import read_file
 from experiments.bench.store.description import BEGUN, KIND, begun, read_description, write_new
 from experiments.bench.store.kinds import FOOTAGE, MEASURED, Kind, kind_of
@@ -155,7 +156,7 @@ class Record:
         """Number of trials that are finished."""
         if self.kind.parts:
             return sum(part.done for part in self.parts)
-        return len(self._table("trials", ["trial"])["trial"].unique()) if tables.present(self.folder) else 0
+        return len(self._table("trials", ["trial"])["trial"].unique()) if has_tables(self.folder) else 0
 
     @property
     def begun(self) -> datetime.datetime | None:
@@ -192,9 +193,9 @@ class Record:
             raise UsageError(f"{self.folder}: {self.kind.what} has no table of {name} itself; its parts are: {names}")
         if self.kind is FOOTAGE:
             return self._footage(name)
-        if not tables.present(self.folder):
+        if not has_tables(self.folder):
             raise UsageError(f"{self.folder}: no {name}.parquet there: no trial of it is finished")
-        return tables.read(self.folder, name, columns)
+        return read_table(self.folder, name, columns)
 
     def _footage(self, name: str) -> pa.Table:
         if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":

@@ -18,12 +18,12 @@ from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.play import FRAMES
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, pixels
 from experiments.bench.stats.claim import Claim, claim_ids
 from experiments.bench.store.files import Files
-from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import clips, robot
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import StudyPlan

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench.store import tables
+from experiments.bench.run.folder import has_tables, read_table
 from tests.conftest import Colias
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "0")
@@ -30,7 +30,7 @@ entry.main()
 
 def trials(folder: Path):
     """What is there of a run, whole or in parts."""
-    return tables.read(folder, "trials").drop_columns(["wall_s"])
+    return read_table(folder, "trials").drop_columns(["wall_s"])
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
@@ -40,7 +40,7 @@ def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
 
 def wait_for_trials(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
     deadline = time.monotonic() + 60
-    while not (tables.present(folder) and trials(folder).num_rows >= count):
+    while not (has_tables(folder) and trials(folder).num_rows >= count):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
 
@@ -101,7 +101,7 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path, whole, 
     assert len(workers) >= 2 and gone(workers, 20)
     left = trials(tmp_path / "out")["trial"].to_pylist()
     assert 1 <= len(left) < TRIALS and left == sorted(set(left))
-    assert set(left) <= set(tables.read(tmp_path / "out", "frames")["trial"].to_pylist())
+    assert set(left) <= set(read_table(tmp_path / "out", "frames")["trial"].to_pylist())
     recordings = [tmp_path / "out" / "recordings" / f"trial-{number:04d}.rrd" for number in left]
     assert all(path.read_bytes()[-12:].startswith(b"RRF2FOOT") for path in recordings), "whole"
     if blow == signal.SIGINT:

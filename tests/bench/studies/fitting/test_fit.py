@@ -12,11 +12,11 @@ from PIL import Image
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import RunFolder
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.store.files import tables_hash, tables_of
-from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import registry
 from experiments.bench.studies.fitting import run
 from experiments.bench.studies.fitting.fit import Fit

@@ -1,13 +1,15 @@
-"""The parts of a run's tables: whatever a kill leaves is read, by the newest part of a trial, and joined in the end."""
+"""The tables of a run: whatever a kill leaves is read, and joined in the end."""
 
 import itertools
 import shutil
+from pathlib import Path
 
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
 import experiments
-from experiments.bench.store import tables
+from experiments.bench.run.folder import PARTS, _part, read_table
 
 CLIP = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 SMALL = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", CLIP),), ("dsnn",))
@@ -26,23 +28,23 @@ def folder(whole, tmp_path):
     return tmp_path / "out"
 
 
-def cut(folder, part, trials, change=lambda table: table):
-    """Write some trials of the whole tables as a part."""
-    (folder / tables.PARTS).mkdir(exist_ok=True)
+def cut(folder, trials, change=lambda table: table):
+    """Give trials of the joined tables their own files."""
+    (folder / PARTS).mkdir(exist_ok=True)
     for name in ("frames", "trials"):
-        table = pq.read_table(folder / tables.file_name(name, None))
-        part_rows = table.filter([trial in trials for trial in table["trial"].to_pylist()])
-        pq.write_table(change(part_rows), folder / tables.file_name(name, part))
+        table = pq.read_table(folder / f"{name}.parquet")
+        for trial in trials:
+            pq.write_table(change(table.filter(pc.field("trial") == trial)), _part(folder, trial, name))
 
 
 def keep(folder, trials):
-    """Leave those trials alone in the whole tables; without any there are none."""
+    """Leave those trials alone in the joined tables; without any there are none."""
     for name in ("frames", "trials"):
-        path = folder / tables.file_name(name, None)
-        table = pq.read_table(path)
+        path = folder / f"{name}.parquet"
+        table = pq.read_table(path).filter(pc.field("trial").isin(trials))
         path.unlink()
         if trials:
-            pq.write_table(table.filter([trial in trials for trial in table["trial"].to_pylist()]), path)
+            pq.write_table(table, path)
 
 
 def scaled(table):
@@ -60,39 +62,22 @@ def without_times(table):
 
 
 def numbers(folder):
-    return [without_times(tables.read(folder, name)) for name in ("trials", "frames")]
+    return [without_times(read_table(folder, name)) for name in ("trials", "frames")]
 
 
-@pytest.mark.parametrize("left", [(), (0,), (1, 3), (0, 1, 2, 3)], ids=str)
-def test_parts_and_whole_are_read_alike_and_joined(whole, folder, left):
-    """Parts in any order of trials, beside whole tables that have the others, some of them, or none."""
-    cut(folder, 0, {3, 1})
-    cut(folder, 7, {2})
-    keep(folder, set(left))
+@pytest.mark.parametrize("left", [[], [0], [1, 3], [0, 1, 2, 3]], ids=str)
+def test_a_trial_s_own_files_and_the_joined_tables_are_read_alike(whole, folder, left):
+    cut(folder, [1, 2, 3])
+    keep(folder, left)
     there = {1, 2, 3, *left}
-    run = experiments.load(folder)
-    assert run.done == len(there)
-    if len(there) == 4:
-        assert all(a.equals(b) for a, b in zip(numbers(folder), numbers(whole), strict=True))
-    assert tables.read(folder, "trials", ["spikes"]).column_names == ["spikes"]
+    assert experiments.load(folder).done == len(there)
+    assert read_table(folder, "trials", ["spikes"]).column_names == ["spikes"]
     experiments.run(SMALL, out=folder, **QUICK)
-    assert not (folder / tables.PARTS).exists()
+    assert not (folder / PARTS).exists()
     assert all(a.equals(b) for a, b in zip(numbers(folder), numbers(whole), strict=True))
     rows = pq.read_table(folder / "trials.parquet").to_pylist()
     old = {row["trial"]: row for row in pq.read_table(whole / "trials.parquet").to_pylist()}
     assert all(row == old[row["trial"]] for row in rows if row["trial"] in there), "what was there is not redone"
-
-
-def test_of_a_trial_the_newest_part_counts_with_its_frames(whole, folder):
-    cut(folder, 0, {1, 2})
-    cut(folder, 1, {2}, scaled)
-    old, new = (numbers(place) for place in (whole, folder))
-    for before, now in zip(old, new, strict=True):
-        peaks = "peak_hs" if "peak_hs" in now.column_names else "hs"
-        for a, b in zip(before.to_pylist(), now.to_pylist(), strict=True):
-            assert b[peaks] == (2 * a[peaks] if a["trial"] == 2 else a[peaks])
-    experiments.run(SMALL, out=folder, **QUICK)
-    assert all(a.equals(b) for a, b in zip(numbers(folder), new, strict=True))
 
 
 class Killed(BaseException):
@@ -105,14 +90,14 @@ def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, m
     for step in itertools.count():
         folder = tmp_path / f"{step}"
         shutil.copytree(whole, folder)
-        cut(folder, 0, {0, 1, 2})
-        cut(folder, 1, {1}, scaled)
-        keep(folder, {3})
+        cut(folder, [0, 2])
+        cut(folder, [1], scaled)
+        keep(folder, [1, 3])
         before = numbers(folder)
         left = iter(range(step))
         with monkeypatch.context() as patched:
-            for name in ("replace", "unlink", "rmdir"):
-                usual = getattr(tables.Path, name)
+            for name in ("replace", "unlink"):
+                usual = getattr(Path, name)
 
                 def counted(path, *arguments, usual=usual, left=left, **more):
                     if path.name.endswith(".part") and not arguments:
@@ -121,7 +106,7 @@ def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, m
                         raise Killed
                     return usual(path, *arguments, **more)
 
-                patched.setattr(tables.Path, name, counted)
+                patched.setattr(Path, name, counted)
             try:
                 experiments.run(SMALL, out=folder, **QUICK)
                 done = True
@@ -131,6 +116,6 @@ def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, m
         if done:
             break
         experiments.run(SMALL, out=folder, **QUICK)
-        assert not (folder / tables.PARTS).exists()
+        assert not (folder / PARTS).exists()
         assert all(a.equals(b) for a, b in zip(numbers(folder), before, strict=True)), step
     assert step > 6 and row_count == 4

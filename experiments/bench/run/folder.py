@@ -1,9 +1,14 @@
-"""The folder of a run that is being written: its description, tables, failures and recordings."""
+"""The folder of a run: its description, tables, failures and recordings.
+
+While a run is under way each finished trial has its own files in ``parts/``: its frames, then its rows. They are joined
+into ``frames.parquet`` and ``trials.parquet`` when the run ends. A kill so loses no finished trial, and nothing changes
+where the joining itself is cut short: a trial's own files count more than the joined tables.
+"""
 
 from __future__ import annotations
 
 import json
-import time
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +19,7 @@ import pyarrow as pa
 from filelock import FileLock, Timeout
 
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store import provenance, tables
+from experiments.bench.store import provenance
 from experiments.bench.store.description import (
     ENDED,
     PIXELS,
@@ -27,17 +32,71 @@ from experiments.bench.store.description import (
     write_new,
 )
 from experiments.bench.store.description import NAME as DESCRIPTION
-from experiments.bench.store.files import Files
+from experiments.bench.store.files import Files, read_parquet
 from experiments.bench.store.parameters import Parameters, of_model, with_columns
 from experiments.bench.store.rows import RECORDING, Failure, TrialRecord, mixture, recording_name
-from experiments.bench.store.tables import PARTS, TABLES, file_name, remove_parts
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
 
-PART_S, PART_SHARE = 1.0, 0.02
-"""A part of the tables is written as soon as this time has passed since the last, or this share of the run so far, if
-that is longer: so much may a kill lose, and an hour's run has some 200 parts."""
+PARTS = "parts"
+"""The folder of the trials' own files, which is there while a run is, and after a kill."""
+ATTEMPTS = 5
+"""Attempts to read tables that another process may be joining."""
+
+
+def _part(folder: Path, trial: int, name: str) -> Path:
+    """Path of a trial's own file: its ``trials`` (rows) or ``frames``."""
+    return folder / PARTS / f"{trial:06d}-{name}.parquet"
+
+
+def _in_parts(folder: Path) -> list[int]:
+    """Return the trials that have their own files: rows are written last."""
+    return sorted(int(path.name.partition("-")[0]) for path in (folder / PARTS).glob("*-trials.parquet"))
+
+
+def has_tables(folder: Path) -> bool:
+    """Return whether any trial of the run in a folder is finished."""
+    return (folder / "trials.parquet").is_file() or bool(_in_parts(folder))
+
+
+def read_table(folder: Path, name: str, columns: Sequence[str] | None = None) -> pa.Table:
+    """Read a table of a run, joined or not, in the order of its trials.
+
+    Parameters
+    ----------
+    folder
+        The run's folder; another process may be writing there.
+    name
+        ``trials`` or ``frames``.
+    columns
+        Names of the columns to read; all if left out.
+
+    Raises
+    ------
+    FileNotFoundError
+        No trial is finished.
+    """
+    for _ in range(ATTEMPTS):
+        try:
+            return _read(folder, name, columns)
+        except FileNotFoundError:  # joined meanwhile
+            continue
+    return _read(folder, name, columns)
+
+
+def _read(folder: Path, name: str, columns: Sequence[str] | None) -> pa.Table:
+    parts, whole = _in_parts(folder), folder / f"{name}.parquet"
+    if not parts:
+        return read_parquet(whole, columns)
+    wanted = None if columns is None else list(dict.fromkeys(["trial", *columns]))
+    tables = [read_parquet(_part(folder, trial, name), wanted) for trial in parts]
+    if whole.is_file():
+        joined = read_parquet(whole, wanted)
+        tables.append(joined.filter(pa.array(~np.isin(joined["trial"].to_numpy(), parts), pa.bool_())))
+    table = pa.concat_tables(tables)
+    table = table.take(np.argsort(table["trial"].to_numpy(), kind="stable"))
+    return table if columns is None else table.select(list(columns))
 
 
 class RunFolder(Files):
@@ -73,10 +132,6 @@ class RunFolder(Files):
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
-        self._pending: list[int] = []
-        self._next_part = 0
-        self._began = time.monotonic()
-        self._due = 0.0
         self._joined = True
 
     def enter(self, description: Mapping[str, Any], other_code: bool = False) -> None:
@@ -108,10 +163,10 @@ class RunFolder(Files):
     def _read(self) -> None:
         """Take in the trials that are done; those without any row are to be done again."""
         listed = json.loads(self.path(FAILURES).read_text(encoding="utf-8")) if self.path(FAILURES).exists() else []
-        if tables.present(self.folder):
-            for row in tables.read(self.folder, "trials").to_pylist():
+        if has_tables(self.folder):
+            for row in read_table(self.folder, "trials").to_pylist():
                 self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
-            frames = tables.read(self.folder, "frames")
+            frames = read_table(self.folder, "frames")
             trials: npt.NDArray[np.int64] = frames["trial"].to_numpy()
             for trial in self._rows:
                 low, high = np.searchsorted(trials, [trial, trial + 1])
@@ -119,7 +174,6 @@ class RunFolder(Files):
         failures = [Failure(**item) for item in listed]
         self._failures = [failure for failure in failures if failure.model and failure.trial in self._rows]
         self._joined = len(failures) == len(self._failures) and not self.path(PARTS).exists()
-        self._next_part = max(tables.parts_of(self.folder), default=-1) + 1
 
     def _take(self) -> None:
         """Keep other processes from writing here as long as this one does."""
@@ -142,16 +196,12 @@ class RunFolder(Files):
         """Return the trials that are finished."""
         return frozenset(self._rows)
 
-    def written(self) -> frozenset[int]:
-        """Return the finished trials that are on the disk."""
-        return self.done() - {*self._pending}
-
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
         return self.recordings / recording_name(trial)
 
     def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
-        """Append a finished trial: its recording, then its rows and frames, in a part with others that end meanwhile.
+        """Write a finished trial: its recording, its frames, its models' failures, then its rows.
 
         A recording that could not be made is a failure of its own, which names ``condition`` and ``seed``.
         """
@@ -161,6 +211,7 @@ class RunFolder(Files):
         for row in rows:
             if odd := sorted(set(self._trial_schema.names) ^ row.keys()):
                 raise ValueError(f"trial {trial.index}: rows and table differ in the columns {', '.join(odd)}")
+        known = len(self._failures)
         if isinstance(trial.recording, bytes):
             self.write_bytes(self.recording(trial.index), trial.recording)
         elif trial.recording:
@@ -169,9 +220,12 @@ class RunFolder(Files):
         self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
-        self._pending.append(trial.index)
-        if time.monotonic() >= self._due:
-            self._write_part()
+        self.path(PARTS).mkdir(exist_ok=True)
+        self._joined = False
+        self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'frames').name}", trial.frames)
+        if len(self._failures) > known:
+            self._write_failures()
+        self._write_rows(f"{PARTS}/{_part(self.folder, trial.index, 'trials').name}", rows)
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
@@ -194,30 +248,17 @@ class RunFolder(Files):
         """Return what failed so far, in order of trial."""
         return sorted(self._failures, key=lambda failure: (failure.trial, failure.model))
 
-    def _write_part(self) -> None:
-        """Write the trials that are on no disk yet as a part of the tables."""
-        trials, names = sorted(self._pending), [file_name(name, self._next_part) for name in TABLES]
-        self.path(PARTS).mkdir(exist_ok=True)
-        self._joined = False
-        # Rows last: whenever this is cut short, a trial that has its row has its frames, and its models' failures.
-        self.write_table(names[1], joined_frames({trial: self._frames[trial] for trial in trials}, self._frame_schema))
-        self._write_failures()
-        self._write_rows(names[0], [row for trial in trials for row in self._rows[trial]])
-        self._next_part += 1
-        self._pending.clear()
-        now = time.monotonic()
-        self._due = now + max(PART_S, PART_SHARE * (now - self._began))
-
     def flush(self) -> None:
-        """Bring the whole tables up to date, and the list of failures; their parts go."""
-        if self._pending:
-            self._write_part()
+        """Join the trials' own files into the tables, and bring the list of failures up to date."""
         if self._joined:
             return
         self.write_table("frames.parquet", self.frames())
         self._write_failures()
         self._write_rows("trials.parquet", self.rows())
-        remove_parts(self.folder)
+        if self.path(PARTS).is_dir():
+            for trial in _in_parts(self.folder):
+                _part(self.folder, trial, "trials").unlink()  # its frames are no longer read without
+            shutil.rmtree(self.path(PARTS))
         self._joined = True
 
     def end(self) -> None:
