@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -19,12 +18,8 @@ if TYPE_CHECKING:
     from dsnn.stimuli import StimulusEntry
     from experiments.bench.sources.clips import ClipSource
 
-PATIENCE_S = 2.0
-"""Progress is told only of what takes longer."""
 INSTEAD = "use --record FILE.rrd --no-view"
 """What to do where there is no screen."""
-LINE_EVERY_S = 10.0
-"""How often, where there is no terminal."""
 
 Name = Annotated[str, typer.Argument(help="A stimulus that [b]colias list[/b] shows, or a .py file.")]
 Assignments = Annotated[
@@ -65,7 +60,7 @@ def stimulus(
         return show_parameters(settings.described(section))
     clip = _clip(entry, settings.collect(assignments or (), section, _listed_by(name)), seed, jitter)
     video = out or Path(f"{entry.name}.avi")
-    with _progress(f"{entry.name}: frames", len(clip)) as advance:
+    with _progress(entry.name, len(clip)) as advance:
         table = export.write(clip.stimulus, video, advance)
     rows, columns = clip.shape
     about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
@@ -111,7 +106,7 @@ def play(
     )
     source = _clip(entry, collected, seed, jitter)
     recording = ClipRecording(source, exact=True)
-    with _progress(f"{entry.name}: frames", len(source)) as advance:
+    with _progress(entry.name, len(source)) as advance:
         responses = respond(source, models, recording, lambda _: advance())
     for answered, series in responses.series:
         ranges = {channel: getattr(series, channel) for channel in answered.channels}
@@ -175,34 +170,13 @@ def _clip(
 
 @contextmanager
 def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a bar with the time left, or a line now and then without a terminal; yield what to call per frame."""
-    from rich.progress import Progress
+    """Show the progress of frames. Ctrl-C waits for the end of a frame, so that half-written files are removed."""
+    from experiments.bench.engine.terminal import progress
 
-    from experiments.bench.engine.terminal import error_console
+    with interrupts.held(), progress(name, total, quiet=False, things="frames") as advance:
 
-    began = told = time.monotonic()
-    done = 0
-    bar = Progress(console=error_console, transient=True)
-    task = bar.add_task(name, total=total)
+        def next_frame() -> None:
+            interrupts.check()
+            advance()
 
-    def advance() -> None:
-        nonlocal done, told
-        interrupts.check()
-        done += 1
-        now = time.monotonic()
-        if now - began < PATIENCE_S:
-            return
-        if error_console.is_terminal:
-            bar.start()
-            bar.update(task, completed=done)
-        elif now - told > (LINE_EVERY_S if told > began else PATIENCE_S):
-            told = now
-            error_console.print(f"{name}: {done} of {total}", markup=False)
-
-    try:
-        # Ctrl-C waits for the end of a frame, so that half-written files are removed.
-        with interrupts.held():
-            yield advance
-    finally:
-        if bar.live.is_started:  # stopping one that never started prints an empty line
-            bar.stop()
+        yield next_frame
