@@ -108,6 +108,17 @@ def test_a_judge_is_not_asked_about_nothing():
     assert broken.outcome.verdict == "not shown" and "nothing to judge it on was shown" in broken.outcome.measured
 
 
+def test_what_a_judge_changes_of_its_rows_is_its_own():
+    def greedy(trials, threshold):
+        found = min(row.pop("spikes") for row in trials)
+        return [Check("spikes", found, 0)]
+
+    more = {"far_cm": None, "acceleration_cm_s2": 100.0}
+    whole = [{**more, **row} for row in rows({6: [9] * 5}, "speed_cm_s")]
+    assert judge(claim(judge=greedy), whole, 0.2).outcome.verdict == "holds"
+    assert judge(claim(judge=greedy), whole, 0.2).outcome.verdict == "holds"
+
+
 def test_columns_that_there_are_not():
     trials = rows({6: [9] * 5}, "speed_cm_s")
     measured = judge(claim(reads=("spike",)), trials, 0.2).outcome.measured
