@@ -110,28 +110,28 @@ def _approach(line: str, l_over_v_s: float, **changes: Any) -> Probe:
 
 
 FAMILIES: Mapping[str, Family] = {family.name: family for family in (
-    Family("speed", "a dark square of 24 px, rightward", "curve", Axis("speed_px_s", "speed", "px/s"),
+    Family("speed", "A dark square of 24 px, rightward", "curve", Axis("speed_px_s", "speed", "px/s"),
            [_object(f"speed {v:g}", v, speed=v) for v in SPEEDS_PX_S]),
-    Family("size", "a dark square, rightward at 120 px/s", "curve", Axis("size_px", "size", "px"),
+    Family("size", "A dark square, rightward at 120 px/s", "curve", Axis("size_px", "size", "px"),
            [_object(f"size {s:g}", s, width=s, height=s) for s in SIZES_PX]),
-    Family("contrast", "a square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz", "curve",
+    Family("contrast", "A square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz", "curve",
            Axis("contrast", "contrast", ""),
            [_object(f"{line}, contrast {c:g}", c, line, grey=GROUND * (1 + sign * c), background_grey=GROUND)
             for line, sign in ((DARK, -1), ("light object", 1)) for c in CONTRASTS]
            + [_grating(f"grating, contrast {c:g}", c, contrast=c) for c in CONTRASTS]),
-    Family("frequency", "drifting sine gratings, rightward", "map", Axis("cycles_px", "spatial frequency", "cycles/px"),
+    Family("frequency", "Drifting sine gratings, rightward", "map", Axis("cycles_px", "spatial frequency", "cycles/px"),
            [_grating(f"grating {wave:g} px, {f:g} Hz", 1 / wave, f, period_px=wave, temporal_hz=f)
             for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], Axis("temporal_hz", "temporal frequency", "Hz")),
-    Family("direction", "a grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", "polar",
+    Family("direction", "A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", "polar",
            Axis("direction_deg", "direction of motion", "degrees"),
            [_grating(f"grating {d:g} deg", d, direction_deg=d)._replace(repeat=phase)
             for phase in range(PHASES) for d in DIRECTIONS_DEG]
            + [_object(f"object {d:g} deg", d, motion=motion)._replace(direction_deg=d)
               for d, motion in CARDINAL.items()]),
-    Family("l-over-v", "a square that looms at the centre, through the robot's lens", "approach", L_OVER_V,
+    Family("l-over-v", "A square that looms at the centre, through the robot's lens", "approach", L_OVER_V,
            [_approach(line, s, grey=grey, background_grey=ground)
             for line, grey, ground in ((LOOMING, 40.0, 200.0), ("light looming", 200.0, 40.0)) for s in L_OVER_V_S]),
-    Family("disc", "a disc that grows from 8 to 40 degrees, shrinks, or crosses at 40", "approach", L_OVER_V,
+    Family("disc", "A disc that grows from 8 to 40 degrees, shrinks, or crosses at 40", "approach", L_OVER_V,
            [_approach(line, s, motion=motion, **DISC) for line, motion in
             ((LOOMS, "looming"), (RECEDES, "receding"), (CROSSES, "rightward")) for s in DISC_L_OVER_V_S]),
 )}  # fmt: skip
@@ -179,7 +179,7 @@ def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, se
         except ValueError as error:
             raise UsageError(f"--over {over}: {error}") from error
     unit = settings.unit_of(entry.params, name)
-    noun = name.removesuffix(f"_{unit.replace('/', '_')}").replace("_", " ")
+    noun = name.removesuffix(f"_{unit.replace('/', '_')}").replace("_", " ") if unit else name
     return Family(STIMULUS, f"{entry.name}: {entry.summary}", "curve", Axis(name, noun, unit), probes)
 
 

@@ -157,6 +157,31 @@ def test_a_linear_emd_points_where_the_motion_goes():
         assert index == pytest.approx(math.pi / 4, abs=0.03) and abs((prefers - turn + 180) % 360 - 180) < 1.0
 
 
+def test_points_are_along_the_motion_have_their_axes_and_lack_what_failed():
+    """Of a model whose HS is 1 in every clip; its first clip failed."""
+    plan = tune.plan(["dsnn"], ["frequency", "direction"], [], 0)
+    potentials = {"hs": 1.0, "vs": 0.0, "looming": 0.5, "looming_spikes": 0}
+    frames = [
+        pl.DataFrame({"frame": range(len(probe.clip.build(0)))}).with_columns(
+            *(
+                pl.lit(value).alias(name)
+                for name, value in {"trial": trial.index, "model": "dsnn", **potentials}.items()
+            )
+        )
+        for _, probe, trial in plan.trials()
+    ]
+    points = tune.responses(plan, pl.concat(frames[1:]))
+    assert len(points) == len(frames) - 1
+    np.testing.assert_allclose(points["response"], np.cos(np.radians(points["direction_deg"])), atol=1e-12)
+    maps, polar = (points.filter(pl.col("curve") == name) for name in ("frequency", "direction"))
+    assert (
+        maps["cycles_px", "temporal_hz"].rows()
+        == maps["x", "y"].rows()
+        == [p[2:4] for p in plan.families[0].probes][1:]
+    )
+    assert polar["temporal_hz"].null_count() == len(polar) and polar["repeat"].max() == 4
+
+
 # --- the run ----------------------------------------------------------------------------------------------------------
 
 

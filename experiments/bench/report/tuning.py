@@ -23,6 +23,7 @@ from experiments.bench.store.parameters import in_title
 
 Row = Mapping[str, Any]
 """A model's preferences: `experiments.bench.tune.preferences`."""
+BY_CHANCE = "neighbours are no more alike than by chance"
 ACROSS = 4
 HEIGHTS = {"curve": 1.8, "map": 1.8, "polar": 2.0, "approach": 1.5}
 """Kind of a figure -> the height of its panels with their titles, inches."""
@@ -86,7 +87,7 @@ def draw(
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
             figure.colorbar(scale, ax=[*panels.flat], aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y.label if y else "response" if kind == "curve" else "", fontsize=style.BODY)
-        style.caption(figure, f"{summary[0].upper()}{summary[1:]}{in_title(changed)}. {CAPTIONS[kind]}")
+        style.caption(figure, f"{summary}{in_title(changed)}. {CAPTIONS[kind]}")
     return figure
 
 
@@ -100,7 +101,7 @@ def peak_finding(x: Sequence[float], responses: Sequence[float], axis: Axis) -> 
     if curves.range_text(x, best) == "flat":
         finding = "all responses are alike"
     elif why := curves.undefined_peak(responses):
-        finding = "responses scatter" if len(x) >= curves.LEAST_POINTS else why
+        finding = BY_CHANCE if len(x) >= curves.LEAST_POINTS else why
     elif curves.inside(x, best):
         return f"largest response {place}"
     elif best[1] == max(x):
@@ -149,7 +150,11 @@ def _map(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
     group[0].set_xticks(range(0, len(places), 2), [f"1/{1 / place:.0f}" for place in places[::2]])
     group[0].set_yticks(range(0, len(rates), 3), [f"{rate:g}" for rate in rates[::3]])
     if row["temporal_hz"] is None:
-        return "no peak, responses scatter" if "temporal_hz: " in row["not_defined"] else "no response"
+        return (
+            "no peak, neighbours are no more alike than by chance"
+            if "temporal_hz: " in row["not_defined"]
+            else "no response"
+        )
     best = np.interp(np.log(curves.best_rows(rates, responses)), np.log(rates), range(len(rates)))
     group[0].plot(best, "o", ms=3.5, mfc="white", mec="black", mew=0.8)
     rate, wave = (f"{row[name]} {unit}" for name, unit in (("temporal_hz", "Hz"), ("wavelength_px", "px")))
