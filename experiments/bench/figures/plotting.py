@@ -224,14 +224,6 @@ def columns_of_key(labels: Sequence[str], inches: float, size: float, handle: fl
     return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 2.5 + handle))))
 
 
-def key_below(drawn: Figure | SubFigure, keys: Sequence[Line2D], most: int | None = None) -> None:
-    """Put ``keys`` below the panels, in as many columns as fit into the width of the whole figure, up to ``most``."""
-    labels = [line for key in keys for line in str(key.get_label()).split("\n")]
-    across = columns_of_key(labels, drawn.figure.get_size_inches()[0], 8)
-    drawn.legend(handles=list(keys), loc="outside lower center", ncols=min(across, most or across), frameon=False,
-                 fontsize=8)  # fmt: skip
-
-
 def save(drawn: Figure, folder: Path, name: str = "figure", tables: Sequence[Path] = ()) -> Path:
     """Write ``NAME.svg`` and ``NAME.png`` atomically, with their `drawn_from`; return the path of the latter.
 

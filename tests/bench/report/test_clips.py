@@ -36,6 +36,7 @@ def test_a_curve_rises_where_each_value_is_above_the_last_and_not_once_two_are_e
     y[[one, other]] = y[[other, one]]
     assert course(range(6), y) not in ("rises", "falls")
     assert course((1.0, 2.0, 3.0), (0.5, 0.1, 0.4)) == "is least at 2" and course((1, 2), (0.3, 0.3)) == "is flat"
+    assert not course(range(4), (0.0, 1.0, 0.0, 1.0)).startswith(("is", "rises", "falls")), "it turns twice"
     assert course([1.0], [0.5]) not in ("rises", "falls", "is flat"), "one value has no course"
 
 
@@ -91,11 +92,15 @@ def test_ranges_reach_from_the_smallest_to_the_largest_response():
 def test_bars_at_edges_are_means_of_what_is_left_of_the_intact_network():
     clips = [{"polarity": polarity, "motion": way} for polarity in ("off", "on") for way in ("rightward", "leftward")]
     trials = clip_trials(MODELS, clips)
+    twice = pl.when(model="emd", trial=0).then(2.0).otherwise(1.0)
+    trials = trials.with_columns(pl.col("peak_hs") * twice)
     left = shares(with_responses(trials))
-    assert set(left["model"]) == set(MODELS[1:])
-    assert left["share"].to_list() == pytest.approx([100.0 * strength(m) / strength("dsnn") for m in MODELS[1:]] * 4)
-    bars = [bar for axes in drawn(Figure("edges"), trials).axes for bar in axes.patches]
-    assert [bar.get_width() for bar in bars] == pytest.approx(left["share"].to_list()[:2] * 2)
+    expected = np.array([100.0 * strength(model) / strength("dsnn") for model in MODELS[1:]] * 4) * ([2.0] + [1.0] * 7)
+    assert left["model"].to_list() == list(MODELS[1:]) * 4 and left["share"].to_list() == pytest.approx(
+        expected.tolist()
+    )
+    bars = [bar.get_width() for axes in drawn(Figure("edges"), trials).axes for bar in axes.patches]
+    assert bars == pytest.approx([*expected[:4].reshape(2, 2).mean(axis=0), *expected[4:6]])
     silent = trials.with_columns(pl.when(model="dsnn").then(0.0).otherwise(pl.col(end)).alias(end)
                                  for end in ("peak_hs", "trough_hs"))  # fmt: skip
     assert shares(with_responses(silent)).is_empty(), "nothing is compared with a network that is silent"
