@@ -78,6 +78,8 @@ class RobotClaim(Claim):
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
     implied
         Why the model's equations imply it, whatever it is shown; empty where they do not.
+    of_dsnn
+        What it says of the DSNN alone, where the rest is about a model whose constants are not known.
     equal_terms
         Label of a model that it compares with -> that of the same model on equal terms. It is judged a second time,
         with these in place of those.

@@ -108,7 +108,15 @@ class Claim(Words):
     def on_equal_terms(self, rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
         """Return the rows that it is judged on a second time; none where no model was shown on equal terms.
 
-        Those of the models on equal terms have the labels of the models that they stand for.
+        Parameters
+        ----------
+        rows
+            Rows of a run's table.
+
+        Returns
+        -------
+        list
+            The same rows, those of the models on equal terms under the labels of the models that they stand for.
         """
         rows = list(rows)
         labels = {equal: label for label, equal in self.equal_terms.items()}
@@ -118,11 +126,28 @@ class Claim(Words):
         return [*plain, *({**row, "model": labels[row["model"]]} for row in rows if row["model"] in labels)]
 
     def described(self) -> dict[str, str]:
-        """Return ``id``, ``says`` and ``source``, as a run's description has them."""
+        """Describe the claim as a run does.
+
+        Returns
+        -------
+        dict of str to str
+            ``id``, ``says`` and ``source``.
+        """
         return {"id": self.id, "says": self.says, "source": self.source}
 
     def ask(self, trials: Any, *more: Any) -> Outcome:
-        """Ask the judge about trials. A user's judge that raises leaves the claim unjudged: the tables count."""
+        """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.
+
+        Parameters
+        ----------
+        trials, *more
+            The trials that the claim is about, and what the judge receives beside them.
+
+        Returns
+        -------
+        Outcome
+            What the judge finds.
+        """
         if not self.own:
             return _outcome(self.judge(trials, *more))
         if not len(trials):  # every trial of the model failed: a judge need not expect that
@@ -135,7 +160,22 @@ class Claim(Words):
         return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))
 
     def verdict(self, *outcomes: Outcome, random: bool = True, model: str = "", experiment: str = "") -> Verdict:
-        """Return the verdict of the outcomes of its replicates, the first one first; see `Verdict.of`."""
+        """Return the verdict of the outcomes of its replicates.
+
+        Parameters
+        ----------
+        *outcomes
+            One of each replicate, the first one first.
+        random
+            Whether anything differs between replicates.
+        model, experiment
+            As of a `Verdict`.
+
+        Returns
+        -------
+        Verdict
+            The first outcome, and the count of all.
+        """
         words = (self.id, self.says, self.source)
         return Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
 

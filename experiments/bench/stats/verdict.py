@@ -166,7 +166,13 @@ class Outcome:
         )  # fmt: skip
 
     def settled(self) -> Outcome:
-        """Return the outcome by all its checks, with the constants assumed, where unknown ones left it unjudged."""
+        """Return the outcome with the constants that were assumed.
+
+        Returns
+        -------
+        Outcome
+            The verdict of all its checks, where unknown constants left it unjudged; otherwise the same.
+        """
         if self.verdict != "unknown constants":
             return self
         holds, decided = decide(self.checks)
@@ -183,12 +189,34 @@ class Outcome:
         return self.decided or self.measured.partition("; measured:")[0]
 
     def withheld(self, why: str) -> Outcome:
-        """Return the same outcome, not judged; ``measured`` begins with why."""
+        """Withhold the verdict.
+
+        Parameters
+        ----------
+        why
+            The reason, in words.
+
+        Returns
+        -------
+        Outcome
+            The same, ``not shown``; ``measured`` begins with the reason.
+        """
         equal = self.equal.withheld(why) if self.equal else None
         return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="", equal=equal)
 
     def noting(self, notes: Iterable[str]) -> Outcome:
-        """Return the same outcome with notes after what was measured; empty ones are left out."""
+        """Add notes to what was measured.
+
+        Parameters
+        ----------
+        notes
+            Texts; empty ones are left out.
+
+        Returns
+        -------
+        Outcome
+            The same, with the notes after the measured numbers.
+        """
         return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
 
     def against_silence(self, answers: Mapping[str, Sequence[bool]], what: str) -> Outcome:
@@ -217,7 +245,18 @@ class Outcome:
         return self.silent(", ".join(silent)) if silent else self
 
     def silent(self, why: str) -> Outcome:
-        """Return the outcome of a model that satisfies the claim by never responding; ``measured`` begins with why."""
+        """Return the outcome of a model that satisfies the claim by never responding.
+
+        Parameters
+        ----------
+        why
+            What the model does not respond to, in words.
+
+        Returns
+        -------
+        Outcome
+            The same, ``silent model``; ``measured`` begins with ``why``.
+        """
         return replace(self, verdict="silent model", measured=f"{why}; measured: {self.measured}", decided=why)
 
 
