@@ -259,7 +259,7 @@ def test_it_plays_while_levers_move(tab):
 def test_the_three_answers_are_what_the_page_shows(tab):
     """What is told beside the questions, followed link by link."""
     show(tab)
-    links = tab.ask("[...document.querySelectorAll('button.try')].map((each) => each.dataset.link)")
+    links = tab.ask("[...document.querySelectorAll('.tries a')].map((each) => each.hash.slice(1))")
     spikes = {}
     for link in links:
         show(tab, link)

@@ -193,7 +193,8 @@ async function drawCounts(pause) {
   the("checks", HTMLUListElement).innerHTML = checks
     .map(({ more, less, difference, passes }) => {
       const signed = difference < 0 ? `\u2212${-difference}` : `+${difference}`;
-      return `<li class="${passes ? "holds" : "fails"}">${more} against ${less} cm/s: <b>${signed}</b></li>`;
+      const [kind, mark] = passes ? ["holds", "\u2713"] : ["fails", "\u2717"];
+      return `<li class="${kind}">${mark} ${more} against ${less} cm/s: ${signed}</li>`;
     })
     .join("");
   document.body.dataset.busy = "false";
@@ -332,10 +333,10 @@ function makeLevers() {
           ? `<input type="checkbox" role="switch" id="${id}">`
           : `<input type="range" id="${id}" min="${low}" max="${high}" step="${step}" aria-describedby="about-${key}">`;
       return (
-        `<div class="lever ${kind}" id="lever-${key}"><label for="${id}"><code>${name}</code>${["", ", near", ", far"][part === null ? 0 : part + 1]}</label>` +
+        `<div class="lever" id="lever-${key}"><label for="${id}"><code>${name}</code>${["", ", near", ", far"][part === null ? 0 : part + 1]}</label>` +
         `<span class="value" id="value-${key}"></span>` +
-        `<button type="button" id="reset-${key}" class="back" aria-label="Reset ${key}" hidden>&#8634;</button>${input}` +
-        `<p id="about-${key}">${meaning}${paper ? ` <span class="paper">paper: ${paper}</span>` : ""}</p></div>`
+        `<button type="button" id="reset-${key}" aria-label="Reset ${key}" hidden>&#8634;</button>${input}` +
+        `<p id="about-${key}">${meaning}${paper && ` \u00b7\u00a0paper:\u00a0${paper}`}</p></div>`
       );
     })
     .join("");
@@ -420,13 +421,10 @@ function begin() {
   });
   copies("link", () => location.href);
   copies("copy", () => the("command", HTMLElement).textContent ?? "");
-  addEventListener("hashchange", follow);
-  for (const button of document.querySelectorAll("button.try"))
-    button.addEventListener("click", () => {
-      history.replaceState(null, "", `#${button instanceof HTMLElement ? button.dataset.link : ""}`);
-      follow();
-      document.querySelector(".stage")?.scrollIntoView({ block: "nearest" });
-    });
+  addEventListener("hashchange", () => {
+    follow();
+    document.querySelector(".stage")?.scrollIntoView({ block: "nearest" });
+  });
   new ResizeObserver(() => series && ask()).observe(tracesPicture);
 }
 
