@@ -31,7 +31,7 @@ ALTS: Mapping[Drawing, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure inside the page: the anchor of its large view, a data URI, and what it is in words."""
+    """A figure inside the page: its anchor, a data URI, and what it is in words."""
 
     anchor: str
     uri: str
