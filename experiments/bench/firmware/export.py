@@ -14,7 +14,7 @@ from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
 from experiments.bench.engine.templates import render
 from experiments.bench.firmware import clips
-from experiments.bench.firmware.budget import MOST_WAITS, Budget
+from experiments.bench.firmware.budget import Budget
 from experiments.bench.firmware.build import (
     CHIP_SIDE,
     CONFIG,
@@ -154,5 +154,4 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Budget | str)
         "purposes": [(name, size, measured.regions[name]) for name, size in measured.purposes.items()],
         "stages": [*measured.stages, measured.whole],
         "verdict": f"On the chip: {measured.verdict}.", "stacked": STACKED,
-        "waits": [(waits, measured.waiting_ms(waits)) for waits in range(MOST_WAITS + 1)],
     }  # fmt: skip
