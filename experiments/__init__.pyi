@@ -1,6 +1,5 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
-from .bench.clips.claims import ClipClaim as ClipClaim
 from .bench.closed_loop.behaviour import Behaviour as Behaviour
 from .bench.closed_loop.behaviour import Wheels as Wheels
 from .bench.closed_loop.wrapper import RecordRerun as RecordRerun
@@ -32,6 +31,7 @@ from .bench.sources.clips import Figure as Figure
 from .bench.sources.clips import OfflineExperiment as OfflineExperiment
 from .bench.stats.checks import Check as Check
 from .bench.stats.checks import decide as decide
+from .bench.stats.clips import ClipClaim as ClipClaim
 from .bench.stats.scores import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict

@@ -13,7 +13,6 @@ import numpy as np
 import polars as pl
 
 from experiments import OFFLINE
-from experiments.bench.clips.claims import ClipClaim, find, judge
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
@@ -24,6 +23,7 @@ from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip, ClipRecording, OfflineExperiment, described_scenes, pixels
 from experiments.bench.stats import stored
+from experiments.bench.stats.clips import ClipClaim, find, judge
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
@@ -208,7 +208,7 @@ def verdicts(
     rows
         The run's rows.
     all_rows
-        The same models' rows in other runs too: see `experiments.bench.clips.claims.judge`.
+        The same models' rows in other runs too: see `experiments.bench.stats.clips.judge`.
     """
     return [_verdict(find(claim), plan, rows, all_rows or rows) for claim in plan.experiment.claims]
 

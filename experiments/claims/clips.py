@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.clips.judging import (
+from experiments.bench.robot.mechanism.variants import CONNECTIONS, PER_CORRELATOR
+from experiments.bench.stats.checks import MARGIN, Check, Needs, does_not_exceed, exceeds, unreadable
+from experiments.bench.stats.claim import shipped
+from experiments.bench.stats.clips import (
     DSNN,
     EARLIER,
     EMD,
@@ -24,6 +26,7 @@ from experiments.bench.clips.judging import (
     MOST_OF_DRIVEN,
     SHADES,
     SIGNED,
+    ClipClaim,
     Row,
     compared,
     inside,
@@ -33,9 +36,6 @@ from experiments.bench.clips.judging import (
     rows_of,
     strongest,
 )
-from experiments.bench.robot.mechanism.variants import CONNECTIONS, PER_CORRELATOR
-from experiments.bench.stats.checks import MARGIN, Check, Needs, does_not_exceed, exceeds, unreadable
-from experiments.bench.stats.claim import shipped
 from experiments.bench.stats.verdict import Outcome
 
 if TYPE_CHECKING:

@@ -12,12 +12,11 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from dsnn import MODELS
-from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.clips.judging import SIGNED, Row, rows_of
 from experiments.bench.leaderboard.scores import answer
 from experiments.bench.reproduction.models.clips import names
 from experiments.bench.stats.checks import Check, Needs
 from experiments.bench.stats.claim import texts
+from experiments.bench.stats.clips import SIGNED, ClipClaim, Row, rows_of
 from experiments.bench.stats.verdict import Outcome
 
 if TYPE_CHECKING:

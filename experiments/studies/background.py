@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments import Axis, Check, Level, Study
 from experiments.background import SPEEDS
-from experiments.bench.clips.claims import ClipClaim, find
-from experiments.bench.clips.judging import DSNN, levels, rises
+from experiments.bench.stats.clips import DSNN, ClipClaim, find, levels, rises
 from experiments.bench.studies.study import Tables
 
 if TYPE_CHECKING:

@@ -23,7 +23,6 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.new": 1,
     "experiments.bench.robot": 1,
     "experiments.bench.sources": 1,
-    "experiments.bench.clips": 2,
     "experiments.bench.report": 2,
     "experiments.bench.offline": 3,
     "experiments.bench.footage": 1,

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.clips.judging import SIGNED
 from experiments.bench.engine.alarms import poisson_interval
 from experiments.bench.leaderboard.scores import area, condition, frame_time, share
+from experiments.bench.stats.clips import SIGNED
 from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.stats.tests import effective_number
 

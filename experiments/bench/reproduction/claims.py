@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from experiments.bench import offline, registry
-from experiments.bench.clips import claims as clips_claims
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import replicates
 from experiments.bench.robot.claims import find
+from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture

@@ -11,8 +11,6 @@ from typing import Any
 
 from experiments import OFFLINE
 from experiments.bench import offline, registry
-from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.judging import LEAST_GREYS
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.pictures import Pictures
@@ -24,7 +22,9 @@ from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import PAPER, claim_ids, words
+from experiments.bench.stats.clips import LEAST_GREYS
 from experiments.bench.stats.count import LEAST_JUDGED
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, plain

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from experiments.bench.clips import claims as clips_claims
 from experiments.bench.offline import OfflineReport
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
+from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.count import count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.replicates import Replicate

@@ -11,7 +11,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.bench.clips.claims import ClipClaim, find
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.run.errors import UsageError
@@ -19,6 +18,7 @@ from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.run.play import Trial
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources.clips import TRIALS, Clip, OfflineExperiment, clips_of, described_scenes
+from experiments.bench.stats.clips import ClipClaim, find
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.studies import choice, grid

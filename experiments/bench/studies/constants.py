@@ -1,6 +1,6 @@
 """Studies of claims that compare the DSNN with another model, along that model's constants.
 
-The constants of the other models are not known: see `experiments.bench.clips.judging.ASSUMED`. A claim is judged by its
+The constants of the other models are not known: see `experiments.bench.stats.clips.ASSUMED`. A claim is judged by its
 own judge once for each variant of the other model, all on the same clips.
 """
 
@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
-from experiments.bench.clips.claims import ClipClaim, find, paper_claims
-from experiments.bench.clips.judging import ASSUMED
+from experiments.bench.stats.clips import ASSUMED, ClipClaim, find, paper_claims
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.study import Axis, Level, Study, Tables

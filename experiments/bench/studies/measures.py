@@ -11,11 +11,11 @@ from functools import partial
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams
-from experiments.bench.clips.claims import POTENTIALS
 from experiments.bench.robot.claims import flaws
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition
 from experiments.bench.robot.mechanism import peaks
 from experiments.bench.stats.checks import unreadable
+from experiments.bench.stats.clips import POTENTIALS
 from experiments.bench.stats.tests import summarise
 from experiments.bench.store.rows import group, known
 

@@ -10,11 +10,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.robot.claims import RobotClaim, find, outcome
 from experiments.bench.robot.experiment import Experiment, TrialSpec
+from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.clips import ClipClaim
 from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]

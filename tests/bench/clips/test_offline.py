@@ -11,11 +11,11 @@ import pytest
 from dsnn import DSNN, DSNNParams
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.clips.claims import find
 from experiments.bench.offline import play_clip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.stats.clips import find
 from tests.helpers import user_files
 
 

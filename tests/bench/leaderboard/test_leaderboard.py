@@ -11,7 +11,6 @@ import pytest
 from scipy import stats
 
 from dsnn import MODELS
-from experiments.bench.clips.judging import SIGNED
 from experiments.bench.leaderboard import run as board
 from experiments.bench.leaderboard.kinds import DIRECTION, Ranking
 from experiments.bench.leaderboard.looming_stimuli import looming_experiments
@@ -40,6 +39,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import COMPARED, choose, shown_models
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.clips import Clip
+from experiments.bench.stats.clips import SIGNED
 from experiments.bench.stats.tests import area_under_roc, median_interval
 from tests.helpers import user_files
 

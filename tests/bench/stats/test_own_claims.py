@@ -3,9 +3,9 @@
 import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
-from experiments.bench.clips import claims as clips_claims
 from experiments.bench.public.run import RunRequest, missing_models, planned
 from experiments.bench.robot.claims import judge
+from experiments.bench.stats import clips as clips_claims
 from tests.bench.robot.test_claims import rows
 
 HOLDS = Outcome("holds", "as measured")

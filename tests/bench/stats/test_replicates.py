@@ -6,12 +6,12 @@ import pytest
 
 from experiments import Claim, Outcome
 from experiments.bench import registry
-from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.judging import SIGNED
 from experiments.bench.reproduction import claims, replicates
 from experiments.bench.robot.claims import outcome, paper_claims
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import PAPER, claim_ids
+from experiments.bench.stats.clips import SIGNED
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.tests import proportion_interval
 from experiments.claims.readings import used_to_choose

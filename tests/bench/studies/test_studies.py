@@ -8,11 +8,11 @@ import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
 from experiments.bench.cli import main
-from experiments.bench.clips.claims import paper_claims
 from experiments.bench.reproduction import plan as reproduction_plan
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import USUAL
 from experiments.bench.run.errors import UsageError
+from experiments.bench.stats.clips import paper_claims
 from experiments.bench.studies import figure, registry, run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import EVERY_MODEL

@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench import offline
-from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
 from experiments.bench.run.errors import UsageError
@@ -18,7 +16,9 @@ from experiments.bench.run.models import look_up
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats import stored
+from experiments.bench.stats.clips import ClipClaim
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import Files
 from experiments.bench.store.rows import Failure

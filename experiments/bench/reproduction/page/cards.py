@@ -6,14 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.clips.claims import paper_claims
-from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.mechanism.excitation import Course, described
 from experiments.bench.stats.claim import words
+from experiments.bench.stats.clips import ASSUMED, paper_claims
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.constants import STUDIES, compares_with, comparing, constants_text, outcomes

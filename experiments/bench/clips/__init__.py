@@ -1,1 +1,0 @@
-"""Off-line experiments: clips of stimuli shown to models."""
