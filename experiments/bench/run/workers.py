@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
 from experiments.bench.run import interrupts
@@ -66,9 +67,10 @@ class Workers:
         elif self._count:
             import loky  # type: ignore[import-untyped]  # not before: commands that run nothing do without it
 
-            self._executor = loky.ProcessPoolExecutor(
-                self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),)
-            )
+            with without_interrupts():
+                self._executor = loky.ProcessPoolExecutor(
+                    self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),)
+                )
         else:
             self._executor = _Here()
 
@@ -214,6 +216,7 @@ def without_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    resource_tracker.ensure_running()  # it would be started with the first process, and unblock SIGINT in doing so
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
