@@ -218,7 +218,6 @@ function showSettings() {
     back.title = `back to ${before}`;
   }
   the("command", HTMLElement).textContent = commandOf(trial.command, texts());
-  the("link", HTMLButtonElement).disabled = trial === data.footage;
   if (trial !== data.footage) history.replaceState(null, "", `#${written(trial.id, frame, levers, changes)}`);
 }
 
@@ -355,28 +354,6 @@ function makeLevers() {
   }
 }
 
-/**
- * Copy a text, and say so on the button.
- * @param {string} id
- * @param {() => string} text
- */
-function copies(id, text) {
-  const button = the(id, HTMLButtonElement);
-  const title = button.textContent;
-  button.addEventListener("click", async () => {
-    showSettings();
-    try {
-      await navigator.clipboard.writeText(text());
-      button.textContent = "Copied";
-    } catch {
-      button.textContent = "Not allowed here";
-    }
-    setTimeout(() => {
-      button.textContent = title;
-    }, 1500);
-  });
-}
-
 function begin() {
   const groups = [...new Set(data.trials.map((each) => each.group))];
   const option = (/** @type {Recorded} */ { id, title }) => `<option value="${id}">${title}</option>`;
@@ -413,14 +390,6 @@ function begin() {
   const file = the("file", HTMLInputElement);
   the("video", HTMLButtonElement).addEventListener("click", () => (taking ? taking.stop() : file.click()));
   file.addEventListener("change", () => file.files?.[0] && take(file.files[0]));
-  document.addEventListener("dragover", (event) => event.preventDefault());
-  document.addEventListener("drop", (event) => {
-    event.preventDefault();
-    const dropped = event.dataTransfer?.files[0];
-    if (dropped) take(dropped);
-  });
-  copies("link", () => location.href);
-  copies("copy", () => the("command", HTMLElement).textContent ?? "");
   addEventListener("hashchange", () => {
     follow();
     document.querySelector(".stage")?.scrollIntoView({ block: "nearest" });
