@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 from pathlib import Path
@@ -195,14 +195,13 @@ def levers() -> list[dict[str, Any]]:
     return listed
 
 
-def _range(paper: str, metadata: Iterable[Any]) -> tuple[float, float]:
+def _range(paper: str, metadata: Sequence[Any]) -> tuple[float, float]:
     """Return the ends of a slider: those that the paper gives as ``4..8``, or else the legal ones."""
     low, two, high = paper.partition("..")
     if two:
         return float(low), float(high)
-    constraints = list(metadata)
-    (least,) = (float(c.ge) for c in constraints if getattr(c, "ge", None) is not None)
-    (most,) = (float(c.le) for c in constraints if getattr(c, "le", None) is not None)
+    (least,) = (float(c.ge) for c in metadata if getattr(c, "ge", None) is not None)
+    (most,) = (float(c.le) for c in metadata if getattr(c, "le", None) is not None)
     return least, most
 
 

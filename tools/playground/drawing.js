@@ -87,7 +87,7 @@ export function drawTraces(svg, series, ghost, threshold, fps) {
         : "";
     });
     return (
-      `<g class="${kind} spikes"><line x1="${left}" x2="${right}" y1="${base}" y2="${base}"/>${marks.join("")}</g>` +
+      `<g class="${kind}"><line x1="${left}" x2="${right}" y1="${base}" y2="${base}"/>${marks.join("")}</g>` +
       `<text x="${left - 6}" y="${base + 4}" text-anchor="end">${kind.toUpperCase()}</text>`
     );
   };

@@ -333,7 +333,7 @@ function makeLevers() {
           : `<input type="range" id="${id}" min="${low}" max="${high}" step="${step}" aria-describedby="about-${key}">`;
       return (
         `<div class="lever" id="lever-${key}"><label for="${id}"><code>${name}</code>${["", ", near", ", far"][part === null ? 0 : part + 1]}</label>` +
-        `<span class="value" id="value-${key}"></span>` +
+        `<span id="value-${key}"></span>` +
         `<button type="button" id="reset-${key}" aria-label="Reset ${key}" hidden>&#8634;</button>${input}` +
         `<p id="about-${key}">${meaning}${paper && ` \u00b7\u00a0paper:\u00a0${paper}`}</p></div>`
       );
