@@ -167,8 +167,8 @@ def test_parameters_that_make_themselves_travel_too(colias):
     """A field that is not given but computed: workers have to be able to make the parameters anew."""
     text = user_files.MODEL.replace("from dataclasses import dataclass", "from dataclasses import dataclass, field")
     text = text.replace(
-        "    gain: float = 0.05\n",
-        "    gain: float = 0.05\n    twice: float = field(init=False, default=0.0)\n\n"
+        "    gain: float = 0.002\n",
+        "    gain: float = 0.002\n    twice: float = field(init=False, default=0.0)\n\n"
         "    def __post_init__(self):\n        object.__setattr__(self, 'twice', 2 * self.gain)\n\n",
     )
     (colias.folder / "my_model.py").write_text(text)

@@ -74,7 +74,8 @@ def test_going_on_keeps_the_time(runs_folder, tmp_path):
 def test_a_run_of_another_version_is_listed_with_the_version_that_reads_it(runs_folder, colias):
     shutil.copytree(runs_folder / "a", colias.folder / "runs" / "a")
     (colias.folder / "runs" / "older").mkdir()
-    (colias.folder / "runs" / "older" / "run.json").write_text('{"experiment": {}, "seed": 0, "trials": 3}')
+    older = {"experiment": {}, "seed": 0, "trials": 3, "versions": {"colias-sim": "0.1.0"}}
+    (colias.folder / "runs" / "older" / "run.json").write_text(json.dumps(older))
     done = colias("runs")
     assert done.returncode == 0 and done.stdout.startswith("run: a ")
     assert "colias-sim 0.1" in done.stderr and done.stderr.count("\n") == 1

@@ -14,10 +14,10 @@ from dsnn.filters import alpha
 from experiments.bench import registry
 from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.plan import QUICK, planned
+from experiments.bench.robot.claims import find
 from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue
 from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
 from experiments.bench.robot.plan import plan
-from experiments.bench.stats.claim import words
 from experiments.bench.stats.verdict import Outcome
 from tests.helpers.figure_texts import drawn_texts
 
@@ -215,7 +215,7 @@ def test_pathways_are_not_compared_as_if_they_were_models(run):
 
 def test_the_claims_say_the_mechanism(run):
     angle_courses = courses(run.trials.to_pylist(), run.frames, W_I)
-    verdicts = [words(claim).verdict(Outcome("holds", "")) for claim in ("C13", "C17", "C19")]
+    verdicts = [find(claim).verdict(Outcome("holds", "")) for claim in ("C13", "C17", "C19")]
     there, name = ["recession-mechanism"], "recession-mechanism"
     c13, c17, (_, c19) = (cards.mechanism_of(verdict, there, {name: angle_courses}) for verdict in verdicts)
     assert c17 == ("none", "not judged"), "C17 is about approach, which was not shown"
