@@ -53,7 +53,8 @@ def test_links_within_the_site_lead_somewhere(pages):
                 continue
             there, anchor = local(path, target)
             known = pages.get(there)
-            if not there.exists() or (anchor and known and anchor not in known.anchors):
+            place = anchor and "=" not in anchor  # the playground's states are no places on its page
+            if not there.exists() or (place and known and anchor not in known.anchors):
                 broken.append(f"{path.relative_to(SITE)}: {target}")
     assert not broken
 
