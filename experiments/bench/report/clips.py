@@ -166,9 +166,13 @@ def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
     if moving.is_empty():
         return threshold_finding(trials, thresholds)
     signs = {"peak": 1.0, "trough": -1.0}
-    signal = pl.coalesce(pl.when(motion=way).then(signs[column.split("_")[0]] * pl.col(column))
-                         for way, column in WAYS.items())  # fmt: skip
-    counts = _counts(moving, (signal > 0.0) & (signal == pl.max_horizontal("hs", "vs")))
+    reached = {way: signs[column.split("_")[0]] * pl.col(column) for way, column in WAYS.items()}
+    signal = pl.coalesce(pl.when(motion=way).then(value) for way, value in reached.items())
+    others = pl.coalesce(
+        pl.when(motion=way).then(pl.max_horizontal(value for other, value in reached.items() if other != way))
+        for way in reached
+    )
+    counts = _counts(moving, (signal > 0.0) & (signal > others))  # a model at its ceiling both ways tells nothing
     return counted("The largest potential has the direction of the motion", counts, "trials")
 
 

@@ -53,7 +53,9 @@ def test_the_direction_is_found_where_the_largest_potential_has_it():
     right, left = {"motion": "rightward"}, {"motion": "leftward"}
     trials = with_responses(clip_trials(["dsnn"], [right, right, left, {**right, "object": "absent"}]))
     assert " 2 of 3 " in direction_finding(trials, THRESHOLDS)
-    assert " 0 of 3 " in direction_finding(trials.with_columns(vs=1.0), THRESHOLDS), "VS is larger"
+    assert " 0 of 3 " in direction_finding(trials.with_columns(peak_vs=1.0), THRESHOLDS), "VS is larger"
+    both = trials.with_columns(peak_hs=0.5, trough_hs=-0.5)
+    assert " 0 of 3 " in direction_finding(both, THRESHOLDS), "HS is as large either way"
 
 
 def test_traces_are_means_of_the_frames_and_bands_their_range():
