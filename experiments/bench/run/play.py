@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +22,8 @@ from experiments.bench.store.rows import Failure, FrameRow, ResponseRow, TrialRe
 
 FRAMES = schema_of(FrameRow, ResponseRow)
 """Columns of ``frames.parquet``: a row per frame and model."""
-FIELDS = tuple(field.name for field in dataclasses.fields(ResponseSeries))
+FIELDS = tuple(ResponseRow.__annotations__)
+"""Fields of a `dsnn.ResponseSeries`, as the rows of frames have them."""
 
 
 @dataclass(frozen=True, slots=True)

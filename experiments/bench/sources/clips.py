@@ -191,7 +191,7 @@ class ShownRow(ClipRow, ModelRow):
     """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
 
 
-TRIALS = schema_of(ClipRow, ModelRow, ShownRow)
+TRIALS = schema_of(ShownRow)
 """Columns of ``trials.parquet`` of clips: a row per clip and model."""
 
 
