@@ -1,10 +1,5 @@
 """Approaches at five angles (the paper's robot-sys-ar): from 20 cm to 5 cm before the camera."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Angular, Experiment
 
 EXPERIMENT = Experiment(
@@ -15,3 +10,6 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C13", "C17", "C18", "C21"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

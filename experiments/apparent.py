@@ -4,11 +4,6 @@ Beside the DSNN are shown the DSNN with w_i = 1, whose answers to a single step 
 which correlate steps of either sign and answer opposite signs the other way: a four-quadrant detector.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, OfflineExperiment
 
 POLARITIES, DELAYS = ("on-on", "off-off", "on-off", "off-on"), (1, 2)
@@ -29,3 +24,6 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn", "dsnn:w_i=1", "emd:spacing=4"),
     claims=("C23",),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

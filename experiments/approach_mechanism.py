@@ -5,11 +5,6 @@ The trials are those of `angular-approach` at the same seed, frame by frame. Bes
 w_i = 1, and to its two pathways, each alone, with w_i = 0 and 1: excitation and inhibition follow from these.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Angular, Experiment
 
 EXPERIMENT = Experiment(
@@ -28,3 +23,6 @@ EXPERIMENT = Experiment(
     ),
     figure="excitation",
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

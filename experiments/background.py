@@ -3,11 +3,6 @@
 The paper's tests shift the background at up to 10 px/s as they are read here: a third of a pixel a frame.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, Figure, OfflineExperiment
 from experiments.clutter_contrast import GREYS
 from experiments.clutter_contrast import SPEEDS as OBJECT_SPEEDS
@@ -49,3 +44,6 @@ EXPERIMENT = OfflineExperiment(
     recorded=False,
     figure=Figure("background"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """A natural image shifts, with nothing before it: what the DoG pre-filter and FDSR each take off the potentials."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, Figure, OfflineExperiment
 from experiments.clutter_speed import BACKGROUNDS
 
@@ -26,3 +21,6 @@ EXPERIMENT = OfflineExperiment(
     repeats=5,
     figure=Figure("background"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """Translations of ``clean`` with one pathway blocked (the paper's simu-clean-dth, -dtv): what ON and OFF each add."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, OfflineExperiment
 from experiments.clean import EXPERIMENT as CLEAN
 
@@ -15,3 +10,6 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn", "dsnn-on-blocked", "dsnn-off-blocked"),
     claims=("C4",),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """Objects on an even ground (the paper's simu-clean): four translations, looming and receding, dark and light."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, OfflineExperiment
 
 GREYS = {"dark": (40.0, 200.0), "light": (200.0, 40.0)}
@@ -32,3 +27,6 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn",),
     claims=("C1", "C2", "C3"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """Five greys at five speeds before a natural image that shifts left (the paper's simu-sys-grayscale)."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, Figure, OfflineExperiment
 
 GREYS, SPEEDS = (0.0, 64.0, 128.0, 191.0, 255.0), (40.0, 60.0, 80.0, 100.0, 120.0)
@@ -34,3 +29,6 @@ EXPERIMENT = OfflineExperiment(
     recorded=False,
     figure=Figure("contrast"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """Looming and receding before a natural image that shifts right (the paper's simu-nature-depth)."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, OfflineExperiment
 
 GREYS = {"dark": 0.0, "light": 255.0}
@@ -22,3 +17,6 @@ EXPERIMENT = OfflineExperiment(
     claims=("C5",),
     repeats=5,
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -3,11 +3,6 @@
 At 30 frames a second that is 30 times as fast: beyond any correlator's span.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from dataclasses import replace
 
 from experiments import Clip, Figure, OfflineExperiment
@@ -39,3 +34,6 @@ EXPERIMENT = OfflineExperiment(
     figure=Figure("ranges"),
     recorded=False,
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """Three object speeds at five background speeds, dark and light (the paper's simu-sys-speed)."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, Figure, OfflineExperiment
 from experiments.clutter_depth import GREYS
 
@@ -29,3 +24,6 @@ EXPERIMENT = OfflineExperiment(
     recorded=False,
     figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """Rightward translation before a natural image that shifts left (the paper's simu-nature-trans)."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, OfflineExperiment
 from experiments.clutter_depth import GREYS
 
@@ -19,3 +14,6 @@ EXPERIMENT = OfflineExperiment(
     claims=("C6",),
     repeats=5,
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

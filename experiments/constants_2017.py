@@ -4,11 +4,6 @@ The paper compares the DSNN with its forerunner and gives none of its constants.
 the forerunner is at its ceiling in every clip before clutter. Not in the paper.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Figure, OfflineExperiment
 from experiments.clutter_depth import EXPERIMENT as DEPTH
 from experiments.clutter_speed import EXPERIMENT as SPEED
@@ -25,3 +20,6 @@ EXPERIMENT = OfflineExperiment(
     recorded=False,
     figure=Figure("ranges"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -3,11 +3,6 @@
 The paper compares the DSNN with it and gives none of its constants. Not in the paper.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Figure, OfflineExperiment
 from experiments.clutter_contrast import EXPERIMENT as CONTRAST
 
@@ -27,3 +22,6 @@ EXPERIMENT = OfflineExperiment(
     recorded=False,
     figure=Figure("ranges"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

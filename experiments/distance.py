@@ -1,10 +1,5 @@
 """Systematic translation, distances (the paper's robot-sys-trans b): 6 cm/s at 5, 10 and 15 cm."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
@@ -15,3 +10,6 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C16",),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -3,11 +3,6 @@
 The paper's distances are 5, 10 and 15 cm; 6, 8 and 12 cm fill in. Ten repeats are the paper's own design.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
@@ -18,3 +13,6 @@ EXPERIMENT = Experiment(
     repeats=10,
     figure="mechanism",
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

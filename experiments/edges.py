@@ -4,11 +4,6 @@ The leading edge of a dark object darkens what it passes, as the trailing edge o
 trailing edge of a dark object and the leading edge of a light one brighten it: an ON edge.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, Figure, OfflineExperiment
 
 SPEEDS = (60.0, 120.0)
@@ -28,3 +23,6 @@ EXPERIMENT = OfflineExperiment(
     claims=("C22",),
     figure=Figure("edges"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -9,11 +9,6 @@ The paper's speeds are 2, 4, 6 and 10 cm/s. 8 cm/s is a speed of claim C25. 3 an
 Ten repeats are the paper's own design.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
@@ -39,3 +34,6 @@ EXPERIMENT = Experiment(
     ),
     figure="mechanism",
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

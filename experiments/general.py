@@ -1,10 +1,5 @@
 """One of each motion (the paper's robot-general-tests): straight approach and recession, a crossing each way."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Experiment, General
 
 EXPERIMENT = Experiment(
@@ -15,3 +10,6 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C13", "C14"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

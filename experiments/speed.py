@@ -1,10 +1,5 @@
 """Systematic translation, speeds (the paper's robot-sys-trans a): 8 cm away at 2, 4, 6 and 10 cm/s."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
@@ -15,3 +10,6 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C15", "C29"),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

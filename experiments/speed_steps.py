@@ -3,11 +3,6 @@
 The paper shows 2, 4, 6 and 10 cm/s, and says that the count peaks around roughly 6.
 """
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
@@ -18,3 +13,6 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C31",),
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -1,10 +1,5 @@
 """People and cars among windblown foliage (the paper's real-world), in a street of our own rendering."""
 
-if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.cli.entry import run_file
-
-    run_file(__file__)
-
 from experiments import Clip, OfflineExperiment
 
 WAYS = ("rightward", "leftward")
@@ -25,3 +20,6 @@ EXPERIMENT = OfflineExperiment(
     claims=("C28",),
     repeats=5,
 )
+
+if __name__ == "__main__":
+    EXPERIMENT.main()

@@ -9,11 +9,11 @@ from functools import cache
 from pathlib import Path
 
 from experiments import NAMES, OFFLINE
-from experiments.bench.robot.experiment import Experiment
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, is_file
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.claim import PAPER, Claim, claim_ids
 from experiments.bench.stats.clips import ClipClaim
@@ -90,7 +90,7 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
     if isinstance(experiment, OfflineExperiment):
         kind, public, what = ClipClaim, "experiments.ClipClaim", "clips"
     else:
-        from experiments.bench.robot.claims import RobotClaim  # not before: statistics take their time to load
+        from experiments.bench.sources.robot_claims import RobotClaim  # not before: statistics take their time to load
 
         kind, public, what = RobotClaim, "experiments.Claim", "trials with the robot"
     for claim in experiment.claims:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from experiments.bench.robot.mechanism.variants import CONNECTIONS, PER_CORRELATOR
 from experiments.bench.stats.checks import MARGIN, Check, Needs, does_not_exceed, exceeds, unreadable
 from experiments.bench.stats.claim import shipped
 from experiments.bench.stats.clips import (
@@ -36,6 +35,7 @@ from experiments.bench.stats.clips import (
     rows_of,
     strongest,
 )
+from experiments.bench.stats.judging import CONNECTIONS, PER_CORRELATOR
 from experiments.bench.stats.verdict import Outcome
 
 if TYPE_CHECKING:

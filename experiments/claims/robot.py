@@ -12,16 +12,29 @@ from itertools import pairwise
 
 import numpy as np
 
-from experiments.bench.robot.claims import RobotClaim
-from experiments.bench.robot.judging import (
+from experiments.bench.sources.robot_claims import RobotClaim
+from experiments.bench.stats import judging
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.claim import shipped
+from experiments.bench.stats.judging import (
     ACROSS,
     ANGLES,
+    CONNECTIONS,
     DEPTH,
     DSNN,
+    FALLING,
+    FIXED,
+    PER_CORRELATOR,
+    POTENTIAL,
+    ROBOT_SPEEDS,
+    WIDER,
     Row,
     Rows,
     by_level,
+    common_speeds,
+    crossings,
     fewest_ahead,
+    higher,
     mean_text,
     means,
     means_text,
@@ -29,24 +42,9 @@ from experiments.bench.robot.judging import (
     more_spikes,
     of_pairs,
     outcome_of,
+    paired_text,
     paper_trials,
 )
-from experiments.bench.robot.mechanism import peaks, variants
-from experiments.bench.robot.mechanism.peaks import POTENTIAL
-from experiments.bench.robot.mechanism.variants import (
-    CONNECTIONS,
-    FALLING,
-    FIXED,
-    PER_CORRELATOR,
-    ROBOT_SPEEDS,
-    WIDER,
-    common_speeds,
-    crossings,
-    higher,
-    paired_text,
-)
-from experiments.bench.stats.checks import Check, exceeds
-from experiments.bench.stats.claim import shipped
 from experiments.bench.stats.tests import contrast, proportion_interval, trend
 from experiments.bench.stats.verdict import Outcome
 
@@ -222,7 +220,7 @@ def c24(rows: Rows, threshold: float) -> Outcome:
     curves = {n: crossings(rows, CONNECTIONS[n], "peak_hs") for n in (1, 2, 8)}
     if not set(ROBOT_SPEEDS) <= set(common_speeds(curves)):
         return Outcome.unjudged("needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
-    means = {n: {speed: peaks.mean(curves[n][speed]) for speed in common_speeds(curves)} for n in curves}
+    means = {n: {speed: judging.mean(curves[n][speed]) for speed in common_speeds(curves)} for n in curves}
     past = {n: sum(peak > threshold for peak in mean.values()) for n, mean in means.items()}
     checks = [
         higher(means[8][speed], "N_con = 8", means[n][speed], f"N_con = {n}", speed, "peak HS")
@@ -233,9 +231,9 @@ def c24(rows: Rows, threshold: float) -> Outcome:
         text = f"N_con = 8 passes T = {threshold:g} at {past[8]} of {len(means[8])} speeds"
         asks = f"more than N_con = {n}: {past[n]}"
         checks.append(Check(text, float(past[8]), float(past[n]), unit="speeds", asks=asks))
-    texts = "; ".join(f"N_con = {n}: {variants.means_text(mean)}, past T at {past[n]}" for n, mean in means.items())
+    texts = "; ".join(f"N_con = {n}: {judging.potentials_text(mean)}, past T at {past[n]}" for n, mean in means.items())
     effect = "; ".join(f"N_con = 8 against {n}: {paired_text(curves[8], curves[n])}" for n in (1, 2))
-    return variants.outcome_of(checks, curves, f"robot, rightward at 8 cm, mean peak HS: {texts}", effect)
+    return judging.outcome_of_curves(checks, curves, f"robot, rightward at 8 cm, mean peak HS: {texts}", effect)
 
 
 DELAY_SPEEDS = (4.0, 6.0, 8.0, 10.0)
@@ -251,7 +249,7 @@ def c25(rows: Rows, threshold: float) -> Outcome:
     if not set(DELAY_SPEEDS) <= set(common_speeds(curves)):
         return Outcome.unjudged("needs rightward translations at 8 cm, 4, 6, 8 and 10 cm/s")
     named = {label: {speed: curve[speed] for speed in DELAY_SPEEDS} for label, curve in curves.items()}
-    means = {label: {speed: peaks.mean(values) for speed, values in curve.items()} for label, curve in named.items()}
+    means = {label: {speed: judging.mean(values) for speed, values in curve.items()} for label, curve in named.items()}
     checks = [
         higher(means[DSNN][speed], "rising delays", means[label][speed], f"{delay} ms", speed, "mean HS")
         for delay, label in FIXED.items()
@@ -259,15 +257,15 @@ def c25(rows: Rows, threshold: float) -> Outcome:
     ]
     won = sum(check.passes for check in checks)
     labels = {"rising 10..200 ms": DSNN, **{f"{delay} ms": label for delay, label in FIXED.items()}}
-    texts = "; ".join(f"{name}: {variants.means_text(means[label])}" for name, label in labels.items())
-    other = f"the other reading, falling 200..10 ms: {variants.means_text(means[FALLING])}"
+    texts = "; ".join(f"{name}: {judging.potentials_text(means[label])}" for name, label in labels.items())
+    other = f"the other reading, falling 200..10 ms: {judging.potentials_text(means[FALLING])}"
     effect = "; ".join(
         f"against {delay} ms: {paired_text(named[DSNN], named[label])}" for delay, label in FIXED.items()
     )
     measured = (
         f"higher in {won} of {len(checks)} comparisons; rightward at 8 cm, mean HS near the axis, {texts}; {other}"
     )
-    return variants.outcome_of(checks, named, measured, effect)
+    return judging.outcome_of_curves(checks, named, measured, effect)
 
 
 COLUMNS = ("spikes_in_window", "spikes_in_inner_window", "mean_hs_near_axis")
@@ -317,8 +315,8 @@ def c30(rows: Rows, threshold: float) -> Outcome:
     speeds = common_speeds(curves)
     if not set(ROBOT_SPEEDS) < set(speeds):
         return Outcome.unjudged("needs rightward translations at 8 cm, 2, 4, 6, 10 cm/s and others")
-    means = {name: {speed: peaks.mean(curve[speed]) for speed in speeds} for name, curve in curves.items()}
-    top = {name: peaks.peak(mean).speed for name, mean in means.items()}
+    means = {name: {speed: judging.mean(curve[speed]) for speed in speeds} for name, curve in curves.items()}
+    top = {name: judging.peak(mean).speed for name, mean in means.items()}
     usual, wide = top[USUAL], top["d = 2"]
     over = [*(top[f"N_con = {n}"] for n in (1, 2, 4)), usual]
     steps = [after - before for before, after in pairwise(over)]
@@ -337,7 +335,7 @@ def c30(rows: Rows, threshold: float) -> Outcome:
         for name, mean in means.items()
     )
     measured = f"rightward at 8 cm, {', '.join(f'{speed:g}' for speed in speeds)} cm/s, mean HS near the axis, {texts}"
-    return variants.outcome_of(checks, curves, measured, "")
+    return judging.outcome_of_curves(checks, curves, measured, "")
 
 
 def _leads(means: Mapping[str, Mapping[float, float]], top: Mapping[str, float], one: str, other: str) -> Check:

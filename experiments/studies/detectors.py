@@ -16,7 +16,7 @@ from experiments.bench.studies.study import Probe, Tables
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from experiments.bench.robot.experiment import TrialSpec
+    from experiments.bench.sources.experiment import TrialSpec
     from experiments.bench.store.rows import TrialRecord
     from experiments.bench.studies.counts import Counts
 
@@ -86,7 +86,7 @@ def schema() -> "pa.Schema":
     """
     import pyarrow as pa
 
-    from experiments.bench.robot.rows import TRIAL_SCHEMA
+    from experiments.bench.sources.rows import TRIAL_SCHEMA
 
     counts, lists = pa.int64(), pa.list_(pa.int64())
     columns = {"collision_frames": counts, "edge_cells": counts, "edge_frames": lists, "frames_above": lists}
@@ -103,8 +103,8 @@ def spikes_in_a_row(network: Any) -> int:
 
 def work(spec: "TrialSpec") -> "TrialRecord":
     """Run one trial in a worker, and count."""
-    from experiments.bench.robot.rows import finished
     from experiments.bench.robot.run import simulated
+    from experiments.bench.sources.rows import finished
     from experiments.bench.store.drawing import drawn_here
 
     result = simulated(spec, keep_media=True)

@@ -12,7 +12,7 @@ from experiments.bench.studies.study import Probe, Tables
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from experiments.bench.robot.experiment import TrialSpec
+    from experiments.bench.sources.experiment import TrialSpec
     from experiments.bench.store.rows import TrialRecord
     from experiments.bench.studies.counts import Counts
 
@@ -59,8 +59,8 @@ def series(spec: "TrialSpec", *, labels: Sequence[str]) -> "TrialRecord":
     """Run one trial in a worker; of the models called ``labels`` the rows have HS and its spikes in every frame."""
     import numpy as np
 
-    from experiments.bench.robot.rows import finished
     from experiments.bench.robot.run import simulated
+    from experiments.bench.sources.rows import finished
     from experiments.bench.store.drawing import drawn_here
 
     result = simulated(spec, keep_media=False)
@@ -80,7 +80,7 @@ def series_schema() -> "pa.Schema":
     """Return the columns of a row of ``trials.parquet``, and those of `series` beside them."""
     import pyarrow as pa
 
-    from experiments.bench.robot.rows import TRIAL_SCHEMA
+    from experiments.bench.sources.rows import TRIAL_SCHEMA
 
     fields = [pa.field(HS, pa.list_(pa.float32())), pa.field(SPIKES, pa.list_(pa.int32()))]
     return pa.schema([*TRIAL_SCHEMA, *fields])

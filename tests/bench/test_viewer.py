@@ -22,8 +22,8 @@ from experiments.bench.figures.series import OFF, ON, rgb
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
 from experiments.bench.robot.recording import record
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_trial import spec
 from tests.helpers.rerun_viewer import needs_vulkan, viewing
 

@@ -16,7 +16,7 @@ from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import FrameClock
 from experiments import run
 from experiments.bench import registry
-from experiments.bench.robot.plan import configure, parameters
+from experiments.bench.trials import configure, parameters
 
 STILL = SceneConfig(light_sd=0, turn_wall=False)
 START = Pose(0.1, 0.03, -math.pi / 2)

@@ -21,8 +21,8 @@ from tests.helpers.answering import write_model
 
 SMALL = ("run", "trial.py", "--workers", "1", "--out", "out", "--quiet")
 TRIAL = """
-from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.designs import Translation
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.designs import Translation
 EXPERIMENT = Experiment("trial", "one fast crossing", Translation((20.0,), (8.0,)), "speed_cm_s", repeats=1)
 """
 CLIP = """

@@ -34,8 +34,8 @@ import typer
 
 from experiments.bench.cli import main
 from experiments.bench.public import run as public_run
-from experiments.bench.robot.trial import forget_simulations
 from experiments.bench.run import runs as batch
+from experiments.bench.sources.robot import forget_simulations
 from tests.conftest import one_core
 
 ROOT = Path(__file__).parents[2]

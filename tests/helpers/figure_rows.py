@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from experiments.bench.report import clips as clips_figure
 from experiments.bench.robot import figure as robot_figure
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.mechanism import excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
-from experiments.bench.robot.mechanism.excitation import Course, Trial
 from experiments.bench.sources.clips import Figure as Drawing
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.stats.excitation import Course, Trial
 
 SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"

@@ -31,7 +31,7 @@ LIBRARIES = (
 )  # fmt: skip
 """What the server imports; none of it starts a thread or reads an environment variable that tests set."""
 OURS = (
-    "dsnn", "colias_sim.simulation", "experiments.bench.cli.main", "experiments.bench.robot.run",
+    "dsnn", "colias_sim.simulation", "experiments.bench.cli.main", "experiments.bench.trials",
     "experiments.bench.robot.summary", "experiments.bench.offline", "experiments.bench.closed_loop.run",
     "experiments.bench.studies.run",
 )  # fmt: skip

@@ -19,7 +19,7 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduction.eyes import CELLS
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
-from experiments.bench.robot.claims import paper_claims
+from experiments.bench.sources.robot_claims import paper_claims
 from experiments.bench.stats import tests as statistics
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count

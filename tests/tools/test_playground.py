@@ -10,7 +10,7 @@ import pytest
 
 from dsnn import DSNNParams
 from experiments.bench import registry
-from experiments.bench.robot.experiment import Experiment
+from experiments.bench.sources.experiment import Experiment
 from tests.helpers.chapters import check_options
 from tools.pages import playground
 

@@ -14,10 +14,10 @@ from matplotlib.patches import Circle, Wedge
 from colias_sim import CameraConfig
 from experiments.bench.figures.palette import HUES
 from experiments.bench.figures.plotting import STYLE, plain, wrapped
-from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.plan import configure
-from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, nominal
 from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.course import ROBOT_RADIUS_CM, nominal
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.trials import configure
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SIZE
 

@@ -10,8 +10,8 @@ from typing import Any
 from dsnn import MODELS
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
-from experiments.bench.robot.experiment import Experiment
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats.claim import Claim, Words, words
 from tools.pages import docstring_text, experiment_pictures, markdown
 from tools.pages.markdown import code, prose, sentence, table

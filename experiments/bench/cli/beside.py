@@ -13,9 +13,9 @@ import rerun.blueprint as rrb
 from dsnn.model import CHANNELS
 from experiments.bench.figures.series import CHANNELS_OF, THRESHOLD
 from experiments.bench.recording import Model, lanes, page, recorded
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.recording import arena_view
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.store.pictures import chunks
 from experiments.bench.store.record import recordings_in
 from experiments.bench.video.reading import model_of

@@ -62,9 +62,9 @@ def _check_arena(source: str) -> int:
     from experiments.bench import registry
     from experiments.bench.conformance import arena_laws, table
     from experiments.bench.conformance.laws import Finding
-    from experiments.bench.robot.plan import plan
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.user_code import declares
+    from experiments.bench.trials import plan
 
     try:
         findings = arena_laws.check(known_arena(source))

@@ -10,10 +10,10 @@ import typer
 from experiments.bench.engine.terminal import count
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.public.run import missing_models
-from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.models import rate_notes
 from experiments.bench.store.description import begun, reconciled
+from experiments.bench.trials import Plan, describe
 
 
 def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bool) -> None:

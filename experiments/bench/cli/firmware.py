@@ -172,9 +172,9 @@ def loop(
     from experiments.bench.firmware import loop as looping
     from experiments.bench.public.run import RunRequest, perform
     from experiments.bench.robot import table
-    from experiments.bench.robot.experiment import Experiment
     from experiments.bench.robot.summary import Report
     from experiments.bench.run.errors import UsageError
+    from experiments.bench.sources.experiment import Experiment
 
     declared = registry.find(experiment)
     if not isinstance(declared, Experiment):

@@ -69,8 +69,8 @@ def parameters(
     dsnn, or those that the experiment declares.
     """
     from experiments.bench import registry
-    from experiments.bench.robot.plan import parameters as listed
     from experiments.bench.run.models import shown_models
+    from experiments.bench.trials import parameters as listed
 
     declared = registry.load(experiment)
     show_parameters(listed(declared, shown_models(declared.models, model, only)))

@@ -95,7 +95,7 @@ def _repeat(
 
     if "line" not in command:
         import experiments
-        from experiments.bench.robot import visit
+        from experiments.bench.sources import visit
 
         arguments = dict(command["arguments"])
         name = arguments.pop("experiment")

@@ -113,8 +113,8 @@ def of_trial(shape: tuple[int, int]) -> Frames:
     Raises `colias_sim.GLUnavailable` where nothing can be rendered.
     """
     from experiments.bench import registry
-    from experiments.bench.robot.plan import plan
-    from experiments.bench.robot.trial import run_trial
+    from experiments.bench.sources.robot import run_trial
+    from experiments.bench.trials import plan
 
     rows, columns = shape
     sized = [f"camera.width={columns}", f"camera.height={rows}"]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.stats.clips import SIGNED
 from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.stats.tests import (

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.robot.designs import Translation, angular
-from experiments.bench.robot.experiment import Condition, Experiment
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.designs import Translation, angular
+from experiments.bench.sources.experiment import Experiment
 from experiments.clean import GREYS as EVEN
 from experiments.clean import LONG_EDGE_AHEAD
 from experiments.clutter_depth import GREYS as EXTREME

@@ -19,16 +19,17 @@ from experiments.bench.closed_loop.seen import PartialResponse
 from experiments.bench.live.session import Session, View
 from experiments.bench.public.result import Run
 from experiments.bench.public.run import run
-from experiments.bench.robot.experiment import Condition, Experiment
-from experiments.bench.robot.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
-from experiments.bench.robot.plan import plan
-from experiments.bench.robot.trial import RunningTrial
-from experiments.bench.robot.visit import visit
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import choose
 from experiments.bench.run.streams import stream
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
+from experiments.bench.sources.robot import RunningTrial
+from experiments.bench.sources.visit import visit
 from experiments.bench.store.files import new_folder
+from experiments.bench.trials import plan
 from scenes import ARENA_RADIUS_CM
 
 WORLD = ("scene.", "camera.")

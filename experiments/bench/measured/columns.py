@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, WORDS
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
 
 INDEX = ("trial", "model", "seed", "origin")
 TIME = "time_s"
@@ -29,7 +29,7 @@ KNOWN = (*INDEX, *CONDITION_COLUMNS, TIME, *ANSWERS, *POSES)
 WHOLE = frozenset({"trial", "seed", *(spikes for spikes in CHANNELS.values() if spikes)})
 ROBOT, SIMULATION = "robot", "simulation"
 """Values that ``origin`` may have; blank is ``robot``. ``colias export --to log`` writes ``simulation``."""
-TEXTS = frozenset({"model", "origin", *WORDS})
+TEXTS = frozenset({"model", "origin", "motion", "direction"})
 SPELT = {True: re.compile(r"[+-]?[0-9]+"), False: re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")}
 """Spelling in a cell of a whole number, and any. Python alone would take 1_0 for 10, and the digits of every script."""
 LONGEST = 400

@@ -11,9 +11,9 @@ from typing import Any
 
 from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import is_file
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
 from experiments.bench.store.pictures import pictures, write_pictures

@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
 from experiments.bench.run.errors import UsageError, short
+from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
+from experiments.bench.sources.experiment import Experiment
 from scenes.hints import nearest
 
 Floats = npt.NDArray[np.float64]

@@ -18,10 +18,10 @@ from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments.bench.measured.columns import CHANNELS, POSES
 from experiments.bench.measured.log import LoggedTrial
-from experiments.bench.robot.mechanism.windows import Windows
-from experiments.bench.robot.rows import FRAME_SCHEMA, OF_TRIAL, TRIAL_SCHEMA, answer_columns
-from experiments.bench.robot.trial import FrameColumns, answer, away_cm, parts_of
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.sources.robot import FrameColumns, answer, away_cm, parts_of
+from experiments.bench.sources.rows import FRAME_SCHEMA, OF_TRIAL, TRIAL_SCHEMA, answer_columns
+from experiments.bench.sources.windows import Windows
 from experiments.bench.store.origin import COLUMN
 from experiments.bench.store.rows import OBSERVER
 

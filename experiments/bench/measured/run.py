@@ -17,10 +17,6 @@ from experiments.bench.engine.terminal import error_console, progress
 from experiments.bench.measured.frames import FrameFolder
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
-from experiments.bench.robot.experiment import Condition, Experiment
-from experiments.bench.robot.pictures.eyes import MARK
-from experiments.bench.robot.plan import Plan, configure, describe
-from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.folder import RunFolder
@@ -28,10 +24,15 @@ from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.run.runs import tell
 from experiments.bench.run.user_code import is_file, sha256
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.robot import MARK
+from experiments.bench.sources.rows import FRAME_SCHEMA
 from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.store.pictures import Images
 from experiments.bench.store.places import replacing_folder
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
+from experiments.bench.trials import Plan, configure, describe
 
 MOST_OFF = 10.0
 """Times by which a log's frame rate may differ from the camera's setting."""

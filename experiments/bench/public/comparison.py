@@ -14,11 +14,11 @@ import pyarrow as pa
 
 from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
-from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import family
 from experiments.bench.sources.clips import SHOWN, TRIALS
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.rows import TRIAL_SCHEMA
 from experiments.bench.stats.tests import Test, contrast, holm, paired
 from experiments.bench.store import provenance
 from experiments.bench.store.description import BEGUN, COMMAND, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS

@@ -19,10 +19,10 @@ from experiments.bench.footage.rows import SCHEMA, frame_row
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher
 from experiments.bench.footage.watch import watch as watch_pictures
-from experiments.bench.public.arguments import assignments, flag, is_path, model_texts
+from experiments.bench.public.arguments import flag, is_path, model_texts
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import rate_notes, shown_models
-from experiments.bench.run.settings import watchers
+from experiments.bench.run.settings import assignments, watchers
 
 MOTION_SCHEMA = pa.schema(
     {

@@ -12,12 +12,11 @@ from matplotlib.figure import Figure
 from dsnn.model import SPIKING
 from experiments.bench.figures.plotting import drawing
 from experiments.bench.report import clips as clips_figure
-from experiments.bench.robot.mechanism import excitation
-from experiments.bench.robot.mechanism.excitation import Course
-from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE
 from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clips import Figure as Drawing
+from experiments.bench.stats import excitation
+from experiments.bench.stats.excitation import NEEDED, WHOLE, Course
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 from scenes import arena_name

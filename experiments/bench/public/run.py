@@ -13,21 +13,21 @@ from experiments.bench.engine.pictures import Pictures, folder_pictures
 from experiments.bench.engine.terminal import error_console, tell_troubles
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.offline import plan as clips_plan
-from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
+from experiments.bench.public.arguments import flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
-from experiments.bench.robot import visit
-from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.pictures.eyes import both
-from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.plan import plan as robot_plan
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import shown_models
 from experiments.bench.run.runs import Resources, worker_count
+from experiments.bench.run.settings import assignments
+from experiments.bench.sources import visit
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store import commands
 from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
+from experiments.bench.trials import Plan, both
+from experiments.bench.trials import plan as robot_plan
 
 if TYPE_CHECKING:
     from experiments.bench.offline import OfflineReport

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pyarrow as pa
 import pyarrow.csv
 
-from experiments.bench.robot.rows import ConditionRow
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.conditions import Condition
 from experiments.bench.stats.tests import Summary, summarise
 from experiments.bench.store.description import short
 from experiments.bench.store.rows import group, known, schema_of
@@ -24,7 +24,7 @@ LOWEST = {"spikes": 0.0}
 CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
 
 _NUMBERS = {field.name: pa.int64() if field.name == "n" else pa.float64() for field in dataclasses.fields(Summary)}
-_CONDITIONS = {field.name: field.type for field in schema_of(ConditionRow)}
+_CONDITIONS = {field.name: field.type for field in schema_of(Condition)}
 ROBOT_SCHEMA = pa.schema({"model": pa.string(), **_CONDITIONS, "quantity": pa.string(), **_NUMBERS})
 COMPARISON_SCHEMA = pa.schema(
     {

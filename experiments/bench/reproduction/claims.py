@@ -8,7 +8,7 @@ from experiments.bench import offline, registry
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import replicates
-from experiments.bench.robot.claims import find
+from experiments.bench.sources.robot_claims import find
 from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.verdict import Outcome, Verdict

@@ -17,11 +17,10 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.reproduction.replicates import SHOWN, models_in
-from experiments.bench.robot import claims as robot_claims
-from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
-from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources import robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.robot_claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.clips import LEAST_GREYS
@@ -32,6 +31,7 @@ from experiments.bench.studies import run as study_run
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.replicates import MODEL, asked_models
 from experiments.bench.studies.study import WHOLE, Study
+from experiments.bench.trials import Plan, describe, plan
 from experiments.studies.onboard import BEST, series_of
 from experiments.studies.sensitivity import STUDY as SENSITIVE
 from experiments.studies.sensitivity_clips import STUDY as SENSITIVE_ON_CLIPS

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from experiments.bench.offline import OfflineReport
-from experiments.bench.robot import claims as robot_claims
-from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
+from experiments.bench.sources import robot_claims
 from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.count import count
+from experiments.bench.stats.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.replicates import Replicate
 from experiments.claims.readings import READINGS, Reading, bears_on

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 
 from experiments.bench import registry
-from experiments.bench.robot.claims import find
+from experiments.bench.sources.robot_claims import find
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies import replicates

@@ -28,7 +28,6 @@ from experiments.bench.reproduction.plan import (
     planned,
 )
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
@@ -48,6 +47,7 @@ from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
 from experiments.bench.studies.replicates import MODEL, Replicate, replicate
+from experiments.bench.trials import Plan, describe
 from experiments.studies.onboard import BEST, FORMATS
 from experiments.studies.onboard import STUDY as ONBOARD
 from experiments.studies.sensitivity import DEFAULTS

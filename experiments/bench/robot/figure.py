@@ -33,7 +33,7 @@ from experiments.bench.figures.plotting import (
     plain,
     wrapped,
 )
-from experiments.bench.robot.rows import is_tracked, varying
+from experiments.bench.sources.rows import is_tracked, varying
 from experiments.bench.stats.tests import LEAST_FOR_BOOTSTRAP, summarise
 from experiments.bench.store.parameters import in_title
 from experiments.bench.store.rows import group, looming_alone

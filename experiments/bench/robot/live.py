@@ -23,9 +23,9 @@ from experiments.bench.recording import (
     send_thresholds,
 )
 from experiments.bench.robot import recording
-from experiments.bench.robot.experiment import TrialSpec
-from experiments.bench.robot.pictures.media import Media, collect
-from experiments.bench.robot.trial import RunningTrial, columns_of
+from experiments.bench.sources.experiment import TrialSpec
+from experiments.bench.sources.media import Media, collect
+from experiments.bench.sources.robot import RunningTrial, columns_of
 
 EVERY_S = 0.1
 """Seconds between two parts of a trial that are sent."""

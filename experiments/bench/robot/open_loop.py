@@ -1,7 +1,7 @@
 """Summary of trials whose stimulus was driven open loop: the speeds that it reached, and how far it drifted.
 
 Nothing corrects such a stimulus. So the tolerances that other trials are held to do not apply to it
-(`experiments.bench.robot.claims.flaws`), and what it did is reported instead.
+(`experiments.bench.sources.robot_claims.flaws`), and what it did is reported instead.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from colias_sim.config import RobotConfig
-from experiments.bench.robot.claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE
+from experiments.bench.sources.robot_claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.stats.checks import is_number
 
 Rows = Sequence[Mapping[str, Any]]

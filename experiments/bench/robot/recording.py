@@ -35,10 +35,10 @@ from experiments.bench.recording import (
     send_video,
     timelines,
 )
-from experiments.bench.robot import surroundings
-from experiments.bench.robot.experiment import TrialSpec
-from experiments.bench.robot.pictures.media import MAP_SCALES, Media
-from experiments.bench.robot.trial import FrameColumns, TrialResult, scene_of
+from experiments.bench.sources import room
+from experiments.bench.sources.experiment import TrialSpec
+from experiments.bench.sources.media import MAP_SCALES, Media
+from experiments.bench.sources.robot import FrameColumns, TrialResult, scene_of
 from scenes import ARENA_RADIUS_CM, ARENAS
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def describe_trial(recording: rr.RecordingStream, spec: TrialSpec, media: Media)
     camera, scene = spec.settings.camera, scene_of(spec.condition, spec.settings)
     recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     recording.log("scene/floor", _floor(), static=True)
-    if obstacles := surroundings.obstacles(scene.arena):
+    if obstacles := room.obstacles(scene.arena):
         recording.log("scene/obstacles", _obstacles(obstacles), static=True)
     for robot in ("observer", "stimulus"):
         recording.log(f"scene/{robot}", *_look(TRIAL_ROBOTS[robot], scene), static=True)

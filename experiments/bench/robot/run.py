@@ -7,22 +7,19 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 from threadpoolctl import threadpool_limits
 
-from experiments.bench.robot.experiment import TrialSpec
-from experiments.bench.robot.plan import Plan, describe, notes
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
-from experiments.bench.robot.trajectory import nominal
-from experiments.bench.robot.trial import TrialResult, Watch, run_trial
+from experiments.bench.robot.summary import Report
 from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.sources.course import nominal
+from experiments.bench.sources.experiment import TrialSpec
+from experiments.bench.sources.robot import TrialResult, Watch, run_trial
+from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
 from experiments.bench.store.drawing import drawn_here
 from experiments.bench.store.rows import TrialRecord, recording_of
-
-if TYPE_CHECKING:
-    from experiments.bench.robot.summary import Report
+from experiments.bench.trials import Plan, describe, notes
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +99,7 @@ def run(
     Parameters
     ----------
     plan
-        From `experiments.bench.robot.plan.plan`.
+        From `plan`.
     out
         The run's folder: a new one, or one that holds a part of this run.
     resources
@@ -117,9 +114,9 @@ def run(
     Report
         What the run amounts to, as its files say.
     """
-    opened_batch = batch(plan, Keep(recordings, viewer=viewer))
-    with resources.pool() as pool, closing(opened_batch.open(out, resources)) as folder:
-        failures = opened_batch.fill(folder, pool, resources)
+    trials = batch(plan, Keep(recordings, viewer=viewer))
+    with resources.pool() as pool, closing(trials.open(out, resources)) as folder:
+        failures = trials.fill(folder, pool, resources)
         from experiments.bench.robot.summary import conclude  # not before: workers do without matplotlib
 
         return conclude(plan, folder, failures)

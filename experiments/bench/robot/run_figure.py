@@ -10,13 +10,12 @@ import pyarrow as pa
 from matplotlib.figure import Figure
 
 from experiments.bench.robot import figure as robot_figure
-from experiments.bench.robot.experiment import Drawing
-from experiments.bench.robot.judging import Rows
 from experiments.bench.robot.mechanism import excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
-from experiments.bench.robot.mechanism.excitation import Course
-from experiments.bench.robot.mechanism.parts import WHOLE, without_parts
-from experiments.bench.robot.rows import caption, drawable
+from experiments.bench.sources.experiment import Drawing
+from experiments.bench.sources.rows import caption, drawable
+from experiments.bench.stats.excitation import WHOLE, Course, without_parts
+from experiments.bench.stats.judging import Rows
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,22 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.figures import plotting
-from experiments.bench.robot.claims import find, flaws, judge
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
-from experiments.bench.robot.mechanism import excitation
-from experiments.bench.robot.mechanism.excitation import Course
-from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.open_loop import in_short, why
-from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.rows import drawable
 from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.run.folder import RunFolder
-from experiments.bench.stats import stored
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.experiment import Drawing
+from experiments.bench.sources.robot_claims import find, flaws, judge
+from experiments.bench.sources.rows import drawable
+from experiments.bench.stats import excitation, stored
 from experiments.bench.stats.checks import is_number
+from experiments.bench.stats.excitation import NEEDED, WHOLE, Course, without_parts
 from experiments.bench.stats.tests import holm, paired, summarise
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.origin import origin
 from experiments.bench.store.rows import Failure, group, mixture
+from experiments.bench.trials import Plan
 from scenes import arena_name
 
 QUANTITIES = (

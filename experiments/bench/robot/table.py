@@ -11,9 +11,9 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
-from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.rows import varying
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import LEVEL, Summary, least_of_pairs, summarise
 from experiments.bench.store.rows import group

@@ -320,3 +320,16 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
             schema = properties[field.name]
             words = meaning(type(value), field.name) or schema.get("description", "")
             yield Parameter(f"{section}.{field.name}", text, _legal(schema), _unit(schema), words)
+
+
+def assignments(settings: Mapping[str, Any] | None) -> list[str]:
+    """Return settings as ``--set`` takes them: ``{"dsnn.n_con": 6}`` is ``dsnn.n_con=6``."""
+    return [f"{key}={_text(value)}" for key, value in (settings or {}).items()]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Iterable) and getattr(value, "ndim", True):
+        return ",".join(map(_text, value))
+    return str(value).lower()

@@ -193,3 +193,9 @@ def _steps(error: BaseException) -> TracebackType | None:
     while step is not None and not is_users(Path(step.tb_frame.f_code.co_filename)):
         step = step.tb_next
     return step
+
+
+def run_main() -> None:
+    """Do what ``python FILE [OPTIONS]`` asks for where FILE declares an experiment: ``colias run`` on that file."""
+    # Not imported above: the commands stand on everything else.
+    importlib.import_module("experiments.bench.cli.entry").run_file(sys.modules["__main__"].__file__)

@@ -16,7 +16,7 @@ from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.play import Responses, Sample, Trial
-from experiments.bench.run.user_code import USER_MODULE, declared, is_file
+from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
 from experiments.bench.stats.claim import Claim, check_claims
 from experiments.bench.store.rows import JobRow, ModelRow, schema_of
 
@@ -446,6 +446,10 @@ class OfflineExperiment:
                 if not hasattr(clip.entry.params, name):
                     missing = f"the clip '{clip.name}', a {clip.entry.name}, has no {name} to be drawn against"
                     raise ValueError(f"experiment {self.name}: {missing}")
+
+    def main(self) -> None:
+        """Run the experiment of the file that is executed, as ``colias run FILE`` does with its options."""
+        run_main()
 
     def trials(
         self, models: tuple[Any, ...], repeats: int, seed: int, pictures: Pictures | None = None

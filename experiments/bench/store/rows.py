@@ -81,7 +81,9 @@ def schema_of(*rows: type) -> pa.Schema:
     for row in rows:
         for name, kind in get_type_hints(row).items():
             kinds = [part for part in get_args(kind) or (kind,) if part is not type(None)]
-            columns[name] = getattr(pa, _ARROW[kinds[0]])()
+            kind = str if isinstance(kinds[0], str) else kinds[0]  # of a Literal
+            if kind in _ARROW:  # a condition has paths too, which are no columns
+                columns[name] = getattr(pa, _ARROW[kind])()
     return pa.schema(columns)
 
 

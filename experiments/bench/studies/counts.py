@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.sources.robot_claims import RobotClaim
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.clips import ClipClaim
 from experiments.bench.stats.count import REASONS, Count, Reason, count

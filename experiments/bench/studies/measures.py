@@ -11,9 +11,9 @@ from functools import partial
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams
-from experiments.bench.robot.claims import flaws
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition
-from experiments.bench.robot.mechanism import peaks
+from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
+from experiments.bench.sources.robot_claims import flaws
+from experiments.bench.stats import judging
 from experiments.bench.stats.checks import unreadable
 from experiments.bench.stats.clips import POTENTIALS
 from experiments.bench.stats.tests import summarise
@@ -122,10 +122,10 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Measured
     wrong = unreadable(crossings, [column]) or flaws(crossings)
     if wrong or not crossings:
         return Measured(None, words=f"of the trials {wrong}" if wrong else "no rightward crossings")
-    means = {speed: peaks.mean(values) for speed, values in sorted(peaks.curve(crossings, column).items())}
+    means = {speed: judging.mean(values) for speed, values in sorted(judging.curve(crossings, column).items())}
     listed = ", ".join(f"{mean:.3g} at {speed:g}" for speed, mean in means.items())
     words = f"mean over trials of {column}: {listed} cm/s"
-    highest = peaks.peak(means)
+    highest = judging.peak(means)
     if highest.mean <= 0.0:
         return Measured(None, words=f"none is above 0; {words}")
     return Measured(highest.speed, "at the end of the range" if highest.end else "", words)
@@ -171,9 +171,9 @@ def least_peak(rows: Rows, threshold: float | None) -> Measured:
 _SPEEDS = f"rightward crossings at {LEAST_SPEEDS} speeds or more, all else equal"
 _ENTRIES = (
     Measure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s", "robot", _SPEEDS,
-            _crossings, partial(peak_speed, column=peaks.POTENTIAL)),
+            _crossings, partial(peak_speed, column=judging.POTENTIAL)),
     Measure("peak-speed-count", "speed at which there are most spikes", "cm/s", "robot", _SPEEDS, _crossings,
-            partial(peak_speed, column=peaks.COUNT)),
+            partial(peak_speed, column=judging.COUNT)),
     Measure("peak-hs", "largest HS of a crossing, of several the lowest", "", "clips",
             "clips of an object that moves rightward", _crossing_clips, least_peak),
 )  # fmt: skip

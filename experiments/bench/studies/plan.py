@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Trial
 from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.experiment import TrialSpec
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.grid import Point

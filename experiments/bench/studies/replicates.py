@@ -10,8 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.bench.robot.claims import RobotClaim, find, outcome
-from experiments.bench.robot.experiment import Experiment, TrialSpec
+from experiments.bench.sources.experiment import Experiment, TrialSpec
+from experiments.bench.sources.robot_claims import RobotClaim, find, outcome
 from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.clips import ClipClaim

@@ -11,20 +11,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.robot.claims import RobotClaim, find
-from experiments.bench.robot.experiment import Experiment, TrialSpec
-from experiments.bench.robot.plan import Plan, describe, plan, sections
-from experiments.bench.robot.plan import sources as plan_sources
-from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.run.settings import check_counts
+from experiments.bench.sources.experiment import Experiment, TrialSpec
+from experiments.bench.sources.robot_claims import RobotClaim, find
+from experiments.bench.sources.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
 from experiments.bench.studies import choice, grid
 from experiments.bench.studies.grid import Base, Point, Values
 from experiments.bench.studies.measures import Measure
 from experiments.bench.studies.plan import EVERY_MODEL, Share, StudyPlan, Watcher, shown_at, study_description
 from experiments.bench.studies.study import Axis, Study
+from experiments.bench.trials import Plan, describe, plan, sections
+from experiments.bench.trials import sources as plan_sources
 
 Claims = choice.Chosen[RobotClaim]
 Measures = Sequence[tuple[Measure, str]]

@@ -15,13 +15,13 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.offline import plan as clips_plan
 from experiments.bench.offline import play_clip
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.play import FRAMES
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, pixels
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, claim_ids
 from experiments.bench.store.files import Files
 from experiments.bench.studies import clips, robot

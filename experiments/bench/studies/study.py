@@ -13,7 +13,7 @@ from experiments.bench.stats.claim import Claim
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from experiments.bench.robot.experiment import TrialSpec
+    from experiments.bench.sources.experiment import TrialSpec
     from experiments.bench.store.rows import TrialRecord
 
 WHOLE = 10

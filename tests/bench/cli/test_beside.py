@@ -14,8 +14,8 @@ import experiments
 from experiments.bench.cli.beside import conditions, side_by_side
 from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.robot.recording import record
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.robot import run_trial
 from tests.bench.figures.test_recording_looks import COUNT, episode
 from tests.bench.robot.test_trial import spec
 

@@ -16,7 +16,7 @@ import rerun as rr
 from matplotlib.image import imread
 from PIL import Image
 
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.files import rows_hash
 from tests.helpers import user_files
 from tests.helpers.inside import inside
@@ -210,7 +210,8 @@ def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
 PLAIN_DESIGN = """from __future__ import annotations
 from dataclasses import dataclass
 from beside import SPEED
-from experiments.bench.robot.experiment import Condition, Experiment
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Experiment
 
 @dataclass(frozen=True)
 class Fast:

@@ -7,10 +7,10 @@ import pytest
 
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
-from experiments.bench.robot.mechanism.variants import CONNECTIONS
 from experiments.bench.run.play import respond
 from experiments.bench.run.settings import watchers
 from experiments.bench.stats.clips import ASSUMED, MATCHED, POTENTIALS, judge, paper_claims
+from experiments.bench.stats.judging import CONNECTIONS
 from tests.helpers.clip_rows import (
     FEWER,
     SIGNED,

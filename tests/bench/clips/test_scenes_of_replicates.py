@@ -13,12 +13,12 @@ from experiments.bench import registry
 from experiments.bench.engine.pictures import folder_pictures
 from experiments.bench.offline import plan, play_clip
 from experiments.bench.reproduction.plan import replicates_plan
-from experiments.bench.robot.plan import plan as robot_plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import clips_of
 from experiments.bench.store.description import differences, to_json
 from experiments.bench.studies import run as studies
+from experiments.bench.trials import plan as robot_plan
 
 DEPTH = registry.find("clutter-depth")
 

@@ -4,10 +4,11 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.robot.designs import Translation
-from experiments.bench.robot.experiment import Condition, Experiment
-from experiments.bench.robot.plan import configure, parameters
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.designs import Translation
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.trials import configure, parameters
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
 

@@ -12,7 +12,8 @@ QUICK = ("--workers", "0", "--no-recordings", "-q", "--out", "out")
 ROBOT = """
 import itertools
 from dataclasses import dataclass
-from experiments.bench.robot.experiment import Condition, Experiment
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Experiment
 
 GOOD = Condition("translation", "rightward", 30.0, 8.0)
 OTHER = Condition("translation", "leftward", 30.0, 8.0)

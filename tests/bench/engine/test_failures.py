@@ -12,12 +12,13 @@ from experiments.bench.engine.templates import render
 from experiments.bench.footage.video import Picture
 from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.offline import play_clip
-from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
-from experiments.bench.robot.rows import finished
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
 from experiments.bench.run.play import Trial
 from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Settings, TrialSpec
+from experiments.bench.sources.robot import run_trial
+from experiments.bench.sources.rows import finished
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")

@@ -10,10 +10,10 @@ import pytest
 
 from dsnn import MODELS
 from experiments.bench import registry
-from experiments.bench.robot.plan import plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ask
 from experiments.bench.run.settings import watchers
+from experiments.bench.trials import plan
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "--no-recordings", "-q")

@@ -10,9 +10,9 @@ from dsnn import DSNNParams, LPLC2Params
 from experiments import NAMES, Angular, Clutter, Contrast, Egomotion, Translation
 from experiments.bench import registry
 from experiments.bench.closed_loop.policy import About
-from experiments.bench.robot.plan import configure, parameters, plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import family
+from experiments.bench.trials import configure, parameters, plan
 
 
 def configured(*assignments):
@@ -84,7 +84,7 @@ def test_a_preset_comes_first_whatever_the_order():
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
-    from experiments.bench.robot.claims import paper_claims
+    from experiments.bench.sources.robot_claims import paper_claims
 
     experiment = registry.load(name)
     assert experiment.name == name

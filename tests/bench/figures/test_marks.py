@@ -20,8 +20,8 @@ from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.cli.main import command
 from experiments.bench.robot.live import LiveTrial
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_live import ended
 from tests.bench.robot.test_trial import spec
 from tests.helpers.answering import write_model

@@ -33,12 +33,12 @@ from experiments.bench.leaderboard.scores import (
 from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import ROUNDS, time_models
 from experiments.bench.offline import plan, play_clip
-from experiments.bench.robot.designs import Translation
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import COMPARED, choose, shown_models
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.clips import Clip
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.designs import Translation
 from experiments.bench.stats.clips import SIGNED
 from experiments.bench.stats.tests import area_under_roc, median_interval
 from tests.helpers import user_files

@@ -19,7 +19,7 @@ from experiments.bench.live import run
 from experiments.bench.live.arena import ArenaSession
 from experiments.bench.live.footage import FootageSession
 from experiments.bench.live.session import Session
-from experiments.bench.robot.trial import forget_simulations
+from experiments.bench.sources.robot import forget_simulations
 from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
 from tests.helpers.footage import Walker, street, write
 

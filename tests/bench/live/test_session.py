@@ -9,9 +9,9 @@ import pytest
 from experiments.bench.cli.main import command
 from experiments.bench.live.arena import START
 from experiments.bench.live.arena import ArenaSession as Session
-from experiments.bench.robot import visit
-from experiments.bench.robot.hand import Command, Hand
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources import visit
+from experiments.bench.sources.hand import Command, Hand
 from experiments.bench.store.record import Record
 
 T = 0.2

@@ -15,8 +15,8 @@ import rerun as rr
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.measured.columns import POSES
-from experiments.bench.robot.trial import forget_simulations
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.robot import forget_simulations
 from experiments.bench.store.pictures import pictures
 
 UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "wall_s"}

@@ -17,7 +17,7 @@ from experiments.bench.reproduction import replicates, report, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.robot import recording as robot_recording
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.trial import forget_simulations
+from experiments.bench.sources.robot import forget_simulations
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.stored import verdicts

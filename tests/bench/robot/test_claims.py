@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.bench.robot.claims import outcome, paper_claims
+from experiments.bench.sources.robot_claims import outcome, paper_claims
 
 CLAIMS = paper_claims()
 

@@ -14,11 +14,20 @@ from dsnn.filters import alpha
 from experiments.bench import registry
 from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.plan import QUICK, planned
-from experiments.bench.robot.claims import find
-from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue
-from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
-from experiments.bench.robot.plan import plan
+from experiments.bench.sources.robot_claims import find
+from experiments.bench.stats.excitation import (
+    BALANCED,
+    EXCITED,
+    NEEDED,
+    OPPOSED,
+    WHOLE,
+    before_sigmoid,
+    courses,
+    directional,
+    residue,
+)
 from experiments.bench.stats.verdict import Outcome
+from experiments.bench.trials import plan
 from tests.helpers.figure_texts import drawn_texts
 
 SHAPE, FRAMES = (24, 40), 24

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.robot.pictures.eyes import both, through
-from experiments.bench.robot.plan import plan
 from experiments.bench.robot.recording import exposing, layout, record
-from experiments.bench.robot.trial import run_trial
+from experiments.bench.sources.robot import run_trial, through
+from experiments.bench.trials import both, plan
 
 
 def planned(*changes):

@@ -16,8 +16,8 @@ from experiments.bench import viewer
 from experiments.bench.engine.terminal import program
 from experiments.bench.robot.live import LiveTrial
 from experiments.bench.robot.run import Keep, work
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_trial import same, spec
 from tests.helpers.rerun_viewer import PATIENCE_S, listening, needs_vulkan, viewing
 

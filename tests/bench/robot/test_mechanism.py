@@ -16,11 +16,11 @@ from experiments.bench import registry
 from experiments.bench.figures.palette import lanes
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import QUICK, planned
-from experiments.bench.robot.claims import paper_claims
-from experiments.bench.robot.experiment import Condition
-from experiments.bench.robot.mechanism.variants import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
-from experiments.bench.robot.mechanism.windows import measure, windows
-from experiments.bench.robot.plan import plan
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.robot_claims import paper_claims
+from experiments.bench.sources.windows import measure, windows
+from experiments.bench.stats.judging import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
+from experiments.bench.trials import plan
 
 CLAIMS = paper_claims()
 

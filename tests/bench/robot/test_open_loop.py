@@ -6,14 +6,15 @@ import math
 import pytest
 
 from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
-from experiments.bench.robot.claims import flaws
-from experiments.bench.robot.designs import angular
-from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.open_loop import in_short, why
-from experiments.bench.robot.rows import finished
-from experiments.bench.robot.trajectory import nominal
-from experiments.bench.robot.trial import TrialResult, run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.course import nominal
+from experiments.bench.sources.designs import angular
+from experiments.bench.sources.experiment import Settings, TrialSpec
+from experiments.bench.sources.robot import TrialResult, run_trial
+from experiments.bench.sources.robot_claims import flaws
+from experiments.bench.sources.rows import finished
 
 COLIAS4 = RobotConfig.preset("colias4")
 CROSSING = Condition("translation", "rightward", 10.0, 8.0)

@@ -8,11 +8,11 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments import Condition, Experiment, Leg, Path, Translation, UsageError
-from experiments.bench.robot.experiment import Settings, TrialSpec
-from experiments.bench.robot.plan import check, describe, notes, plan
 from experiments.bench.robot.run import amount
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.experiment import Settings, TrialSpec
+from experiments.bench.sources.robot import run_trial
+from experiments.bench.trials import describe, notes, plan
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
 PLAIN = SceneConfig(light_sd=0.0, turn_wall=False, wall_contrast=0.0)
@@ -124,17 +124,15 @@ def test_observer_and_movers_take_their_paths():
 
 ARC, SPOT = Leg(0.5, 6, turn_deg=180), Leg(turn_deg=90, seconds=0.05)
 REFUSED = {
-    "beyond the arena": (crossing(6, 6, length=60), r"path\.x_cm.*beyond the arena.*; legal is up to 45; .*shorten"),
-    "faster than the wheels": (
-        Path([Leg(20, 6), Leg(2, 40)], 8, 10, -90), r"path\.legs\[1\]\.speed_cm_s=40: .*up to 33\.25 .*lower",
-    ),
-    "turning faster": (Path([Leg(5, 6), SPOT, Leg(5, 6)], 8, 6, -90), r"turn_deg=90: it turns.*more seconds"),
-    "a bend too narrow": (Path([ARC], 10, 2, -90), r"legs\[0\]\.turn_deg=180.*more length_cm or less speed"),
-    "a function too fast": (Path.of_time(lambda t: (9, 8 - 40 * t), 0.4), r"path\.<lambda> at 0.* s: speed_cm_s=40"),
-    "never in view": (crossing(6, 6, x_cm=-15.0), r"path\.x_cm.*never in view.*is within 35 \(camera\.hfov.*begin it"),
-    "into the observer": (Path([Leg(15, 6)], 16, 0, 180), r"path\.x_cm.*its body comes within .* of observer.*lead it"),
-    "below the dead band": (crossing(0.5, 0.5), r"legs\[0\]\.speed_cm_s=0\.5.*dead_band=20"),
-}  # fmt: skip
+    "beyond the arena": (crossing(6, 6, length=60), "arena ends at 45"),
+    "faster than the wheels": (Path([Leg(20, 6), Leg(2, 40)], 8, 10, -90), "at most 33.25"),
+    "turning faster": (Path([Leg(5, 6), SPOT, Leg(5, 6)], 8, 6, -90), "wheel"),
+    "a bend too narrow": (Path([ARC], 10, 2, -90), "wheel"),
+    "a function too fast": (Path.of_time(lambda t: (9, 8 - 40 * t), 0.4), "wheel"),
+    "never in view": (crossing(6, 6, x_cm=-15.0), "never in view"),
+    "into the observer": (Path([Leg(15, 6)], 16, 0, 180), "touch"),
+    "below the dead band": (crossing(0.5, 0.5), "stand"),
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -158,6 +156,5 @@ def test_an_acceleration_that_nobody_sees_is_named():
 
 def test_a_run_s_description_has_its_paths():
     mine = planned(Condition.along("mine", crossing()))
-    check(mine)
     (paths,) = describe(mine)["paths"].values()
     assert paths["path"].legs == (Leg(20, 4, 20),)

@@ -10,12 +10,13 @@ import pytest
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from dsnn import DSNN, DSNNParams
 from experiments.bench.robot import recording as robot_recording
-from experiments.bench.robot import trajectory, trial
-from experiments.bench.robot.designs import Angular, Egomotion, Translation, angular
-from experiments.bench.robot.experiment import Condition, Experiment, Settings, trial_seed, trial_specs
-from experiments.bench.robot.rows import finished
-from experiments.bench.robot.trial import run_trial
 from experiments.bench.run.models import choose
+from experiments.bench.sources import course, robot
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.designs import Angular, Egomotion, Translation, angular
+from experiments.bench.sources.experiment import Experiment, Settings, TrialSpec, trial_seed, trial_specs
+from experiments.bench.sources.robot import run_trial
+from experiments.bench.sources.rows import finished
 
 
 def settings(**changes) -> Settings:
@@ -25,10 +26,10 @@ def settings(**changes) -> Settings:
 
 def spec(speed=10.0, distance=8.0, direction="rightward", seed=7, index=0, **changes):
     condition = Condition("translation", direction, speed, distance)
-    return trial.TrialSpec("test", index, 0, seed, condition, settings(**changes))
+    return TrialSpec("test", index, 0, seed, condition, settings(**changes))
 
 
-def same(a: trial.TrialResult, b: trial.TrialResult) -> bool:
+def same(a: robot.TrialResult, b: robot.TrialResult) -> bool:
     rows = [[{**row, "wall_s": 0.0} for row in finished(r, None).rows] for r in (a, b)]
     return rows[0] == rows[1] and finished(a, None).frames.equals(finished(b, None).frames)
 
@@ -37,7 +38,7 @@ def test_same_specification_same_numbers_whatever_ran_before():
     first = run_trial(spec())
     run_trial(spec(speed=20.0, direction="leftward", seed=99))
     assert same(run_trial(spec()), first)
-    trial.forget_simulations()  # a newly compiled scene, a new OpenGL context
+    robot.forget_simulations()  # a newly compiled scene, a new OpenGL context
     assert same(run_trial(spec(), keep_media=True), first)
 
 
@@ -112,7 +113,7 @@ def test_spikes_of_a_looming_detector_are_its_looming_spikes():
 
 def depth_trial(motion, angle, acceleration=15.0, seed=5):
     condition = angular(motion, angle, 6.0, 5.0, 20.0, acceleration)
-    return run_trial(trial.TrialSpec("test", 0, 0, seed, condition, settings()))
+    return run_trial(TrialSpec("test", 0, 0, seed, condition, settings()))
 
 
 @pytest.mark.parametrize("motion", ["approach", "recession"])
@@ -134,13 +135,11 @@ def test_approach_and_recession_go_where_they_say(motion, angle):
 def test_a_heading_error_is_corrected_within_a_millimetre():
     """Set down 3.5 sd askew, an approach or recession stays within 1 mm of its line (skew / (e rate) = 0.56 mm)."""
     for motion in ("approach", "recession"):
-        spec = trial.TrialSpec(
-            "test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0)
-        )
-        route = trajectory.nominal(spec.condition, spec.settings)
+        spec = TrialSpec("test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0))
+        route = course.nominal(spec.condition, spec.settings)
         askew = dataclasses.replace(route, start=dataclasses.replace(route.start, heading=route.start.heading + 0.061))
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(trial, "course", lambda *_, askew=askew: askew)
+            patch.setattr(robot, "course", lambda *_, askew=askew: askew)
             result = run_trial(spec)
         assert 0.1 < result.path_error_mm < 1.0
 
@@ -170,8 +169,8 @@ def test_mirrored_angles_mirror_the_image():
 def test_the_observer_moves_as_told():
     """Turning 10 degrees/s, driving 1 cm/s; in mid-crossing it is where it stands otherwise."""
     turning, driving = (c for c in Egomotion(turns_deg_s=(10.0,), drives_cm_s=(1.0,)).conditions())
-    turned = run_trial(trial.TrialSpec("test", 0, 0, 5, turning, settings())).columns
-    driven = run_trial(trial.TrialSpec("test", 0, 0, 5, driving, settings())).columns
+    turned = run_trial(TrialSpec("test", 0, 0, 5, turning, settings())).columns
+    driven = run_trial(TrialSpec("test", 0, 0, 5, driving, settings())).columns
     rate = np.polyfit(turned.sim_time_s[5:], turned.observer_heading_deg[5:], 1)[0]
     speed = np.polyfit(driven.sim_time_s[5:], driven.observer_x_cm[5:], 1)[0]
     assert rate == pytest.approx(10.0, rel=0.05)
@@ -191,7 +190,7 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
         "translation", direction, 6.0, 8.0, observer_speed_cm_s=drive, observer_turn_deg_s=sign * turn
     )
     moving = settings()
-    result = run_trial(trial.TrialSpec("test", 0, 0, 5, condition, moving))
+    result = run_trial(TrialSpec("test", 0, 0, 5, condition, moving))
     columns = result.columns
     heading = np.radians(columns.observer_heading_deg)
     forward = moving.camera.forward_cm
@@ -207,12 +206,12 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
 def test_turning_with_the_stimulus_is_refused():
     condition = Condition("translation", "rightward", 6.0, 8.0, observer_turn_deg_s=-20.0)
     with pytest.raises(ValueError, match=r"turn of -20 degrees/s keeps a stimulus of 6 cm/s in view"):
-        trajectory.nominal(condition, settings())
+        course.nominal(condition, settings())
 
 
 def test_conditions_set_the_scene():
-    grey = trial.scene_of(Condition("translation", "rightward", 6.0, 8.0, shell_grey=0.5), settings())
-    wall = trial.scene_of(Condition("translation", "rightward", 6.0, 8.0, wall_contrast=2.0), settings())
+    grey = robot.scene_of(Condition("translation", "rightward", 6.0, 8.0, shell_grey=0.5), settings())
+    wall = robot.scene_of(Condition("translation", "rightward", 6.0, 8.0, wall_contrast=2.0), settings())
     assert (grey.shell_grey, grey.wall_contrast, wall.wall_contrast) == (0.5, 1.0, 2.0)
 
 

@@ -8,9 +8,9 @@ from experiments import NAMES, OFFLINE, Claim
 from experiments.bench import registry
 from experiments.bench.closed_loop.claims import BehaviourClaim
 from experiments.bench.footage.claims import FootageClaim
-from experiments.bench.robot.claims import RobotClaim, outcome
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.robot_claims import RobotClaim, outcome
 from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find, of_kind, words
 from experiments.bench.stats.clips import ClipClaim
 from experiments.claims.readings import READINGS

@@ -4,7 +4,7 @@ import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
 from experiments.bench.public.run import RunRequest, missing_models, planned
-from experiments.bench.robot.claims import judge
+from experiments.bench.sources.robot_claims import judge
 from experiments.bench.stats import clips as clips_claims
 from tests.bench.robot.test_claims import rows
 

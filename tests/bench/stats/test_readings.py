@@ -10,10 +10,10 @@ from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction import claims
 from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.readings import _SIDES, NOT_RUN, Evidence, chapters
-from experiments.bench.robot.mechanism.variants import FALLING
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.clips import ASSUMED, compared, paper_claims
+from experiments.bench.stats.judging import FALLING
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes

@@ -7,8 +7,8 @@ import pytest
 from experiments import Claim, Outcome
 from experiments.bench import registry
 from experiments.bench.reproduction import claims, replicates
-from experiments.bench.robot.claims import outcome, paper_claims
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.robot_claims import outcome, paper_claims
 from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.clips import SIGNED

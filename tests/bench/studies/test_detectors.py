@@ -9,11 +9,11 @@ from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.reproduction.page.cards import detectors_text
 from experiments.bench.reproduction.page.studies import study_section
-from experiments.bench.robot.plan import plan
 from experiments.bench.run.runs import Resources
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.stored import studies
+from experiments.bench.trials import plan
 from experiments.studies.detectors import (
     EDGE,
     EDGE_LEVELS,

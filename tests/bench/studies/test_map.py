@@ -15,10 +15,10 @@ import typer
 import experiments
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.robot.judging import DEPTH
 from experiments.bench.run.errors import UsageError
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.count import REASONS
+from experiments.bench.stats.judging import DEPTH
 from experiments.bench.studies import figure, run
 from experiments.bench.studies.counts import TOGETHER, Counts, regions
 from experiments.bench.studies.study import Axis, Level, Study
@@ -215,7 +215,7 @@ def test_lost_trials_leave_a_claim_unjudged():
 
 
 def test_a_replicate_has_the_trials_of_a_run_with_its_seed():
-    from experiments.bench.robot.plan import plan as robot_plan
+    from experiments.bench.trials import plan as robot_plan
 
     map_plan = planned(["general"], "camera.read_noise=0,0.64", claims=("C13",), replicates=3, seed=4)
     runs = [robot_plan(registry.load("general"), ["dsnn"], (), None, 4 + k).specs() for k in range(3)]

@@ -83,8 +83,8 @@ def test_what_has_no_peak_has_no_value():
 
 
 def test_c30_and_the_measure_have_one_peak():
-    from experiments.bench.robot.claims import find
-    from experiments.bench.robot.experiment import Condition
+    from experiments.bench.sources.conditions import Condition
+    from experiments.bench.sources.robot_claims import find
 
     speeds, rng = (2.0, 4.0, 6.0, 10.0, 15.0, 30.0), np.random.default_rng(0)
     rows = [

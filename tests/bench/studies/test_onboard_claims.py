@@ -6,7 +6,7 @@ import pytest
 
 from experiments.bench.reproduction import replicates, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
-from experiments.bench.robot.trial import run_trial
+from experiments.bench.sources.robot import run_trial
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point

@@ -19,11 +19,12 @@ from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
-from experiments.bench.robot.experiment import Condition, Settings
 from experiments.bench.robot.recording import record
-from experiments.bench.robot.trial import TrialResult, TrialSpec, forget_simulations, run_trial
 from experiments.bench.run import settings
 from experiments.bench.run.models import choose, shown_models
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.robot import TrialResult, TrialSpec, forget_simulations, run_trial
 from experiments.bench.video import make
 from experiments.bench.video import pictures as reading
 from experiments.bench.video.drawing import Drawer

@@ -10,10 +10,10 @@ from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
-from experiments.bench.robot.mechanism.excitation import Course, described
 from experiments.bench.stats.claim import words
 from experiments.bench.stats.clips import ASSUMED, paper_claims
 from experiments.bench.stats.count import Count
+from experiments.bench.stats.excitation import Course, described
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.studies.constants import STUDIES, compares_with, comparing, constants_text, outcomes
 from experiments.bench.studies.counts import Counts

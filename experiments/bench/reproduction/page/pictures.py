@@ -12,10 +12,10 @@ import numpy as np
 import rerun as rr
 
 from experiments.bench.recording import Images
-from experiments.bench.robot.experiment import TrialSpec
-from experiments.bench.robot.plan import Plan
+from experiments.bench.sources.experiment import TrialSpec
 from experiments.bench.store.files import read_parquet
 from experiments.bench.store.rows import recording_name
+from experiments.bench.trials import Plan
 
 SHARES = (0.1, 0.5, 0.9)
 """Shares of the time in which the stimulus is in view, at which frames are taken."""

@@ -13,13 +13,14 @@ from experiments.bench.closed_loop.run import Played
 from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduction.page.cards import Card
 from experiments.bench.reproduction.page.pictures import Seen, seen
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
-from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.experiment import Drawing
+from experiments.bench.sources.rows import varying
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.rows import Failure, group
+from experiments.bench.trials import Plan
 
 ALTS: Mapping[Drawing, str] = {
     "spikes": "Spikes of every trial of {name}, and the HS potential over each",

@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from experiments.bench.figures.palette import HUES
 from experiments.bench.figures.plotting import PAGE, STYLE, WIDTH, headline
 from experiments.bench.robot.figure import level_text
-from experiments.bench.robot.mechanism.excitation import Course, Floats
+from experiments.bench.stats.excitation import Course, Floats
 
 ACROSS = 3
 """Conditions side by side."""
@@ -41,7 +41,7 @@ def figure(courses_shown: Sequence[Course], heading: str, threshold: float | Non
     Parameters
     ----------
     courses_shown
-        One or more conditions; see `experiments.bench.robot.mechanism.excitation.courses`.
+        One or more conditions; see `experiments.bench.stats.excitation.courses`.
     heading
         Title of the figure.
     threshold

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from experiments.bench.figures.palette import HUES, LINES, lanes, marks
 from experiments.bench.figures.plotting import LETTER_INCHES, STYLE, WIDTH, extra_widths, headline, plain, wrapped
 from experiments.bench.robot.figure import AXIS_LABELS
-from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
+from experiments.bench.sources.windows import NEAR_AXIS_CM
 from experiments.bench.stats.tests import LEAST_FOR_BOOTSTRAP, Summary, summarise
 from experiments.bench.store.rows import looming_alone
 

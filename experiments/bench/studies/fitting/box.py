@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from experiments.bench.robot.plan import sections as robot_sections
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET, look_up
 from experiments.bench.run.settings import changed, collect, schema_of, unit_of
@@ -15,6 +14,7 @@ from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.studies.clips import offline
 from experiments.bench.studies.grid import ENDS, apart
 from experiments.bench.studies.study import Study, keys_of
+from experiments.bench.trials import sections as robot_sections
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""

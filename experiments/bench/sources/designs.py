@@ -8,7 +8,7 @@ from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import unit, with_field_docs
-from experiments.bench.robot.experiment import Condition, Direction, Motion
+from experiments.bench.sources.conditions import Condition, Direction, Motion
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 

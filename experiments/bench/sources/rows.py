@@ -9,9 +9,10 @@ from typing import Any, TypedDict, get_type_hints
 import pyarrow as pa
 
 from dsnn import ResponseSeries
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
-from experiments.bench.robot.mechanism.windows import InWindows
-from experiments.bench.robot.trial import FrameColumns, TrialAnswer, TrialResult
+from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
+from experiments.bench.sources.experiment import Drawing
+from experiments.bench.sources.robot import FrameColumns, TrialAnswer, TrialResult
+from experiments.bench.sources.windows import InWindows
 from experiments.bench.stats.checks import is_number
 from experiments.bench.store.origin import is_imported, origin
 from experiments.bench.store.rows import (
@@ -33,24 +34,8 @@ class RobotRow(JobRow):
     robot: str
 
 
-class ConditionRow(TypedDict):
-    """The condition of a trial, as `experiments.bench.robot.experiment.Condition` has it."""
-
-    motion: str
-    direction: str
-    speed_cm_s: float
-    distance_cm: float
-    far_cm: float | None
-    angle_deg: float | None
-    shell_grey: float | None
-    wall_contrast: float | None
-    observer_speed_cm_s: float
-    observer_turn_deg_s: float
-    acceleration_cm_s2: float
-
-
-class TrialRow(RobotRow, ConditionRow, ModelRow):
-    """A row of ``trials.parquet``: one trial of the robot, as one model answered it."""
+class TrialRow(ModelRow):
+    """Columns of ``trials.parquet`` after those of the trial's condition: what one model responded."""
 
     firing_rate_hz: float | None
     peak_hs: float
@@ -82,7 +67,7 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     it.
     """
     spikes_in_inner_window: int | None
-    """Number of spikes in a shorter time about the axis: see `experiments.bench.robot.mechanism.windows`."""
+    """Number of spikes in a shorter time about the axis: see `experiments.bench.sources.windows`."""
     frames: int
     wall_s: float
     """Time that the trial took to compute."""
@@ -122,7 +107,7 @@ OF_ANSWER = (
 )  # fmt: skip
 """Columns that are fields of `TrialAnswer`."""
 
-TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
+TRIAL_SCHEMA = schema_of(RobotRow, Condition, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
 
 

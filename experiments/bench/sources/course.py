@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from colias_sim import PathFollower, Pose, Route, Schedule, Stretch
-from experiments.bench.robot.experiment import DEPTH, Condition, Settings
-from experiments.bench.robot.hand import Hand
-from experiments.bench.robot.path import Path
 from experiments.bench.run.streams import stream
+from experiments.bench.sources.conditions import DEPTH, Condition
+from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.hand import Hand
+from experiments.bench.sources.path import Path
 
 ROBOT_RADIUS_CM = 2.0
 """Radius of a hull, and of the stimulus's shell where the settings leave it as it is."""

@@ -10,9 +10,10 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from colias_sim import bearing
-from experiments.bench.robot.experiment import BY_HAND, LIMITS, Condition, Experiment
-from experiments.bench.robot.hand import Hand
 from experiments.bench.run.errors import UsageError, explain
+from experiments.bench.sources.conditions import BY_HAND, Condition
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.hand import Hand
 
 NAME = "live"
 """The name of the experiment."""
@@ -59,14 +60,9 @@ class ByHand:
         return (
             Condition(
                 BY_HAND, "straight" if straight else "rightward" if swept > 0 else "leftward",
-                _within("speed_cm_s", speed), _within("distance_cm", away), hand=hand,
+                min(max(round(speed, 3), 0.1), 100.0), min(max(round(away, 3), 0.5), 100.0), hand=hand,
             ),
         )  # fmt: skip
-
-
-def _within(name: str, value: float) -> float:
-    low, high = LIMITS[name]
-    return min(max(round(value, 3), low), high)
 
 
 def visit(hand: Hand) -> Experiment:

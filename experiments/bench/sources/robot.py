@@ -17,19 +17,48 @@ from colias_sim import Frame, Pose, Route, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import Response, ResponseSeries
-from experiments.bench.robot.control import AstrayError, Drive
-from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
-from experiments.bench.robot.hand import HandDrive, changes_at
-from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
-from experiments.bench.robot.pictures.eyes import camera, models_by_eye
-from experiments.bench.robot.pictures.media import Media, collect
-from experiments.bench.robot.surroundings import files
-from experiments.bench.robot.trajectory import Course, course
 from experiments.bench.run.errors import TrialError
 from experiments.bench.run.model_runner import ModelRunner, change, spike_counts
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import sha256
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.course import Course, course
+from experiments.bench.sources.drive import AstrayError, Drive
+from experiments.bench.sources.experiment import Settings, TrialSpec
+from experiments.bench.sources.hand import HandDrive, changes_at
+from experiments.bench.sources.media import Media, collect
+from experiments.bench.sources.room import files
+from experiments.bench.sources.windows import InWindows, Windows, measure, windows
+
+MARK = "@"
+TRUE = "ov7670"
+"""The preset that is a model of the robot's eye."""
+GEOMETRY = ("width", "height", "hfov_deg", "fps", "forward_cm", "up_cm")
+"""Settings that both eyes have in common: size, field of view, clock and place."""
+
+
+def through(label: str) -> str:
+    """Return the camera preset that a model sees through; empty: the camera of the settings."""
+    _, mark, name = label.rpartition(MARK)
+    return name if mark and name in CameraConfig.presets() else ""
+
+
+def camera(settings: Settings, eye: str) -> CameraConfig:
+    """Return an eye's settings, with the size, field of view, clock and place of the camera as it is set."""
+    if not eye:
+        return settings.camera
+    common = {name: getattr(settings.camera, name) for name in GEOMETRY}
+    return dataclasses.replace(CameraConfig.preset(eye), **common)
+
+
+def models_by_eye(models: Sequence[ConfiguredModel]) -> Mapping[str, list[ConfiguredModel]]:
+    """Return the models of each eye, the eye of the first model first."""
+    by_eye: dict[str, list[ConfiguredModel]] = {}
+    for model in models:
+        by_eye.setdefault(through(model.label), []).append(model)
+    return by_eye
+
 
 KEPT_SCENES = 6
 
@@ -141,7 +170,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False, watch: Watch | None 
     ``keep_media`` also returns camera frames and the first model's layer maps, for a recording. Raises
     `TrialError` if the stimulus does not get to the end of its path, or every model breaks. A stimulus that drives
     open loop stops by time, wherever it is then. Where models see through other eyes
-    (`experiments.bench.robot.pictures.eyes`), the trial is simulated for each. ``watch`` sees it after each frame.
+    (`through`), the trial is simulated for each. ``watch`` sees it after each frame.
     """
     began = time.perf_counter()
     settings = spec.settings

@@ -8,7 +8,7 @@ motion. S is never negative, so its share is rightward whatever moves: w_i = 0.9
 No model answers with E or I. They follow exactly from potentials of the network on the same frames. With one pathway
 blocked HS is the other pathway's f(E - w_i I) alone, and ``f(x) = tanh(x / (2 C R K_sig)) / 2`` can be inverted. With
 w_i = 0 that gives E, with w_i = 1 it gives E - I. The low-pass of the membrane comes before f and is linear, so E and
-I are low-passed as HS is. `experiments.bench.robot.mechanism.parts` names the models that this takes.
+I are low-passed as HS is. `NEEDED` are the models that this takes.
 
 E and I are in units of HS: divided by ``4 C R K_sig``, in which the slope of f at 0 is 1. So HS is close to E - w_i I
 while it is small, and stays below it where f bends.
@@ -24,14 +24,29 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
 from experiments.bench.store.rows import group
 
 Floats = npt.NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
 
+WHOLE = "dsnn"
+BALANCED = "dsnn:w_i=1"
+"""The network whose inhibition weighs as much as its excitation."""
+EXCITED = ("dsnn-off-blocked:w_i=0", "dsnn-on-blocked:w_i=0")
+"""The ON pathway and the OFF pathway, each alone, with excitation alone."""
+OPPOSED = ("dsnn-off-blocked:w_i=1", "dsnn-on-blocked:w_i=1")
+"""Parts of the network with inhibition of weight 1."""
+PARTS = (*EXCITED, *OPPOSED)
+NEEDED = (WHOLE, BALANCED, *PARTS)
+"""The models that an experiment with this figure declares."""
+
 MOTION = ("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg")
 """Columns that tell of a condition."""
+
+
+def without_parts(rows: Sequence[Any]) -> list[Any]:
+    """Return the rows of whole networks: `PARTS` are there to be put together, not to be compared."""
+    return [row for row in rows if row["model"] not in PARTS]
 
 
 def before_sigmoid(potential: Floats) -> Floats:

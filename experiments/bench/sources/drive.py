@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from colias_sim import OpenLoop, PathFollower, Robot, Simulation
-from experiments.bench.robot.trajectory import Course, Script
+from experiments.bench.sources.course import Course, Script
 
 ASTRAY_M = 0.01
 """Distance from its path at which a robot that is steered along it has met an obstacle."""

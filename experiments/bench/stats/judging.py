@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from experiments.bench.stats.checks import Check, exceeds, is_number
-from experiments.bench.stats.tests import contrast, summarise, trend
+from experiments.bench.stats.tests import contrast, paired, summarise, trend
 from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]
@@ -135,3 +135,112 @@ def more_on_one_side(rows: Rows, motion: str, more: float, name: str) -> Outcome
         return f"{name}: {here_text} and {there_text} spikes a trial, {contrast(here, there)}"
 
     return at_every_speed(rows, motion, checks, effect)
+
+
+Curve = Mapping[float, Mapping[int, float]]
+"""Speed, cm/s -> trial -> its value."""
+
+POTENTIAL, COUNT = "mean_hs_near_axis", "spikes"
+"""Columns: mean HS near the axis, which is the same stretch of path at every speed; spikes of the whole crossing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """Speed where a mean over trials is largest among the speeds shown.
+
+    Parameters
+    ----------
+    speed
+        The speed, cm/s; of equal means the lowest speed.
+    mean
+        The mean over trials there.
+    end
+        Whether it is the first or the last speed shown: the true peak may then lie beyond. Otherwise empty.
+    """
+
+    speed: float
+    mean: float
+    end: Literal["", "first", "last"]
+
+
+def curve(rows: Rows, column: str) -> dict[float, dict[int, float]]:
+    """Values of a column by speed and trial, in the order of the rows."""
+    by_speed: dict[float, dict[int, float]] = {}
+    for row in rows:
+        by_speed.setdefault(row["speed_cm_s"], {})[row["trial"]] = float(row[column])
+    return by_speed
+
+
+def mean(values: Mapping[Any, float]) -> float:
+    """Return the mean over trials."""
+    return float(np.mean(list(values.values())))
+
+
+def peak(means: Mapping[float, float]) -> Peak:
+    """Find the largest of means over trials.
+
+    Parameters
+    ----------
+    means
+        Speed, cm/s -> mean over trials; at least one speed.
+    """
+    speeds = sorted(means)
+    speed = max(speeds, key=lambda level: means[level])
+    return Peak(speed, means[speed], "first" if speed == speeds[0] else "last" if speed == speeds[-1] else "")
+
+
+CONNECTIONS = {1: "dsnn:n_con=1", 2: "dsnn:n_con=2", 4: "dsnn:n_con=4", 8: DSNN}
+"""N_con -> label."""
+FIXED = {delay: f"dsnn:tau_s={delay},{delay}" for delay in (10, 50, 100, 200)}
+"""The one delay of all pairs, ms -> label."""
+FALLING = "dsnn:tau_s=200,10"
+"""Delays that fall with spacing: the other reading of "a linearly decaying function"."""
+WIDER = "dsnn:d=2"
+"""Twice the sampling distance."""
+PER_CORRELATOR = {n: f"{CONNECTIONS[n]},k_sig={0.01 * n / 8:g}" for n in (1, 2)}
+"""N_con -> label of fewer connections read as means per correlator, beside the eight of `DSNN`: a sum over n counts
+8 / n times, ahead of the sigmoid."""
+VARIANTS = (*(CONNECTIONS[n] for n in (1, 2, 4)), WIDER, *FIXED.values(), FALLING, *PER_CORRELATOR.values())
+"""Every variant that a claim names, to be shown beside `DSNN`."""
+
+ROBOT_SPEEDS = (2.0, 4.0, 6.0, 10.0)
+"""Those of the paper's robot tests."""
+
+
+def crossings(rows: Rows, model: str, column: str) -> dict[float, dict[int, float]]:
+    """Return values of a column in one model's rightward crossings at 8 cm, by speed and trial."""
+    trials = paper_trials(rows, model=model, motion="translation", direction="rightward", distance_cm=8.0)
+    return curve(trials, column)
+
+
+def common_speeds(curves: Mapping[Any, Curve]) -> list[float]:
+    """Return the speeds at which every curve has a value."""
+    return sorted(set.intersection(*(set(curve) for curve in curves.values())))
+
+
+def higher(value: float, name: str, bound: float, other: str, speed: float, what: str) -> Check:
+    """Return the check that a mean potential of ``name`` is above that of the ``other`` at a speed."""
+    return exceeds(f"{what} of {name} {value:.3f} at {speed:g} cm/s", value, bound, f"of {other}", "potential")
+
+
+def potentials_text(means: Mapping[float, float]) -> str:
+    """Return mean potentials by speed, in words."""
+    return ", ".join(f"{mean:.2f} at {speed:g}" for speed, mean in means.items()) + " cm/s"
+
+
+def paired_text(first: Curve, second: Curve) -> str:
+    """Return a paired test over all speeds, in words: the models saw the same frames."""
+    pairs = [
+        (value, second[speed][trial])
+        for speed in common_speeds({0: first, 1: second})
+        for trial, value in first[speed].items()
+        if trial in second[speed]  # one may have failed in some
+    ]
+    return str(paired([a for a, _ in pairs], [b for _, b in pairs]))
+
+
+def outcome_of_curves(checks: Sequence[Check], curves: Mapping[Any, Curve], measured: str, effect: str) -> Outcome:
+    """Return the outcome; n counts the trials in which any of the models was judged, once each."""
+    trials = [curve[speed] for curve in curves.values() for speed in common_speeds(curves)]
+    n, fewest = len({trial for values in trials for trial in values}), min(map(len, trials))
+    return Outcome.of(checks, measured, effect, n, fewest)

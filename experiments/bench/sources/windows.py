@@ -22,8 +22,8 @@ import numpy.typing as npt
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
-from experiments.bench.robot.experiment import Condition
-from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, half_crossing
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.course import ROBOT_RADIUS_CM, half_crossing
 
 NEAR_AXIS_CM = 3.5
 """Half the stretch of path about the optical axis."""

@@ -1,45 +1,38 @@
-"""Plan of a run, its checks, and its description in ``run.json``."""
+"""Trials with the robot: plan an experiment's trials, describe the run, and play them into its folder."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from colias_sim import PathFollower
+from pydantic import ValidationError
+
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.engine.pictures import Pictures
-from experiments.bench.robot import scripted, surroundings
-from experiments.bench.robot.experiment import (
-    SCRIPTED,
-    START_CM_S2,
-    Condition,
-    Design,
-    Experiment,
-    Settings,
-    TrialSpec,
-    trial_specs,
-)
-from experiments.bench.robot.scripted import STEERING_SHARE
-from experiments.bench.robot.trajectory import body_cm, clearance_cm, nominal, reach_cm
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
+from experiments.bench.run.settings import assignments as of_mapping
+from experiments.bench.sources import room
+from experiments.bench.sources.conditions import SCRIPTED, START_CM_S2
+from experiments.bench.sources.course import nominal
+from experiments.bench.sources.experiment import Design, Experiment, Settings, TrialSpec, trial_specs
+from experiments.bench.sources.robot import MARK, TRUE, camera
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing
-from scenes import ARENA_RADIUS_CM
+
+if TYPE_CHECKING:
+    pass
 
 FILES = ("scene.arena", "scene.wall", "scene.shell_picture")
 """Parameters that may be paths: tables and titles have the names of the files, as these may be moved."""
-SHORTEST_STEADY_CM = 2.0
-"""Least length of a line that must be left at constant speed: the speed is measured there."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Plan:
     """A run to do: everything that decides its numbers."""
 
@@ -90,71 +83,6 @@ class Plan:
         return round(self.repeats * seconds * self.settings.camera.fps)
 
 
-def check(plan: Plan) -> None:
-    """Raise `UsageError` for a plan that the robot, the arena or the observer's own body make impossible."""
-    conditions = [condition for condition in plan.experiment.conditions() if condition.hand is None]
-    for condition in conditions:
-        _check_condition(condition, plan.settings)
-    surroundings.check(conditions, plan.settings)
-
-
-def _check_condition(condition: Condition, settings: Settings) -> None:
-    label, robot = condition.label(), settings.robot
-    if condition.path is not None:
-        scripted.check(condition, settings)
-        return
-    top = STEERING_SHARE * robot.max_speed_cm_s
-    if condition.speed_cm_s > top:
-        raise UsageError(
-            f"{label}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
-            f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
-        )
-    _check_powers(condition, robot)
-    try:
-        route = nominal(condition, settings)
-    except ValueError as error:
-        raise UsageError(f"{label}: {error}") from None
-    ((enter, leave),) = route.parts
-    if leave - enter < SHORTEST_STEADY_CM / 100:
-        start = PathFollower.run_up(condition.speed_cm_s / 100, condition.acceleration_cm_s2 / 100)
-        raise UsageError(
-            f"{label}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * start:.1f} cm to reach that "
-            f"speed, and the line has {100 * route.stimulus.route.length:.1f}"
-        )
-    reach = reach_cm(route, body_cm(settings))
-    if reach > ARENA_RADIUS_CM:
-        raise UsageError(
-            f"{label}: seen through {settings.camera.hfov_deg:g} degrees the stimulus reaches "
-            f"{reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g} cm"
-        )
-    room = clearance_cm(condition, settings, route)
-    if room <= 0:
-        raise UsageError(
-            f"{label}: counting 3 sd of the start pose's errors the bodies come within {room:.1f} cm: "
-            "the robots would touch"
-        )
-
-
-def _check_powers(condition: Condition, robot: RobotConfig) -> None:
-    """Refuse speeds that no power gives, and those at which a wheel stands because of the dead band."""
-    step, half_track = robot.power_step_cm_s, robot.track_cm / 2
-    if not step:
-        return
-    turn = math.radians(condition.observer_turn_deg_s) * half_track
-    wanted = {
-        "the stimulus": (condition.speed_cm_s, condition.speed_cm_s),
-        "the observer": (condition.observer_speed_cm_s - turn, condition.observer_speed_cm_s + turn),
-    }
-    motors = Motors(robot)
-    for who, wheels in wanted.items():
-        powers = motors.powers(*(speed / 100 for speed in wheels))
-        problem = f"{condition.label()}: {who} would drive its wheels at powers of {powers[0]} and {powers[1]}"
-        if any(abs(speed) > (TOP_POWER + 0.5) * step for speed in wheels):
-            raise UsageError(f"{problem}: robot.power_step_cm_s={step:g} gives up to {TOP_POWER * step:g} cm/s")
-        if any(speed and abs(power) < max(robot.dead_band, 1) for speed, power in zip(wheels, powers, strict=True)):
-            raise UsageError(f"{problem}: below robot.dead_band={robot.dead_band} a wheel does not turn")
-
-
 def describe(plan: Plan) -> dict[str, Any]:
     """Return what ``run.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
 
@@ -181,7 +109,7 @@ def sources(plan: Plan) -> list[str]:
     scene = plan.settings.scene
     if plan.pictures:  # which are noted apart
         scene = dataclasses.replace(scene, wall="")
-    return [*(model.source for model in plan.settings.models), *surroundings.files(scene)]
+    return [*(model.source for model in plan.settings.models), *room.files(scene)]
 
 
 def _paths(plan: Plan) -> dict[str, Any]:
@@ -237,7 +165,7 @@ def usual_scene(experiment: Experiment | None) -> SceneConfig:
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
     """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
     values = sections(experiment, models)
-    collected = collect(assignments, values)
+    collected = collect([*of_mapping(experiment.settings), *assignments], values)
     chosen = applied(look_up(models), collected)
     for section in ("robot", "camera", "scene", "experiment"):
         values[section] = changed(section, values[section], collected.get(section, {}))
@@ -268,8 +196,31 @@ def plan(
     whole = whole.replicate(0)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option, len(whole.experiment.conditions()))
-    check(whole)
+    room.check(whole.experiment.conditions(), whole.settings)
     return whole
+
+
+def both(plan: Plan) -> Plan:
+    """Return the plan with each of its models seeing through the model of the robot's eye too.
+
+    Raises
+    ------
+    UsageError
+        The camera of the plan is that eye already, or has a size or a clock that the eye cannot have.
+    """
+    settings = plan.settings
+    try:
+        eye = camera(settings, TRUE)
+    except ValidationError as error:
+        common = f"camera.height={settings.camera.height}, camera.fps={settings.camera.fps:g}"
+        reason = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise UsageError(
+            f"--eyes both: both eyes have {common}, which the true one ({TRUE}) cannot have: {reason}"
+        ) from None
+    if eye == settings.camera:
+        raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
+    more = tuple(dataclasses.replace(model, label=f"{model.label}{MARK}{TRUE}") for model in settings.models)
+    return dataclasses.replace(plan, settings=dataclasses.replace(settings, models=(*settings.models, *more)))
 
 
 def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parameter]:

@@ -10,13 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, get_args
 
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
-from experiments.bench.robot.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
+from experiments.bench.sources.conditions import CONDITION_COLUMNS, Motion
 from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.checks import is_number, unreadable
 from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group

@@ -6,10 +6,12 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from typing import Annotated
+
+from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
 
 from colias_sim import PathFollower, Pose, Route, Stretch
-from experiments.bench.run.errors import short
 
 SAMPLES_PER_S = 100
 """Rate at which a function of time is read."""
@@ -20,16 +22,9 @@ _STANDING_CM = 1e-4
 _WIDEST_DEG = 90.0
 """The largest angle of one arc: of a wider one it would not be clear where on it a robot is."""
 
-LIMITS = {
-    "length_cm": (0.0, 500.0), "speed_cm_s": (0.0, 100.0), "to_cm_s": (0.0, 100.0), "turn_deg": (-3600.0, 3600.0),
-    "seconds": (0.0, LONGEST_S),
-}  # fmt: skip
-
-
-def _number(where: str, value: object, low: float, high: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise ValueError(f"{where} must be between {low:g} and {high:g}, got {short(value)}")
-    return float(value)
+Speed = Annotated[float, Field(ge=0.0, le=100.0)]
+Place = Annotated[float, Field(ge=-100.0, le=100.0)]
+Seconds = Annotated[float, Field(ge=0.0, le=LONGEST_S)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,33 +56,21 @@ class Leg:
     >>> corner = Leg(turn_deg=60, seconds=0.5)
     """
 
-    length_cm: float = 0.0
-    speed_cm_s: float = 0.0
-    to_cm_s: float | None = None
-    turn_deg: float = 0.0
-    seconds: float = 0.0
+    length_cm: Annotated[float, Field(ge=0.0, le=500.0)] = 0.0
+    speed_cm_s: Speed = 0.0
+    to_cm_s: Speed | None = None
+    turn_deg: Annotated[float, Field(ge=-3600.0, le=3600.0)] = 0.0
+    seconds: Seconds = 0.0
 
-    def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
-            value = getattr(self, name)
-            if name == "to_cm_s" and value is None:
-                value = self.speed_cm_s
-            object.__setattr__(self, name, _number(f"leg: {name}", value, low, high))
+    @model_validator(mode="after")
+    def _check(self) -> Leg:
         if self.length_cm and self.seconds:
-            raise ValueError(
-                f"leg: seconds={self.seconds:g} beside length_cm={self.length_cm:g}: legal is one of them; a leg with "
-                "a length takes the time that speed_cm_s gives"
-            )
-        if self.length_cm and not self.speed_cm_s and not self.to_cm_s:
-            raise ValueError(
-                f"leg: speed_cm_s=0 over length_cm={self.length_cm:g}: legal is above 0, or to_cm_s above 0"
-            )
-        if not self.length_cm and (self.speed_cm_s or self.to_cm_s):
-            raise ValueError(
-                f"leg: length_cm=0 with speed_cm_s={self.speed_cm_s:g}: legal is above 0 for one that moves"
-            )
-        if not self.length_cm and self.turn_deg and not self.seconds:
-            raise ValueError(f"leg: seconds=0 with turn_deg={self.turn_deg:g} on the spot: legal is above 0")
+            raise ValueError("a leg has length_cm or seconds: one with a length takes the time that its speed gives")
+        if bool(self.length_cm) != bool(self.speed_cm_s or self.to_cm_s):
+            raise ValueError("a leg has both length_cm and a speed above 0, or neither")
+        if self.turn_deg and not self.length_cm and not self.seconds:
+            raise ValueError(f"turning by {self.turn_deg:g} degrees on the spot takes seconds above 0")
+        return self
 
     @property
     def end_cm_s(self) -> float:
@@ -157,25 +140,17 @@ class Path:
     >>> accelerating = Path([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
     """
 
-    legs: tuple[Leg, ...]
-    x_cm: float = 0.0
-    y_cm: float = 0.0
-    heading_deg: float = 0.0
-    of: str = field(default="", kw_only=True)
+    legs: Annotated[tuple[Leg, ...], Field(min_length=1, max_length=MOST_LEGS)]
+    x_cm: Place = 0.0
+    y_cm: Place = 0.0
+    heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
+    of: str = dataclasses.field(default="", kw_only=True)
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.legs, tuple | list) or not self.legs:
-            raise ValueError(f"path: legs={short(self.legs)}: legal is a list of experiments.Leg, one or more")
-        object.__setattr__(self, "legs", tuple(self.legs))
-        for index, leg in enumerate(self.legs):
-            if not isinstance(leg, Leg):
-                raise ValueError(f"path: legs[{index}] is {short(leg)}: expected an experiments.Leg")
-        if len(self.legs) > MOST_LEGS:
-            raise ValueError(f"path: {len(self.legs)} legs: legal are up to {MOST_LEGS}")
-        for name, most in (("x_cm", 100.0), ("y_cm", 100.0), ("heading_deg", 360.0)):
-            object.__setattr__(self, name, _number(f"path: {name}", getattr(self, name), -most, most))
+    @model_validator(mode="after")
+    def _check(self) -> Path:
         if self.seconds > LONGEST_S:
-            raise ValueError(f"path: its legs take {self.seconds:.1f} s: legal is up to {LONGEST_S:g}")
+            raise ValueError(f"the legs of a path take at most {LONGEST_S:g} s, got {self.seconds:.1f}")
+        return self
 
     @classmethod
     def of_time(cls, place: Callable[[float], tuple[float, float]], seconds: float) -> Path:
@@ -186,8 +161,7 @@ class Path:
         Parameters
         ----------
         place
-            From the time in seconds to (x, y) in cm. It gives the same for the same time; where it does not move, the
-            robot stands.
+            From the time in seconds to (x, y) in cm; where it does not move, the robot stands.
         seconds
             Its duration, above 0 to 120.
 
@@ -199,8 +173,7 @@ class Path:
         Raises
         ------
         ValueError
-            The function raises, answers otherwise when it is asked again, or with something else than two finite
-            numbers, or never moves.
+            The function returns something else than two finite numbers, or never moves.
 
         Examples
         --------
@@ -209,20 +182,13 @@ class Path:
         >>> slalom = Path.of_time(lambda t: (9 + 2 * math.sin(2 * t), 8 - 4 * t), seconds=4)
         """
         called = getattr(place, "__name__", type(place).__name__)
-        if not callable(place):
+        if not 2 / SAMPLES_PER_S <= seconds <= LONGEST_S:
             raise ValueError(
-                f"path: place={short(place)}: legal is a function of the time in s that returns (x, y) in cm"
+                f"path {called}: seconds must be between {2 / SAMPLES_PER_S} and {LONGEST_S:g}, got {seconds}"
             )
-        lasting = _number(f"path {called}: seconds", seconds, 2 / SAMPLES_PER_S, LONGEST_S)
-        steps = max(round(lasting * SAMPLES_PER_S), 2)
-        times = [lasting * step / steps for step in range(steps + 1)]
-        points = [_asked(place, called, time) for time in times]
-        for time, point in itertools.islice(zip(times, points, strict=True), 0, None, max(steps // 10, 1)):
-            if _asked(place, called, time) != point:
-                raise ValueError(
-                    f"path {called}: at {time:g} s it answers otherwise when it is asked again: legal is one place"
-                )
-        return cls(*_traced(points, lasting / steps, called), of=called)
+        steps = max(round(seconds * SAMPLES_PER_S), 2)
+        points = [_point(place, called, seconds * step / steps) for step in range(steps + 1)]
+        return cls(*_traced(points, seconds / steps, called), of=called)
 
     @property
     def seconds(self) -> float:
@@ -312,10 +278,10 @@ class Path:
         return Path(legs, self.x_cm, -self.y_cm, -self.heading_deg, of=self.of)
 
 
-def _asked(place: Callable[[float], tuple[float, float]], called: str, time: float) -> tuple[float, float]:
+def _point(place: Callable[[float], tuple[float, float]], called: str, time: float) -> tuple[float, float]:
     x, y = (float(value) for value in place(time))
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(f"path {called}: at {time:g} s it is at ({x:g}, {y:g}): legal are finite numbers of cm")
+        raise ValueError(f"path {called}: x and y at {time:g} s must be finite numbers of cm, got ({x:g}, {y:g})")
     return x, y
 
 
@@ -326,7 +292,7 @@ def _traced(
     chords = [(x - u, y - v) for (u, v), (x, y) in itertools.pairwise(points)]
     moving = [math.hypot(*chord) > _STANDING_CM for chord in chords]
     if not any(moving):
-        raise ValueError(f"path {called}: it never moves: legal is one that does; it is read in cm")
+        raise ValueError(f"path {called}: it never moves; it is read in cm")
     directions = [math.atan2(dy, dx) for dx, dy in chords]
     legs: list[Leg] = []
     heading = begin = 0.0
