@@ -241,7 +241,6 @@ WRONG = {
     "no value": lambda: experiments.run("speed", settings={"dsnn.n_con": None}),
     "an empty name": lambda: experiments.run(""),
     "a name in two lines": lambda: experiments.run("a\nb\x1b[0m"),
-    "models of no kind": lambda: experiments.run("speed", models=np.array(2.0)),
     "only of no kind": lambda: experiments.run("speed", only="no"),
     "eyes": lambda: experiments.run("speed", eyes=np.array([1, 2])),
     "a folder": lambda: experiments.run("speed", out=3),
