@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-import pyarrow as pa
 from matplotlib.figure import Figure
 
 from experiments.bench.report import clips as clips_figure
-from experiments.bench.robot import figure as robot_figure
-from experiments.bench.robot.mechanism import excitation_figure
-from experiments.bench.robot.mechanism import figure as mechanism_figure
+from experiments.bench.report import robot as robot_figure
 from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.stats.excitation import Course, Trial
+from experiments.bench.stats import excitation as excitation_courses
+from experiments.bench.stats.excitation import BALANCED, WHOLE, Course, Trial
 
 SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"
@@ -44,78 +42,83 @@ def thresholds(models: Sequence[str]) -> dict[str, float | None]:
     return {model: threshold(model) for model in models}
 
 
-def title(models: Sequence[str]) -> str:
-    return robot_figure.title("speed", models, "leaves", 3, SET, False)
-
-
 # --- the robot --------------------------------------------------------------------------------------------------------
 
 
 def robot_rows(models: Sequence[str], conditions: Sequence[Mapping[str, Any]], repeats: int = 3) -> list[Any]:
-    """A row for each trial and model."""
+    """A row for each trial and model. ``lgmd1`` has looming alone; the EMD does not spike."""
     usual = dict.fromkeys(CONDITION_COLUMNS) | {
         "motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0,
         "acceleration_cm_s2": 100.0, "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0,
     }  # fmt: skip
-    return [
-        {**usual, **condition, "trial": trial, "model": model, "spikes": round(40 * strength(model)) + trial % 5,
-         "hs_spikes": 1, "looming_spikes": None}
-        for trial, condition in enumerate(trial_condition for trial_condition in conditions for _ in range(repeats))
-        for model in models
-    ]  # fmt: skip
+    rows = []
+    for trial, condition in enumerate(condition for condition in conditions for _ in range(repeats)):
+        for model in models:
+            size, spikes = strength(model) + 0.001 * trial, round(40 * strength(model)) + trial % 5
+            rows.append({
+                **usual, **condition, "trial": trial, "model": model, "spikes": None if model == "emd" else spikes,
+                "spikes_in_window": None if model == "emd" else spikes - 3, "seconds_in_view": 1.0 + 0.01 * trial,
+                "rate_in_view_hz": None if model == "emd" else 20.0 * size, "peak_hs": size * (model != "lgmd1"),
+                "trough_hs": -0.01, "peak_looming": size * (model == "lgmd1"), "mean_hs_near_axis": 0.8 * size,
+            })  # fmt: skip
+    return rows
 
 
 def wave(model: str, trial: int = 0, phase: float = 0.0) -> np.ndarray:
     return (1 - 0.05 * trial) * strength(model) * np.sin(np.linspace(0.0, 3.0, FRAMES) + phase)
 
 
-def robot_frames(rows: Sequence[Any]) -> pa.Table:
+def robot_frames(rows: Sequence[Any]) -> pl.DataFrame:
     bearing, time_s = np.linspace(-30.0, 30.0, FRAMES), np.arange(FRAMES) / 30.0
-    tables = []
-    for row in rows:
-        potential = wave(row["model"], row["trial"])
-        index = {name: [row[name]] * FRAMES for name in ("trial", "model")}
-        series = {"hs": potential, "looming": potential, "stimulus_bearing_deg": bearing, "sim_time_s": time_s}
-        tables.append(pa.table({**index, **series}))
-    return pa.concat_tables(tables)
+    return pl.concat(
+        pl.DataFrame({"trial": [row["trial"]] * FRAMES, "model": [row["model"]] * FRAMES,
+                      "hs": wave(row["model"], row["trial"]) * (row["model"] != "lgmd1"),
+                      "looming": np.full(FRAMES, 0.6 * (row["model"] == "lgmd1")), "sim_time_s": time_s,
+                      "stimulus_bearing_deg": bearing})
+        for row in rows
+    )  # fmt: skip
 
 
 SPEEDS = [{"speed_cm_s": speed} for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]
 
 
+def drawn_robot(kind: str, rows: Sequence[Any], varies: str = "speed_cm_s", courses: Sequence[Course] = ()) -> Figure:
+    limits = thresholds([row["model"] for row in rows])
+    table = excitation_courses.table(courses)
+    return robot_figure.draw(kind, rows, robot_frames(rows), varies, limits, "speed, leaves arena", table)
+
+
 def robot(models: Sequence[str]) -> Figure:
-    rows = robot_rows(models, SPEEDS)
-    return robot_figure.figure(rows, robot_frames(rows), "speed_cm_s", title(models), thresholds(models))
+    return drawn_robot("spikes", robot_rows(models, SPEEDS))
 
 
 def robot_words(models: Sequence[str]) -> Figure:
     """Two ways of moving in two directions: words along the axis, lines for the directions."""
     kinds = [{"motion": motion, "direction": way} for motion in ("approach", "recession") for way in ("left", "right")]
-    rows = robot_rows(models, kinds)
-    return robot_figure.figure(rows, robot_frames(rows), "motion", title(models), thresholds(models))
+    return drawn_robot("spikes", robot_rows(models, kinds), "motion")
 
 
 def mechanism(models: Sequence[str]) -> Figure:
-    rows = [
-        {**row, "spikes_in_window": row["spikes"] - 3, "seconds_in_view": 12.0 / row["speed_cm_s"],
-         "rate_in_view_hz": 20.0 * strength(row["model"]), "peak_hs": strength(row["model"]),
-         "mean_hs_near_axis": 0.8 * strength(row["model"]) + 0.001 * row["trial"]}
-        for row in robot_rows(models, SPEEDS)
-    ]  # fmt: skip
-    return mechanism_figure.figure(rows, "speed_cm_s", title(models), threshold(models[0]))
+    return drawn_robot("mechanism", robot_rows(models, SPEEDS))
+
+
+ANGLES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
+
+
+def courses() -> list[Course]:
+    """Seven conditions of three trials."""
+    time_s, rise = np.arange(FRAMES) / 30.0, np.hanning(FRAMES)
+    spikes = (rise > 0.8).astype(np.int64)
+    trials = tuple(Trial(i, time_s, (1 + 0.1 * i) * rise, 0.9 * rise, 0.5 * rise, spikes, 0.1 * rise, 0 * spikes)
+                   for i in range(3))  # fmt: skip
+    usual = {"motion": "approach", "distance_cm": 8.0, "speed_cm_s": 6.0, "direction": "rightward"}
+    return [Course(usual | {"angle_deg": angle}, trials, 0.7) for angle in ANGLES]
 
 
 def excitation(models: Sequence[str]) -> Figure:
-    """Seven conditions: three rows of them. It is about one network, whatever else is shown."""
-    time_s, rise = np.arange(FRAMES) / 30.0, np.hanning(FRAMES)
-    spikes = (rise > 0.8).astype(np.int64)
-    trials = tuple(Trial(i, time_s, rise, 0.9 * rise, 0.5 * rise, spikes, 0.1 * rise, 0 * spikes) for i in range(3))
-    courses = [
-        Course({"motion": "approach", "direction": "straight" if angle == 0 else "rightward", "angle_deg": angle,
-                "distance_cm": 8.0, "speed_cm_s": 6.0}, trials, 0.7)
-        for angle in (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
-    ]  # fmt: skip
-    return excitation_figure.figure(courses, title(["dsnn"]), 0.16)
+    """It is about one network, whatever else is shown."""
+    rows = robot_rows((WHOLE, BALANCED), [{"motion": "approach", "angle_deg": angle} for angle in ANGLES])
+    return drawn_robot("excitation", rows, "angle_deg", courses())
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------

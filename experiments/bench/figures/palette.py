@@ -9,12 +9,8 @@ from another; they never tell models apart. Grey is of baselines alone.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 HUES: tuple[str, ...] = (
     "#3848f8", "#f86010", "#00a868", "#a810b8", "#f840c0", "#985000", "#207070", "#1098f8",
@@ -22,21 +18,16 @@ HUES: tuple[str, ...] = (
 GREYS: tuple[str, ...] = ("#808080",)
 """Colour of models and behaviours that a picture shows for comparison alone."""
 MOST_LINES = len(HUES)
-"""Lines without markers or labels on one axes that are told apart: for more, there is a lane for each group."""
+"""Series of one picture that have a hue each; more share hues and differ in their markers."""
 WHITE, DARK = "#ffffff", "#121212"
 """Backgrounds on which every hue and grey is seen."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-LINES: tuple[Any, ...] = ("-", ":", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 2, 1, 2)), (0, (6, 3)), "--")
-"""Line styles of conditions, and of several channels of one model. Dashes are last: thresholds are dashed."""
 BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
 """Beginning of the names of behaviours that are told the state of the world."""
 REFLEX = "escape-"
 """Beginning of the names of the escape reflexes; the rest is the model, whose mark the reflex has."""
-LEVELS = ("#231933", "#a37fde")
-"""Darkest and lightest shade of the levels of a condition: one hue, which is no model's. Lines of the lightest have a
-contrast of 3:1 on white."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
@@ -131,28 +122,6 @@ def _next(home: Mark | None, given: Sequence[Mark], *, apart: bool) -> Mark:
     return Mark(colour, [*free, *(marker for marker in left if marker not in shipped), *left, *markers][0])
 
 
-def lanes(names: Iterable[str]) -> list[list[str]]:
-    """Return the names in groups, for pictures of lines without markers: no two of a group have one colour.
-
-    There are as few groups as there can be, with about as many names in each.
-    """
-    given = colours(names)
-    groups: list[list[str]] = [[] for _ in range(max(Counter(given.values()).values(), default=0))]
-    most = -(-len(given) // max(len(groups), 1))
-    for name, colour in given.items():
-        free = [group for group in groups if all(given[other] != colour for other in group)]
-        next((group for group in free if len(group) < most), min(free, key=len)).append(name)
-    return groups
-
-
 def colours(names: Iterable[str]) -> dict[str, str]:
     """Return the colour of each name's mark, for figures with a panel or a row for each."""
     return {name: mark.colour for name, mark in marks(names).items()}
-
-
-def level_colours(levels: Sequence[Any]) -> dict[Any, str]:
-    """Return a shade of `LEVELS` for each level of a condition, from dark to light; none twice, none near a model's."""
-    dark, light = (np.array([int(tint[start : start + 2], 16) for start in (1, 3, 5)]) for tint in LEVELS)
-    shares = np.linspace(0.0, 1.0, max(len(levels), 2))
-    shades = [np.round(dark + share * (light - dark)).astype(int) for share in shares]
-    return {level: "#{:02x}{:02x}{:02x}".format(*shade) for level, shade in zip(levels, shades, strict=False)}

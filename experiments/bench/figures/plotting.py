@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
@@ -103,39 +102,6 @@ def wrapped(text: str, inches: float, size: float) -> str:
     return re.sub(f"{JOINT} ?", "", "\n".join(lines))
 
 
-@dataclass(frozen=True, slots=True)
-class End:
-    """The last point of a line, in the units of its axes, with the line's name and colour."""
-
-    x: float
-    y: float
-    name: str
-    colour: str
-
-
-MOST_NAME, MOST_MOVED = 0.4, 1.2
-"""Most width of a name beside its line, as a share of the panel's, and most lines of type that it is moved by."""
-WIDER = 2.4
-"""Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
-
-
-def extra_widths(curves: Sequence[Sequence[float]], tolerance: float) -> list[float]:
-    """Return by how many points to draw each curve wider, so that no later one hides it.
-
-    Parameters
-    ----------
-    curves
-        Values at the same places along the axis, in the order in which they are drawn.
-    tolerance
-        Largest difference of two curves that look like one.
-    """
-    return [
-        WIDER * sum(len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=tolerance))
-                    for other in curves[place + 1 :])
-        for place, one in enumerate(curves)
-    ]  # fmt: skip
-
-
 def grid_of_panels(
     drawn: Figure | SubFigure, blocks: int, per_block: int, across: int, **options: Any
 ) -> list[list[Axes]]:
@@ -173,55 +139,6 @@ def lowest(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
 def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
     """Return the panels at the left edge."""
     return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
-
-
-def label_ends(axes: Axes, ends: Sequence[End], inches: tuple[float, float], points: float = 7.0) -> bool:
-    """Write the names of lines right of their last points, where they fit, so that no key is to be looked up.
-
-    Parameters
-    ----------
-    axes
-        Where the lines are, with the limits of its vertical axis.
-    ends
-        Last point, name and colour of each line.
-    inches
-        Width and height of the panel, about.
-    points
-        Distance of a name from its point.
-
-    Returns
-    -------
-    bool
-        Whether they fit: no name takes over `MOST_NAME` of the width, and none is moved by more than `MOST_MOVED`
-        lines of type to keep clear of the others. Otherwise nothing is drawn.
-    """
-    low, high = axes.get_ylim()
-    size = 8.0
-    line = 1.25 * size / 72.0 / inches[1] * (high - low)
-    longest = max((len(end.name) for end in ends), default=0)
-    if not ends or LETTER * size / 72.0 * longest > MOST_NAME * inches[0] or line * len(ends) > high - low:
-        return False
-    ordered = sorted(ends, key=lambda end: end.y)
-    places: list[float] = []
-    for end in ordered:  # from below, each clear of the last; then as far down again as all were pushed up
-        places.append(max(end.y, places[-1] + line) if places else end.y)
-    moved = sum(place - end.y for place, end in zip(places, ordered, strict=True)) / len(ends)
-    places = [place - moved for place in places]
-    if any(abs(place - end.y) > MOST_MOVED * line for place, end in zip(places, ordered, strict=True)):
-        return False
-    for place, end in zip(places, ordered, strict=True):
-        axes.annotate(plain(end.name), (end.x, place), (points, 0.0), textcoords="offset points", va="center",
-                      color=end.colour, fontsize=size, annotation_clip=False)  # fmt: skip
-    return True
-
-
-def columns_of_key(labels: Sequence[str], inches: float, size: float, handle: float = 2.0) -> int:
-    """Return into how many columns a key of ``labels`` fits that is ``inches`` wide, in type of ``size`` points.
-
-    Lines beside the labels are ``handle`` times the type's size long.
-    """
-    longest = max((len(label) for label in labels), default=1)
-    return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 2.5 + handle))))
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure", tables: Sequence[Path] = ()) -> Path:

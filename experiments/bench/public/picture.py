@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 from dsnn.model import SPIKING
 from experiments.bench.figures.plotting import drawing
 from experiments.bench.report import clips as clips_figure
-from experiments.bench.robot.run_figure import RunFigure
+from experiments.bench.report import robot as robot_figure
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clips import Figure as Drawing
+from experiments.bench.sources.rows import drawable
 from experiments.bench.stats import excitation
-from experiments.bench.stats.excitation import NEEDED, WHOLE, Course
+from experiments.bench.stats.excitation import NEEDED, WHOLE
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 from scenes import arena_name
@@ -56,16 +57,17 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
     """Return the figure of trials with the robot."""
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
-    courses: list[Course] = []
-    figure = declared["figure"]
-    if figure == "excitation" and set(NEEDED) <= set(models):
+    courses = []
+    if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         courses = excitation.courses(rows, run.frames, float(models[WHOLE]["network"]["w_i"]))
-    about = RunFigure(
-        figure, declared["name"], arena_name(settings["scene"]["arena"]), run.description["repeats"],
-        declared["varies"], _thresholds(run, settings["models"]), run.description.get("changed") or {},
-        settings["robot"]["open_loop"],
+    title = robot_figure.title(
+        declared["name"], arena_name(settings["scene"]["arena"]), rows, run.description.get("changed") or {},
+        open_loop=settings["robot"]["open_loop"],
     )  # fmt: skip
-    return about.draw(rows, lambda: run.frames, courses)
+    return robot_figure.draw(
+        drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
+        _thresholds(run, settings["models"]), title, excitation.table(courses),
+    )  # fmt: skip
 
 
 _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {

@@ -9,9 +9,9 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.figures import plotting
+from experiments.bench.report import robot as robot_figure
+from experiments.bench.report import style
 from experiments.bench.robot.open_loop import in_short, why
-from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.experiment import Drawing
@@ -22,6 +22,7 @@ from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.excitation import NEEDED, WHOLE, Course, without_parts
 from experiments.bench.stats.tests import holm, paired, summarise
 from experiments.bench.stats.verdict import Verdict
+from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.origin import origin
 from experiments.bench.store.rows import Failure, group, mixture
 from experiments.bench.trials import Plan
@@ -83,12 +84,15 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         folder.write_rows("excitation.csv", excitation.table(courses_found))
     if rows:
         folder.write_rows("summary.csv", summary)
-        about = RunFigure(
-            plan.experiment.figure, plan.experiment.name, arena_name(plan.settings.scene.arena), plan.repeats,
-            plan.experiment.varies, {model.label: model.threshold for model in plan.settings.models}, plan.changed(),
-            plan.settings.robot.open_loop,
+        title = robot_figure.title(
+            plan.experiment.name, arena_name(plan.settings.scene.arena), rows, plan.changed(),
+            open_loop=plan.settings.robot.open_loop,
         )  # fmt: skip
-        plotting.save(about.draw(rows, folder.frames, courses_found), folder.folder)
+        drawn = robot_figure.draw(
+            drawable(plan.experiment.figure, rows), rows, folder.frames(), plan.experiment.varies,
+            {model.label: model.threshold for model in plan.settings.models}, title, excitation.table(courses_found),
+        )  # fmt: skip
+        style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", stored.document(verdicts))

@@ -161,16 +161,6 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
     return groups
 
 
-def looming_alone(rows: Iterable[Mapping[str, Any]]) -> set[str]:
-    """Return the models that answer by a looming potential alone: a channel that is not declared is 0 throughout."""
-    return {model for (model,), of_model in group(rows, "model").items() if all(map(_looming_alone, of_model))}
-
-
-def _looming_alone(row: Mapping[str, Any]) -> bool:
-    directions = (f"{end}_{system}" for end in ("peak", "trough") for system in ("hs", "vs"))
-    return row.get("hs_spikes") is None and bool(row.get("peak_looming")) and not any(map(row.get, directions))
-
-
 def known(value: float) -> float | None:
     """Return the value for a table: empty instead of NaN."""
     return None if math.isnan(value) else value

@@ -95,7 +95,7 @@ def test_figures_are_drawn(finished):
     picture = imread(folder / "figure.png")
     assert picture.shape[0] > 400 and picture.std() > 0.02
     drawn = (folder / "figure.svg").read_text()
-    assert "spikes per trial" in drawn and "leftward" in drawn
+    assert "spikes per trial" in drawn and "direction" in drawn
 
 
 def test_figures_note_the_rows_that_they_are_drawn_from_and_the_commit(finished):

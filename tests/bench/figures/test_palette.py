@@ -12,7 +12,6 @@ from experiments.bench.figures.palette import (
     GREYS,
     HUES,
     WHITE,
-    level_colours,
     marks,
 )
 
@@ -107,12 +106,3 @@ def test_a_model_of_the_user_s_looks_like_none_that_ships(beside):
     shipped = [marks([name])[name] for name in MODELS]
     given = marks(["dsnn", *beside, "mine", "another"])
     assert not {given["mine"], given["another"]} & set(shipped)
-
-
-@pytest.mark.parametrize("levels", [[1.0, 2.0, 5.0, 9.0], ["approach", "recession", "translation"]])
-def test_levels_go_from_dark_to_light_are_seen_on_white_and_are_no_model_s_colour(levels):
-    tints = list(level_colours(levels).values())
-    luminance = linear(tints) @ np.array([0.2126, 0.7152, 0.0722])
-    assert (np.diff(luminance) > 0.02).all()
-    assert min(contrast(tint, WHITE) for tint in tints) >= LEAST_CONTRAST
-    assert not set(tints) & {*HUES, *GREYS}

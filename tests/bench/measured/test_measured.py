@@ -318,14 +318,11 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     assert set(run.trials["provenance"].to_pylist()) == set(run.claims["provenance"].to_pylist()) == {"measured"}
     assert set(run.claims["outcome"].to_pylist()) == {"not shown"}
     assert "needs rightward translations" in run.claims["measured"][0].as_py()
-    assert "speed (measured): dsnn, 1..2 trials of each condition" in (run.folder / "figure.svg").read_text()
     assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
     assert run.frames["vs"].null_count == run.frames.num_rows and not run.frames["hs"].null_count
     assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_pylist())
-    assert (
-        run.figure().get_suptitle()
-        == "speed (measured): dsnn, 1..2 trials of each condition; set: experiment.speeds_cm_s=20,30"
-    )
+    caption = run.figure().get_supxlabel()
+    assert "measured" in caption and "arena" not in caption and "n = 1 to 2" in caption
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
     assert "/potential/dsnn/hs" in entities and "/potential/dsnn/vs" not in entities
     assert colias("runs", tmp_path / "runs") == 0
@@ -345,10 +342,11 @@ def test_a_figure_of_mechanism_takes_a_tracker(tmp_path):
     assert (
         colias("import", log, "--experiment", "distance-mechanism", "--out", tmp_path / "run", "--no-recordings") == 0
     )
-    figure = experiments.load(tmp_path / "run").figure()
+    counts, potentials = experiments.load(tmp_path / "run").figure().axes
+    (line,) = (line for line in counts.lines if line.get_label() == "spikes")
     assert (
-        figure.get_suptitle() == "distance-mechanism (measured): dsnn, 1 trial of each condition"
-        and len(figure.axes) == 2
+        list(line.get_ydata()) == [FRAMES - 6, FRAMES - 11, FRAMES - 16]
+        and potentials.lines[2].get_label() == "15\N{NO-BREAK SPACE}cm"
     )
 
 

@@ -17,7 +17,6 @@ import pyarrow.parquet as pq
 import pytest
 
 import experiments
-from experiments.bench.figures import plotting
 from experiments.bench.report import style
 from experiments.bench.store.files import drawn_from
 from experiments.bench.store.kinds import CLIPS
@@ -166,10 +165,7 @@ def test_a_runs_figure_is_drawn_again(speed, clean, tmp_path):
         drawn = run.figure()
         copy = shutil.copytree(run.folder, tmp_path / run.kind.name)
         (copy / "figure.svg").unlink()
-        if run is clean:
-            style.save(drawn, copy / "figure", drawn_from([copy / "trials.parquet"]))
-        else:
-            plotting.save(drawn, copy)
+        style.save(drawn, copy / "figure", drawn_from([copy / "trials.parquet"]))
         assert (copy / "figure.svg").read_bytes() == (run.folder / "figure.svg").read_bytes()
         assert drawn._repr_png_().startswith(b"\x89PNG")
 

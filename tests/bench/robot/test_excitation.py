@@ -1,4 +1,4 @@
-"""Excitation and inhibition put together from potentials: laws of the network, the experiments, the figure."""
+"""Excitation and inhibition put together from potentials: laws of the network, the experiments."""
 
 import dataclasses
 
@@ -182,25 +182,6 @@ def run(tmp_path_factory):
         "recession-mechanism", repeats=2, settings=settings, recordings=False, quiet=True, workers=0,
         out=tmp_path_factory.mktemp("excitation") / "out",
     )  # fmt: skip
-
-
-def test_the_table_holds_what_the_figure_draws(run):
-    table = pyarrow.csv.read_csv(run.folder / "excitation.csv").to_pylist()
-    assert {row["angle_deg"] for row in table} == {-30.0, 0.0} and {row["n"] for row in table} == {2}
-    drawn = run.figure()
-    for column, angle in enumerate((-30.0, 0.0)):
-        angle_rows = [row for row in table if row["angle_deg"] == angle]
-        sums, potential = drawn.axes[column], drawn.axes[2 + column]
-        for line, name in zip(sums.get_lines(), ("excitation", "weighted_inhibition"), strict=True):
-            assert line.get_ydata() == pytest.approx([row[name] for row in angle_rows])
-        ours = [line.get_ydata() for line in potential.get_lines() if len(line.get_xdata()) == len(angle_rows)]
-        singles, means = ours[:2], ours[2:]
-        assert np.mean(singles, axis=0) == pytest.approx(means[1])
-        assert means[0] == pytest.approx([row["hs_w_i_1"] for row in angle_rows])
-        assert means[1] == pytest.approx([row["hs"] for row in angle_rows])
-        (left,) = potential.collections
-        assert left.get_paths()[0].vertices[:, 1].max() == pytest.approx(max(row["residue"] for row in angle_rows))
-    assert "excitation E" in (run.folder / "figure.svg").read_text()
 
 
 def test_the_table_s_means_are_those_of_the_frames(run):

@@ -1,4 +1,4 @@
-"""Parts of a crossing, variants of the network on the same frames, and the figure of both."""
+"""Parts of a crossing, and variants of the network on the same frames."""
 
 import dataclasses
 import json
@@ -13,7 +13,6 @@ import experiments
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments.bench import registry
-from experiments.bench.figures.palette import lanes
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.sources.conditions import Condition
@@ -158,21 +157,6 @@ def test_the_tables_of_a_run_of_variants(run):
     assert [by_model[CONNECTIONS[n]] for n in (1, 2, 4, 8)] == [1, 2, 4, 8]
 
 
-def test_the_figure_is_drawn_again_from_its_tables(run):
-    drawn = run.figure()
-    panels = [axes for part in drawn.subfigs for axes in part.axes]
-    groups = lanes(run.models)
-    assert len(panels) == 4 + 4 * len(groups)
-    for first, group in zip(panels[4::4], groups, strict=True):
-        lines = [line for line in first.get_lines() if not line.get_label().startswith("_")]
-        assert [line.get_label() for line in lines] == group
-        assert len({line.get_color() for line in lines}) == len(group), "no two of a lane have one colour"
-    potential = panels[4].get_lines()
-    means = {row["speed_cm_s"]: row["mean"] for row in run.summary.to_pylist()
-             if (row["model"], row["quantity"]) == ("dsnn", "mean_hs_near_axis")}  # fmt: skip
-    assert dict(zip(*potential[0].get_data(), strict=True)) == pytest.approx(means)
-
-
 def test_distances_have_no_common_window(colias):
     """It is as long as the fastest crossing at that distance: another at each."""
     common = ("--repeats", "1", "--no-recordings", "--workers", "0", "--set", "experiment.distances_cm=5,6")
@@ -180,7 +164,6 @@ def test_distances_have_no_common_window(colias):
     assert done.returncode == 0, done.stderr
     heads = next(line for line in done.stdout.splitlines() if line.startswith("cm "))
     assert "s in view" in heads and "mean HS" in heads and "window" not in heads
-    assert "one window" not in (colias.folder / "out" / "figure.svg").read_text()
 
 
 # --- declarations -----------------------------------------------------------------------------------------------------

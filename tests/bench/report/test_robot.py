@@ -1,0 +1,183 @@
+"""Figures of robot trials: marks are the table's numbers, and titles order no means whose intervals overlap."""
+
+import itertools
+import re
+
+import numpy as np
+import polars as pl
+import pytest
+from matplotlib.colors import to_rgb
+from scipy import stats
+
+from experiments.bench.report import robot
+from experiments.bench.stats.tests import summarise
+from tests.helpers.figure_rows import (
+    ANGLES,
+    SPEEDS,
+    courses,
+    drawn_robot,
+    excitation,
+    robot_frames,
+    robot_rows,
+)
+
+MODELS = ("dsnn", "emd", "lgmd1")
+SPEED = "speed_cm_s"
+
+
+def means(axes):
+    """The lines of means of a panel: label -> values along the axis."""
+    return {line.get_label(): list(line.get_ydata()) for line in axes.lines if not line.get_label().startswith("_")}
+
+
+def separate(lower, higher):
+    return summarise(lower).ci_high < summarise(higher).ci_low
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_title_orders_no_means_whose_intervals_overlap(seed):
+    """From far apart to alike: every order that it names is one of intervals, reckoned anew."""
+    rng = np.random.default_rng(seed)
+    levels = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0][: 2 + seed % 5]
+    centres = np.sort(rng.normal(0.0, (0.1, 3.0, 30.0)[seed % 3], len(levels)))[:: (-1) ** (seed % 2)]
+    samples = [list(rng.normal(centre, 1.0, 3 + seed % 6)) for centre in centres]
+    text = robot.order(levels, samples, SPEED)
+    steps = list(itertools.pairwise(samples))
+    if "rises" in text or "falls" in text:
+        assert all(separate(*step) if "rises" in text else separate(*step[::-1]) for step in steps)
+        return
+    assert not all(itertools.starmap(separate, steps))
+    for word, named in re.findall(r"(largest|least) at ([\d.]+.cm/s(?: or [\d.]+.cm/s)*)", text):
+        inside = {float(number) for number in re.findall(r"[\d.]+", named)}
+        best = (max if word == "largest" else min)(samples, key=np.mean)
+        for level, values in zip(levels, samples, strict=True):
+            apart = separate(values, best) if word == "largest" else separate(best, values)
+            assert (level in inside) != apart
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_title_orders_nothing_where_there_are_no_intervals(count):
+    text = robot.order([1.0, 2.0], [[0.0] * count, [9.0] * count], SPEED)
+    assert not re.search("rises|falls|largest|least", text)
+
+
+@pytest.mark.parametrize("rising", range(3, 6))
+def test_a_title_counts_the_models_that_go_as_it_says(rising):
+    """Of five models, so many have more spikes at each higher speed and the others fewer."""
+    models = [f"model {place}" for place in range(5)]
+    rows = robot_rows(models, SPEEDS)
+    for row in rows:
+        row["spikes"] = row[SPEED] * (1 if models.index(row["model"]) < rising else -1)
+    table = robot.prepared(rows, None, SPEED)
+    assert f"rises with speed in {rising} of 5 models" in robot.finding(table, robot.COUNT, SPEED)
+
+
+def test_dots_means_and_intervals_are_those_of_the_trials():
+    rows = robot_rows(MODELS, SPEEDS)
+    panels = drawn_robot("spikes", rows).axes
+    for axes, model in zip(panels, MODELS, strict=False):
+        counts = [[row["spikes"] for row in rows if (row["model"], row[SPEED]) == (model, speed)]
+                  for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]  # fmt: skip
+        if model == "emd":
+            assert not axes.lines, "it has no threshold"
+            continue
+        (line,) = (line for line in axes.lines if line.get_label() == "spikes")
+        assert list(line.get_xdata()) == [2.0, 4.0, 6.0, 8.0, 10.0], "numbers stand to scale"
+        assert list(line.get_ydata()) == pytest.approx([np.mean(values) for values in counts])
+        assert [list(dots.get_ydata()) for dots in axes.lines if dots is not line] == counts
+        ends = [tuple(bars.get_segments()[0][:, 1]) for bars in axes.collections]
+        assert ends == [pytest.approx((one.ci_low, one.ci_high)) for one in map(summarise, counts)]
+
+
+def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_their_range():
+    rows = robot_rows(MODELS, SPEEDS)
+    frames = robot_frames(rows)
+    for axes, model in zip(drawn_robot("spikes", rows).axes[3:], MODELS, strict=True):
+        potential = "looming" if model == "lgmd1" else "hs"
+        for place, (label, values) in enumerate(means(axes).items()):
+            trials = [row["trial"] for row in rows if f"{row[SPEED]:g}" == label.split("\N{NO-BREAK SPACE}")[0]]
+            table = frames.filter(pl.col("trial").is_in(trials), model=model)
+            of_frame = table.group_by("stimulus_bearing_deg").agg(
+                mean=pl.col(potential).mean(), low=pl.col(potential).min(), high=pl.col(potential).max()
+            ).sort("stimulus_bearing_deg")  # fmt: skip
+            assert values == pytest.approx(of_frame["mean"].to_list())
+            assert list(axes.lines[place].get_xdata()) == pytest.approx(of_frame["stimulus_bearing_deg"].to_list())
+            edge = axes.collections[place].get_paths()[0].vertices[:, 1]
+            assert {*np.round(edge, 9)} == {*np.round([*of_frame["low"], *of_frame["high"]], 9)}
+        dashed = {line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"}
+        assert dashed == (set() if model == "emd" else {0.16}), "a threshold that is None is not drawn"
+
+
+def test_other_conditions_stay_apart():
+    """Two directions at two distances: four means at each speed, never one of all."""
+    kinds = [{"direction": way, SPEED: speed, "distance_cm": far}
+             for way in ("rightward", "leftward") for speed in (2.0, 4.0) for far in (5.0, 10.0)]  # fmt: skip
+    rows = robot_rows(["dsnn"], kinds)
+    drawn = means(drawn_robot("spikes", rows).axes[0])
+    assert len(drawn) == 4
+    for label, values in drawn.items():
+        way, far = label.split(", ")
+        assert values == pytest.approx([
+            np.mean([row["spikes"] for row in rows if (row["direction"], row[SPEED]) == (way, speed)
+                     and far == f"{row['distance_cm']:g}\N{NO-BREAK SPACE}cm"]) for speed in (2.0, 4.0)
+        ])  # fmt: skip
+
+
+def test_panels_of_the_mechanism_are_means_of_their_columns():
+    models = ("dsnn", "hybrid")
+    rows = robot_rows(models, SPEEDS)
+    columns = (["spikes", "spikes_in_window"], ["seconds_in_view"], ["rate_in_view_hz"],
+               ["peak_hs", "mean_hs_near_axis"])  # fmt: skip
+    axes = drawn_robot("mechanism", rows).axes
+    for panel, (names, model) in zip(axes, itertools.product(columns, models), strict=True):
+        expected = [[np.mean([row[name] for row in rows if (row["model"], row[SPEED]) == (model, speed["speed_cm_s"])])
+                     for speed in SPEEDS] for name in names]  # fmt: skip
+        assert list(means(panel).values()) == [pytest.approx(values) for values in expected]
+
+
+def test_excitation_is_drawn_as_in_its_table_with_the_interval_of_its_mean():
+    axes = excitation(["dsnn"]).axes
+    names = ("excitation", "weighted_inhibition"), ("hs", "hs_w_i_1", "residue")
+    places = {(place // 5 * 3 + row, place % 5): (place, row) for place in range(len(ANGLES)) for row in range(2)}
+    for (row, column), (place, kind) in places.items():
+        panel, curves = axes[5 * row + column], courses()[place].curves()
+        for line, band, name in zip(panel.lines, panel.collections, names[kind], strict=False):
+            assert line.get_ydata() == pytest.approx(curves[name].mean(axis=0))
+            low, high = stats.t.interval(0.95, 2, curves[name].mean(axis=0), stats.sem(curves[name], axis=0) + 1e-15)
+            limits = band.get_datalim(panel.transData)
+            assert (limits.y0, limits.y1) == pytest.approx((low.min(), high.max()), abs=1e-9)
+
+
+def test_the_paper_s_panels_show_the_first_model_of_its_four_experiments():
+    angles = [{"motion": "approach", "angle_deg": angle} for angle in (-30.0, -15.0, 0.0, 15.0, 30.0)]
+    distances = [{"distance_cm": far} for far in (5.0, 10.0, 15.0)]
+    runs = {"clean": [], "speed": robot_rows(MODELS, SPEEDS), "distance": pl.DataFrame(robot_rows(MODELS, distances))}
+    runs |= {f"angular-{kind}": robot_rows(MODELS, angles) for kind in ("approach", "recession")}
+    axes = robot.panels(runs).axes
+    assert [len(means(panel)["spikes"]) for panel in axes] == [5, 3, 5, 5]
+    spikes = [row["spikes"] for row in runs["speed"] if row["model"] == "dsnn"]
+    assert means(axes[0])["spikes"] == pytest.approx(np.reshape(spikes, (5, 3)).mean(axis=1))
+    (panel,) = (panel for panel in robot.panels({"speed": runs["speed"]}).axes if panel.get_visible())
+    assert means(panel) == means(axes[0])
+
+
+@pytest.mark.parametrize("levels", [(-30.0, -15.0, 0.0, 15.0, 30.0), (-5.0, 2.5)])
+def test_signed_levels_diverge_blue_to_the_left_and_red_to_the_right(levels):
+    tints = {level: to_rgb(tint[:3] if level else tint) for level, tint in robot.tints(levels).items()}
+    for level, (red, _, blue) in tints.items():
+        assert np.sign(red - blue) == np.sign(level)
+    assert len(set(tints.values())) == len(levels)
+
+
+@pytest.mark.parametrize("known", ["hs", "looming"])
+def test_a_log_without_poses_and_with_one_channel_is_drawn_over_time(known):
+    unknown = ("peak_hs", "trough_hs", "mean_hs_near_axis") if known == "looming" else ("peak_looming",)
+    rows = robot_rows(["dsnn" if known == "hs" else "lgmd1"], SPEEDS)
+    nothing = {name: pl.lit(None, pl.Float64) for name in ("hs", "looming", "stimulus_bearing_deg") if name != known}
+    frames = robot_frames(rows).with_columns(**nothing)
+    logged = [{**row, **dict.fromkeys(unknown), "provenance": "measured"} for row in rows]
+    title = robot.title("speed", "leaves", logged, {}, open_loop=False)
+    assert title.endswith("measured")
+    _, traces = robot.draw("spikes", logged, frames, SPEED, {"dsnn": 0.16}, title).axes
+    for line in traces.lines[:5]:
+        assert list(line.get_xdata()) == pytest.approx(frames["sim_time_s"].unique().sort().to_list())
