@@ -1,11 +1,8 @@
 from __future__ import annotations
 
 import ast
-import atexit
-import functools
 import os
 import subprocess
-import sys
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +14,6 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from dsnn import DSNNParams
-from tests.helpers.warm import Warm
 
 os.environ["COLUMNS"] = "100"  # the consoles are made when the first test imports them, and are the same in every order
 
@@ -91,47 +87,13 @@ def own_core() -> set[int]:
 
 
 class Colias:
-    """The command line as a user runs it: a process of its own, in an empty folder.
+    """The command line in an empty folder, in this process; the tests of starting and of ending start Python itself.
 
-    It is a copy of a process that has the large libraries (`tests.helpers.warm`), or Python where there is no fork.
-    Unless the arguments say how many workers there are, its jobs run in its own process: a worker takes longer to start
-    than most of them.
+    Unless the arguments say how many workers there are, its jobs run in this process too.
     """
 
     PLAYING = ("run", "map", "study", "tune", "leaderboard", "reproduce", "behave")
     """Commands whose jobs workers may do."""
-
-    def __init__(self, folder: Path, timeout_s: float = 300.0) -> None:
-        self.folder, self.timeout_s = folder, timeout_s
-
-    def __call__(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100", **variables}
-        if arguments[:1] and arguments[0] in self.PLAYING and not {"--workers", "--cluster", "--help"} & {*arguments}:
-            arguments = (*arguments, "--workers", "0")
-        if hasattr(os, "fork"):
-            return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
-        command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
-        return subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=self.timeout_s,
-            check=False, preexec_fn=one_core,
-        )  # fmt: skip
-
-
-@functools.cache
-def server() -> Warm:
-    """The server of this test process's commands; it ends with the process, whose end of their connection closes."""
-    warm = Warm()
-    atexit.register(warm.close)  # and is waited for, so that what its commands took is counted as this process's
-    return warm
-
-
-@pytest.fixture
-def colias(tmp_path: Path) -> Colias:
-    return Colias(tmp_path)
-
-
-class ColiasHere:
-    """The command line in this process, in an empty folder: for refusals, which are about words and files."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -139,12 +101,14 @@ class ColiasHere:
     def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         from tests.helpers.inside import inside
 
+        if arguments[:1] and arguments[0] in self.PLAYING and not {"--workers", "--cluster", "--help"} & {*arguments}:
+            arguments = (*arguments, "--workers", "0")
         return inside(self.folder, arguments)
 
 
 @pytest.fixture
-def colias_here(tmp_path: Path) -> ColiasHere:
-    return ColiasHere(tmp_path)
+def colias(tmp_path: Path) -> Colias:
+    return Colias(tmp_path)
 
 
 @pytest.fixture

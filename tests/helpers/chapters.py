@@ -11,7 +11,8 @@ A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; oth
   commands' options are checked, by their parser. ``<!-- test: fails STATUS -->``: its
   commands end with this exit status, and print the next ``text`` block.
 
-Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
+Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs. Episodes of
+this process end after 100 steps.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 import typer
 
+import colias_sim  # noqa: F401
 from experiments.bench.cli import main
 from experiments.bench.public import run as public_run
 from experiments.bench.run import runs as batch
@@ -122,6 +125,9 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
     monkeypatch.setenv("COLUMNS", "100")
     for module in (batch, public_run):
         monkeypatch.setattr(module, "worker_count", lambda given: 0)
+    for name, spec in gym.registry.items():
+        if name.startswith("colias_sim/"):
+            monkeypatch.setattr(spec, "max_episode_steps", 100)
     for name in {Path(file).stem for page in PAGES for file in written(page)}:
         monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
     reader = _Reader()

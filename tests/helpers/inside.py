@@ -16,7 +16,7 @@ import pytest
 from experiments.bench.cli import entry
 
 
-def inside(folder: Path, arguments: Sequence[str], timeout_s: float = 90.0) -> subprocess.CompletedProcess[str]:
+def inside(folder: Path, arguments: Sequence[str], timeout_s: float = 300.0) -> subprocess.CompletedProcess[str]:
     """Run ``colias ARGUMENTS`` in ``folder``, in this process, with the outcome of a process of its own."""
 
     def ring(number: int, frame: object) -> None:
@@ -29,6 +29,8 @@ def inside(folder: Path, arguments: Sequence[str], timeout_s: float = 90.0) -> s
         with contextlib.chdir(folder), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(sys, "argv", ["colias", *arguments])
+                for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+                    patch.delenv(name, raising=False)
                 status, line = entry._outcome()
             if line:
                 print(line, file=err)

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import experiments
-from tests.conftest import ColiasHere
+from tests.conftest import Colias
 
 MODEL = """
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ def folder(tmp_path):
     """A folder with a run of one's own experiment, model and helper."""
     for name, text in {"helper.py": "GAIN = 0.03\n", "mean.py": MODEL, "mine.py": EXPERIMENT}.items():
         (tmp_path / name).write_text(text)
-    done = ColiasHere(tmp_path)(
+    done = Colias(tmp_path)(
         "run", "mine.py", "--model=mean.py:gain=3.0", "--out", "run", "-q", "--seed", "5", "--workers", "0"
     )
     assert done.returncode == 0, done.stderr
@@ -54,7 +54,7 @@ def folder(tmp_path):
 def rerun(folder: Path):
     """Repeat the run from another folder than its own."""
     (folder / "elsewhere").mkdir()
-    return ColiasHere(folder / "elsewhere")("rerun", "../run", "--out", "again", "-q", "--workers", "0")
+    return Colias(folder / "elsewhere")("rerun", "../run", "--out", "again", "-q", "--workers", "0")
 
 
 def test_a_run_is_repeated_from_the_files_at_their_places(folder):

@@ -117,7 +117,7 @@ def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
     assert differences(told[0], told[0]) == []
 
 
-def test_clips_without_a_background_take_no_pictures(tmp_path, colias_here):
+def test_clips_without_a_background_take_no_pictures(tmp_path, colias):
     pictures_in(tmp_path / "own", "1.png")
-    done = colias_here("run", "clean", "--pictures", "own", "--dry-run")
+    done = colias("run", "clean", "--pictures", "own", "--dry-run")
     assert done.returncode and "no clip of clean has a background" in done.stderr

@@ -24,9 +24,9 @@ from tests.helpers import user_files
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
 
 
-def test_a_file_without_a_model_is_one_line(colias_here):
-    (colias_here.folder / "mine.py").write_text("MODEL = 3\n")
-    done = colias_here("run", "speed", "--model", "mine.py")
+def test_a_file_without_a_model_is_one_line(colias):
+    (colias.folder / "mine.py").write_text("MODEL = 3\n")
+    done = colias("run", "speed", "--model", "mine.py")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "mine.py" in done.stderr, done.stderr
 
 
@@ -51,7 +51,7 @@ USERS_FILES = {
 
 
 @pytest.mark.parametrize("kind", USERS_FILES)
-def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias_here):
+def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias):
     template, at, command = USERS_FILES[kind]
     text = render(f"new/{template}.py.j2", name="odd", stem="mine")
     if at in text:
@@ -60,13 +60,13 @@ def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias_here):
     else:
         inserted, raised = at, "Error: "
         text = f"{at}\n{text}"
-    (colias_here.folder / "mine.py").write_text(text)
+    (colias.folder / "mine.py").write_text(text)
     workers = ("--workers", "0") if command[0] in ("run", "behave") else ()
-    done = colias_here(*command, *workers)
+    done = colias(*command, *workers)
     told = done.stdout + done.stderr
     line = text.splitlines().index(inserted) + 1
     assert done.returncode in (1, 2) and told.count(f'mine.py", line {line}') == 1 and raised in told, told
-    failures = colias_here.folder / "runs"
+    failures = colias.folder / "runs"
     for path in failures.rglob("failures.json"):
         assert all(f'mine.py", line {line}' in failure["reason"] for failure in json.loads(path.read_text()))
 

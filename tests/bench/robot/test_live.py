@@ -131,16 +131,16 @@ def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
         assert not [view.reports for view in state.views if view.reports]
 
 
-def test_a_run_streams_its_trials(colias_here, tmp_path):
+def test_a_run_streams_its_trials(colias, tmp_path):
     """From the command line to a program that listens, with its numbers those of a run without."""
     small = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "-q")
     with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
-        done = colias_here(*small, "--viewer", address, "--no-recordings", "--out", "live")
+        done = colias(*small, "--viewer", address, "--no-recordings", "--out", "live")
         assert done.returncode == 0, done.stderr
-        live = experiments.load(colias_here.folder / "live")
+        live = experiments.load(colias.folder / "live")
         path = ended(process, tmp_path / "live.rrd", ["/potential/dsnn/hs"], len(live.frames))
-    assert colias_here(*small, "--no-recordings", "--out", "plain").returncode == 0
-    plain = experiments.load(colias_here.folder / "plain")
+    assert colias(*small, "--no-recordings", "--out", "plain").returncode == 0
+    plain = experiments.load(colias.folder / "plain")
     assert live.frames.equals(plain.frames)
     hs = column(path, "/potential/dsnn/hs", "Scalars:scalars")
     np.testing.assert_array_equal(hs[:, 0], live.frames["hs"].to_numpy())

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import experiments
 from experiments.bench.run.workers import DIED, Workers, finished, open_workers
 
 
@@ -60,16 +61,15 @@ def test_a_job_whose_worker_dies_is_repeated_and_named_if_it_dies_again(tmp_path
     assert all((tmp_path / f"tried-{n}").exists() for n in range(20))
 
 
-@contextlib.contextmanager
-def dask():
+def local_cluster():
     from distributed import LocalCluster
 
-    with (
-        LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0", protocol="tcp://"
-        ) as c,
-        open_workers(0, c.scheduler_address) as pool,
-    ):
+    return LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0", protocol="tcp://")
+
+
+@contextlib.contextmanager
+def dask():
+    with local_cluster() as cluster, open_workers(0, cluster.scheduler_address) as pool:
         yield pool
 
 
@@ -89,6 +89,41 @@ def test_a_job_that_raises_fails_alone_with_its_traceback(kind):
     (why,) = failed.values()
     assert why.endswith("ValueError: three is not a number I like")
     assert f'File "{__file__}", line {complain.__code__.co_firstlineno + 2}, in complain' in why
+
+
+def doze(job):
+    time.sleep(0.05)
+    return job[0]
+
+
+@pytest.mark.parametrize("lost", ["scheduler", "workers"])
+def test_a_cluster_that_is_lost_ends_the_run(lost, monkeypatch):
+    """What was finished by then has been handed over."""
+    monkeypatch.setattr("experiments.bench.run.workers.PATIENCE_S", 0.5)
+    done = []
+    jobs = [(number, "") for number in range(10_000)]
+    with (
+        local_cluster() as cluster,
+        open_workers(0, cluster.scheduler_address) as pool,
+        pytest.raises(OSError, match="cluster"),
+    ):
+        for job, _, trouble in finished(jobs, doze, pool):
+            assert not trouble
+            done.append(job[0])
+            if len(done) == 3:
+                cluster.close() if lost == "scheduler" else cluster.scale(0)
+    assert len(done) >= 3
+
+
+def test_a_cluster_plays_a_run_to_equal_rows(tmp_path):
+    shape = {"rows": 40, "columns": 60, "width": 9, "height": 20, "speed": 240.0}
+    small = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", shape),), ("dsnn",))
+    with local_cluster() as cluster:
+        there, here = (
+            experiments.run(small, repeats=3, recordings=False, quiet=True, out=tmp_path / name, **where).trials
+            for name, where in (("there", {"cluster": cluster.scheduler_address}), ("here", {"workers": 0}))
+        )
+    assert there.drop_columns(["wall_s"]).equals(here.drop_columns(["wall_s"]))
 
 
 def test_a_fatal_error_ends_the_run():

@@ -1,7 +1,6 @@
 """Going on with a folder: refused in one line where settings, code or versions are others than the run's."""
 
 import json
-import os
 import shutil
 import sys
 from pathlib import Path
@@ -10,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from experiments.bench.cli import entry
+from experiments.bench.store import provenance
 from tests.conftest import Colias
 
 TRIALS, FRAMES = "trials.parquet", "frames.parquet"
@@ -50,7 +50,7 @@ MODEL = ModelEntry("tiny", "the change of the mean", Tiny, Parameters())
 GAINS = "GAIN = 0.01\n"
 ARGUMENTS = ("run", "mine.py", "--model", "emd", "--workers", "0")
 ADVICE = "repeat the first command's options, or choose another --out"
-ROBOT = ("run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--workers", "0")
+ROBOT = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0")
 
 
 def write_files(folder: Path) -> None:
@@ -58,24 +58,14 @@ def write_files(folder: Path) -> None:
         (folder / name).write_text(text)
 
 
-def at_two_seeds(folder: Path, arguments: tuple[str, ...], kind: str) -> Path:
-    write_files(folder)
-    for seed, name in (("0", "whole"), ("7", "other")):
-        done = Colias(folder)(*arguments, "--seed", seed, "--out", f"{kind}-{name}", "-q")
-        assert (done.returncode, done.stderr) == (0, "")
-    return folder
-
-
 @pytest.fixture(scope="module")
 def base(tmp_path_factory):
-    """Runs of one's own off-line experiment and model at two seeds."""
-    return at_two_seeds(tmp_path_factory.mktemp("base"), ARGUMENTS, "clips")
-
-
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory):
-    """The same of the robot's trials."""
-    return at_two_seeds(tmp_path_factory.mktemp("robot"), ROBOT, "robot")
+    """A run of one's own off-line experiment and model."""
+    folder = tmp_path_factory.mktemp("base")
+    write_files(folder)
+    done = Colias(folder)(*ARGUMENTS, "--out", "whole", "-q")
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder
 
 
 def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, str]:
@@ -87,11 +77,9 @@ def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, st
     return ended.value.code or 0, capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("kind", "arguments"), [("clips", ARGUMENTS), ("robot", ROBOT)])
-def test_recordings_are_asked_for_once_and_for_all(base, robot, kind, arguments, monkeypatch, capsys):
-    folder = robot if kind == "robot" else base
-    code, message = goes_on(monkeypatch, capsys, folder, *arguments, "--out", f"{kind}-whole", "--no-recordings")
-    assert (code, message) == (2, f"colias: {kind}-whole: --recordings is true there and false now: {ADVICE}\n")
+def test_recordings_are_asked_for_once_and_for_all(base, monkeypatch, capsys):
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", "whole", "--no-recordings")
+    assert (code, message) == (2, f"colias: whole: --recordings is true there and false now: {ADVICE}\n")
 
 
 # What computes: the user's files, the project's own.
@@ -105,8 +93,8 @@ BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda
 KINDS = {
     "clips": ("run", "mine.py", "--no-recordings", "--workers", "0"),
     "robot": (*ROBOT, "--model", "tiny.py", "--no-recordings"),
-    "tune": ("tune", "--only", "--model", "tiny.py", "--model", "emd", "--curve", "contrast", "--workers", "0"),
-    "behave": ("behave", "slow.py", "--episodes", "2", "--no-baselines", "--no-recordings", "--workers", "0",
+    "tune": ("tune", "--only", "--model", "tiny.py", "--curve", "size", "--workers", "0"),
+    "behave": ("behave", "slow.py", "--episodes", "1", "--no-baselines", "--no-recordings", "--workers", "0",
                "--set", "robots=1"),
     "map": ("map", *ROBOT[1:], "--model", "tiny.py", "--measure", "spikes", "--over", "tiny.t_sp=0.1,0.3"),
 }  # fmt: skip
@@ -118,46 +106,42 @@ def drop_first_trial(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
+def test_an_edited_file_of_one_s_own_is_refused(colias, kind):
     """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
-    arguments = KINDS[kind]
     write_files(colias.folder)
     (colias.folder / "slow.py").write_text(BEHAVIOUR)
-    done = colias(*arguments, "--out", "out", "-q")
+    arguments = (*KINDS[kind], "--out", "out", "-q")
+    done = colias(*arguments)
     assert done.returncode == 0, done.stderr
-    folder = colias.folder / "out"
+    before = {path.name: path.read_bytes() for path in (colias.folder / "out").iterdir() if path.is_file()}
+    edited = {"gains.py": "GAIN = 0.02\n"}
+    if kind == "clips":
+        edited |= {"mine.py": f"{EXPERIMENT}# more\n", "tiny.py": f"{MODEL}# more\n"}
+    for name, text in edited.items():
+        there = (colias.folder / name).read_text()
+        (colias.folder / name).write_text(text)
+        other = colias(*arguments)
+        assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
+        assert f"{name} has changed; --other-code goes on all the same" in other.stderr
+        (colias.folder / name).write_text(there)
+    assert {path.name: path.read_bytes() for path in (colias.folder / "out").iterdir() if path.is_file()} == before
+
+
+def test_rows_of_other_code_are_marked_where_that_is_asked_for(base, monkeypatch, capsys, tmp_path):
+    folder = shutil.copytree(base / "whole", tmp_path / "out")
     (first,) = {row["code"] for row in pq.read_table(folder / TRIALS).to_pylist()}
-    assert str(colias.folder / "gains.py") in json.loads((folder / "run.json").read_text())["files"]
     drop_first_trial(folder)
-    before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-
-    (colias.folder / "gains.py").write_text("GAIN = 0.02\n")
-    other = colias(*arguments, "--out", "out", "-q")
-    assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
-    assert "gains.py has changed; --other-code goes on all the same" in other.stderr
-    assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
-
-    asked = colias(*arguments, "--out", "out", "-q", "--other-code")
-    assert asked.returncode == 0, asked.stderr
-    assert "rows of 2 codes" in asked.stderr
-    rows = pq.read_table(folder / TRIALS).to_pylist()
+    (base / "gains.py").write_text("GAIN = 0.02\n")
+    code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(folder), "-q", "--other-code")
+    (base / "gains.py").write_text(GAINS)
+    assert code == 0 and "rows of 2 codes" in message
     described = json.loads((folder / "run.json").read_text())
     (second,) = [resumption["code"] for resumption in described["resumed_with"]]
     assert described["code"] == first != second
+    rows = pq.read_table(folder / TRIALS).to_pylist()
     assert all(row["code"] == (first if row["trial"] else second) for row in rows)
-    if kind in ("clips", "robot"):
-        claims = json.loads((folder / "claims.json").read_text())["claims"]
-        assert claims and all("rows of 2 codes" in claim["outcome"]["measured"] for claim in claims)
-
-
-@pytest.mark.parametrize("name", ["mine.py", "tiny.py"])
-def test_an_edited_experiment_or_model_file_is_refused(base, name, colias):
-    write_files(colias.folder)
-    assert colias(*ARGUMENTS, "--out", "out", "-q").returncode == 0
-    (colias.folder / name).write_text((colias.folder / name).read_text() + "# more\n")
-    done = colias(*ARGUMENTS, "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert f"{name} has changed; --other-code" in done.stderr
+    claims = json.loads((folder / "claims.json").read_text())["claims"]
+    assert claims and all("rows of 2 codes" in claim["outcome"]["measured"] for claim in claims)
 
 
 def test_other_claims_are_judged_on_the_trials_that_are_done(monkeypatch, capsys, tmp_path):
@@ -178,50 +162,34 @@ def test_other_claims_are_judged_on_the_trials_that_are_done(monkeypatch, capsys
     assert (code, message.count("\n")) == (2, 1) and "choose another --out" in message
 
 
-@pytest.fixture
-def elsewhere(tmp_path):
-    """A copy of the project in no checkout, and what runs its command line."""
+def test_other_source_of_the_project_is_refused_or_marked(base, monkeypatch, capsys, tmp_path):
+    """The source is digested by names and contents of its files, wherever they are."""
+    out = shutil.copytree(base / "whole", tmp_path / "out")
+    described = json.loads((out / "run.json").read_text())
     root = Path(entry.__file__).parents[3]
-    for package in ("colias_sim", "dsnn", "scenes", "experiments"):
-        shutil.copytree(root / package, tmp_path / "copy" / package, ignore=shutil.ignore_patterns("__pycache__"))
-
-    def run(*arguments: str):
-        there = Colias(tmp_path)
-        path = os.environ.get("PYTHONPATH")
-        os.environ["PYTHONPATH"] = str(tmp_path / "copy")
-        try:
-            return there(*arguments)
-        finally:
-            os.environ.pop("PYTHONPATH") if path is None else os.environ.update(PYTHONPATH=path)
-
-    return tmp_path, run
-
-
-def test_other_source_of_the_project_is_refused_or_marked(colias, elsewhere):
-    """The same source elsewhere is the same; a line more in it is not, unless that is asked for."""
-    folder, run = elsewhere
-    write_files(folder)
-    assert colias(*ARGUMENTS, "--out", "out", "-q").returncode == 0
-    described = json.loads((folder / "out" / "run.json").read_text())
-    same = run(*ARGUMENTS, "--out", "out", "-q")
-    assert (same.returncode, same.stderr) == (0, "")
-    with (folder / "copy" / "dsnn" / "emd.py").open("a") as file:
-        file.write("# a line more\n")
-    other = run(*ARGUMENTS, "--out", "out")
-    assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
-    assert "colias-sim's own source has changed" in other.stderr and "--other-code" in other.stderr
-    drop_first_trial(folder / "out")
-    asked = run(*ARGUMENTS, "--out", "out", "--other-code", "-q")
-    assert asked.returncode == 0 and "rows of 2 codes" in asked.stderr
-    (more,) = json.loads((folder / "out" / "run.json").read_text())["resumed_with"]
-    assert more["source"]["digest"] != described["source"]["digest"]
-    assert (more["source"]["commit"], more["source"]["dirty"]) == (None, None), "it is in no checkout"
-    again = run(*ARGUMENTS, "--out", "out", "-q")
-    assert again.returncode == 0, "both codes are known by now"
+    folders = {name: tmp_path / "copy" / name for name in provenance.package_folders()}
+    for name, folder in folders.items():
+        shutil.copytree(root / name, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    with monkeypatch.context() as patched:
+        patched.setattr(provenance, "package_folders", lambda: folders)
+        assert provenance.digest.__wrapped__() == described["source"]["digest"]
+        with (folders["dsnn"] / "emd.py").open("a") as file:
+            file.write("# a line more\n")
+        other = provenance.digest.__wrapped__()
+    monkeypatch.setattr(provenance, "digest", lambda: other)
+    drop_first_trial(out)
+    arguments = (base, *ARGUMENTS, "--out", str(out), "-q")
+    code, message = goes_on(monkeypatch, capsys, *arguments)
+    assert (code, message.count("\n")) == (2, 1) and "colias-sim's own source has changed" in message, message
+    code, message = goes_on(monkeypatch, capsys, *arguments, "--other-code")
+    assert code == 0 and "rows of 2 codes" in message
+    (more,) = json.loads((out / "run.json").read_text())["resumed_with"]
+    assert more["source"]["digest"] == other != described["source"]["digest"]
+    assert goes_on(monkeypatch, capsys, *arguments)[0] == 0, "both codes are known by now"
 
 
 def test_other_versions_are_refused_unless_asked_for(base, monkeypatch, capsys, tmp_path):
-    shutil.copytree(base / "clips-whole", tmp_path / "out")
+    shutil.copytree(base / "whole", tmp_path / "out")
     file = tmp_path / "out" / "run.json"
     described = json.loads(file.read_text())
     described["versions"] |= {"numpy": "1.0", "python": "3.0"}
