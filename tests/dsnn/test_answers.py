@@ -118,11 +118,11 @@ def test_a_recording_shows_every_declared_channel(colias, tmp_path):
         text=True,
         check=True,
     ).stdout
-    for channel in ("potential/hybrid/hs", "potential/hybrid/vs", "potential/hybrid/looming", "spikes/hybrid/looming",
-                    "azimuth/hybrid", "potential/silent/looming", "potential/dsnn/hs"):  # fmt: skip
-        assert channel in listing, channel
-    for other in ("potential/silent/hs", "potential/dsnn/looming", "azimuth/dsnn"):
-        assert other not in listing, other
+    for channel in ("hybrid/hs", "hybrid/vs", "hybrid/looming", "hybrid/spikes/looming",
+                    "hybrid/azimuth", "silent/looming", "dsnn/hs"):  # fmt: skip
+        assert f"/models/{channel}" in listing, channel
+    for other in ("silent/hs", "dsnn/looming", "dsnn/azimuth"):
+        assert f"/models/{other}" not in listing, other
 
 
 @pytest.mark.parametrize("judge", [(), ("--judge",)])

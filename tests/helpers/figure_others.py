@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.bench.figures.palette import colours
-from experiments.bench.figures.series import rgb
 from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
+from experiments.bench.run.record import rgb
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.verdict import Judged, Outcome
 from experiments.bench.studies import figure as study_figure

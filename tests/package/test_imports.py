@@ -18,7 +18,6 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.store": 0,
     "experiments.bench.stats": 0,
     "experiments.bench.figures": 0,
-    "experiments.bench.recording": 0,
     "experiments.bench.doctor": 1,
     "experiments.bench.new": 1,
     "experiments.bench.sources": 1,

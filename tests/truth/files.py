@@ -16,11 +16,10 @@ import pyarrow.parquet as pq
 from mujoco.rendering.classic import gl_context
 from rerun.chunk import RrdReader
 
-TIMELINE, MAPS = "sim_time", "/maps"
+TIMELINE = "time"
 BUFFER, BLOB = "Image:buffer", "EncodedImage:blob"
-IMAGES = {"trial": "/camera", "clip": "/clip"}
-OBSERVER, STIMULUS, EYE = "/scene/observer", "/scene/stimulus", "/scene/observer/eye"
-MARKS = "/raster/{model}/{channel}"
+OBSERVER, STIMULUS, EYE = "/world/observer", "/world/stimulus", "/world/observer/camera"
+IMAGES, SPIKES = f"{EYE}/image", "/models/{model}/spikes/{channel}"
 
 
 @dataclass(frozen=True)
@@ -50,19 +49,17 @@ class Recorded:
         return lens.reshape(3, 3).T, turn.reshape(3, 3).T, place  # Rerun's matrices are stored by column
 
     def marks(self, model: str, channel: str) -> dict[int, int]:
-        """Frame -> the sign of the mark that is drawn for its spikes."""
-        columns = self.columns.get(MARKS.format(model=model, channel=channel), {})
-        heights = [row[0] for row in columns.get("Scalars:scalars", [])]
-        return {
-            int(frame): int(np.sign(height)) for frame, height in zip(columns.get("frame", []), heights, strict=True)
-        }
+        """Frame -> the side of 0 on which its spikes are drawn."""
+        columns = self.columns[SPIKES.format(model=model, channel=channel)]
+        heights = [row[0] for row in columns["Scalars:scalars"] if row]
+        return {int(f): int(np.sign(height)) for f, height in zip(columns["frame"], heights, strict=True) if height}
 
 
-def recorded(path: Path, kind: str) -> Recorded:
-    """Read a recording of a ``trial`` or a ``clip``, without layer maps."""
+def recorded(path: Path) -> Recorded:
+    """Read a recording, without layer maps."""
     columns: dict[str, dict[str, Any]] = {}
     for chunk in RrdReader(path).stream():
-        if chunk.entity_path.startswith(MAPS):
+        if "/maps/" in chunk.entity_path:
             continue
         batch = chunk.to_record_batch()
         entity = columns.setdefault(chunk.entity_path, {})
@@ -73,7 +70,7 @@ def recorded(path: Path, kind: str) -> Recorded:
                 entity[name] = [row.values.flatten().to_numpy() for row in values]
             else:
                 entity[name] = values.to_pylist()
-    pictures = columns[IMAGES[kind]]
+    pictures = columns[IMAGES]
     if BLOB in pictures:
         images = np.array([cv2.imdecode(blob, cv2.IMREAD_GRAYSCALE) for blob in pictures[BLOB]])
     else:
@@ -91,7 +88,7 @@ class Trial:
     recording: Recorded
 
 
-def trials(folder: Path, kind: str) -> list[Trial]:
+def trials(folder: Path) -> list[Trial]:
     """Read a run of one model whose trials are all recorded."""
     frames = pq.read_table(folder / "frames.parquet")
     names = ("frame", "sim_time_s", "hs", "vs", "hs_spikes", "vs_spikes", "stimulus_bearing_deg", "stimulus_x_cm",
@@ -101,7 +98,7 @@ def trials(folder: Path, kind: str) -> list[Trial]:
         own = frames.filter(np.asarray(frames["trial"]) == row["trial"])
         path = folder / "recordings" / f"trial-{row['trial']:04d}.rrd"
         series = {name: own[name].to_numpy() for name in names if name in own.column_names}
-        found.append(Trial(row, series, recorded(path, kind)))
+        found.append(Trial(row, series, recorded(path)))
     return found
 
 

@@ -17,7 +17,7 @@ AXES = {"rightward": (0, 1), "leftward": (0, -1), "downward": (1, 1), "upward": 
 def played(tmp_path_factory):
     place = tmp_path_factory.mktemp("truth") / "clean"
     experiments.run("clean", repeats=1, seed=3, out=place, workers=0, quiet=True)
-    return trials(place, "clip")
+    return trials(place)
 
 
 def test_the_images_flow_the_way_the_table_says(played):

@@ -30,7 +30,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def played(folder):
-    found = trials(folder, "trial")
+    found = trials(folder)
     assert len(found) == 4 * REPEATS
     return found
 

@@ -3,45 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.chunk import Chunk
 
+from colias_sim.config import SceneConfig
 from dsnn.model import CHANNELS
-from experiments.bench.figures.series import CHANNELS_OF, THRESHOLD
-from experiments.bench.recording import Model, lanes, page, recorded
-from experiments.bench.robot.recording import arena_view
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.record import Content, Model, encoded, model_part, packed, page, views
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.store.pictures import chunks
+from experiments.bench.store.pictures import CAMERA, chunks
 from experiments.bench.store.record import recordings_in
-from experiments.bench.video.reading import model_of
 from experiments.bench.video.source import recording
 
 PROPERTIES = "__properties/"
 EQUAL = {"trial": ("seed", *CONDITION_COLUMNS), "episode": ("reset seed", "env")}
 """Kind of a recording -> what is the same in equal ones; of a clip everything is."""
-PICTURES = ("EncodedImage:blob", "Image:buffer")
-
-
-@dataclass(slots=True)
-class _Contents:
-    """Contents of a recording that decide its layout."""
-
-    pictures: list[str] = field(default_factory=list)
-    places: set[str] = field(default_factory=set)
-    """First parts of the paths."""
-    channels: dict[str, set[str]] = field(default_factory=dict)
-    thresholds: dict[str, dict[str, float | None]] = field(default_factory=dict)
-
-    def models(self) -> list[Model]:
-        return [
-            Model(model, tuple(sorted(channels, key=CHANNELS.index)), self.thresholds.get(model, {}))
-            for model, channels in self.channels.items()
-        ]
 
 
 def side_by_side(first: Path, second: Path, trial: int | None) -> tuple[str, bytes]:
@@ -72,16 +52,16 @@ def side_by_side(first: Path, second: Path, trial: int | None) -> tuple[str, byt
         raise UsageError(f"view {one}: a recording that does not tell its seed and condition has no equal one")
     other = _equal(condition, one, second)
     names = _names(first, second)
-    sides = {name: path for name, path in zip(names, (one, other), strict=True)}
-    contents = {name: _contents(path) for name, path in sides.items()}
-
-    def write(stream: rr.RecordingStream) -> None:
-        for name, path in sides.items():
-            stream.send_chunks(list(_moved(path, rr.escape_entity_path_part(name))))
-
-    columns = [_column(name, held) for name, held in contents.items()]
+    sides = dict(zip(names, (one, other), strict=True))
+    columns: list[rrb.Vertical] = []
+    moved: list[Chunk] = []
+    for name, path in sides.items():
+        below = rr.escape_entity_path_part(name)
+        moved += _moved(path, below)
+        rows = views(_content(path), f"/{below}", f"{name}: ")
+        columns.append(rrb.Vertical(*(view for _, view in rows), row_shares=[share for share, _ in rows]))
     title = f"{names[0]} and {names[1]}, {one.stem}"
-    return title, recorded(write, page(rrb.Horizontal(*columns), shares=[1]), title)
+    return title, packed(moved, encoded(page([(1.0, rrb.Horizontal(*columns))])), title)
 
 
 def conditions(path: Path) -> dict[str, Any]:
@@ -125,44 +105,36 @@ def _names(first: Path, second: Path) -> tuple[str, str]:
     return (names[0], names[1]) if names[0] != names[1] else ("first", "second")
 
 
-def _moved(path: Path, below: str) -> Iterator[Any]:
+def _moved(path: Path, below: str) -> Iterator[Chunk]:
     """Yield a recording's chunks but its properties, below another path."""
     for entity, chunk in chunks(path):
         if not entity.startswith("__properties"):
             yield chunk.with_entity_path(f"/{below}/{entity}")
 
 
-def _contents(path: Path) -> _Contents:
-    held = _Contents()
+def _content(path: Path) -> Content:
+    """Read what a recording has, as far as its layout needs it, without maps."""
+    eyes: dict[str, None] = {}
+    channels: dict[str, list[str]] = {}
+    thresholds: dict[str, dict[str, float | None]] = {}
+    world = above = False
     for entity, chunk in chunks(path):
-        place = entity.partition("/")[0]
-        held.places.add(place)
+        if camera := CAMERA.fullmatch(entity):
+            eyes[camera[2] or ""] = None
+        world, above = world or entity == "world", above or entity == "world/observer/wheels"
+        part = model_part(entity)
+        if part is None:
+            continue
+        label, name = part
+        if name in CHANNELS:
+            channels.setdefault(label, []).append(name)
         batch = chunk.to_record_batch()
-        if place in ("potential", "azimuth"):
-            channel = "azimuth" if place == "azimuth" else entity.rpartition("/")[2]
-            held.channels.setdefault(model_of(entity), set()).add(channel)
-        elif entity.startswith(THRESHOLD) and CHANNELS_OF in batch.schema.names:
-            sign, _, size = entity.rpartition("/")[2].partition("_")
-            if sign == "plus":
-                of_model = held.thresholds.setdefault(model_of(entity), {})
-                of_model |= dict.fromkeys(batch.column(CHANNELS_OF)[0].as_py(), float(size.replace("_", ".")))
-        elif place != "maps" and entity not in held.pictures and any(name in PICTURES for name in batch.schema.names):
-            held.pictures.append(entity)
-    return held
-
-
-def _column(name: str, held: _Contents) -> rrb.Container:
-    """Return the views of one of both recordings."""
-    root = f"/{rr.escape_entity_path_part(name)}"
-    top: list[rrb.View] = [
-        rrb.Spatial2DView(origin=f"{root}/{entity}", name=f"{name}: {entity.replace('_', ' ')}")
-        for entity in held.pictures
+        if name == "threshold" and "levels" in batch.schema.names:
+            for owners, level in zip(*(batch[column][0].as_py() for column in ("channels", "levels")), strict=True):
+                if level > 0:
+                    thresholds.setdefault(label, {}).update(dict.fromkeys(owners.split(), level))
+    models = [
+        Model(label, tuple(sorted(set(names), key=CHANNELS.index)), tuple(thresholds.get(label, {}).items()))
+        for label, names in channels.items()
     ]
-    if "scene" in held.places:
-        top.insert(0, arena_view(f"{root}/scene", f"{name}: arena"))
-    if "arena" in held.places:
-        top.append(rrb.Spatial2DView(origin=f"{root}/arena", name=f"{name}: arena from above (cm)"))
-    views: list[rrb.View | rrb.Container] = [rrb.Horizontal(*top)] if top else []
-    if models := held.models():
-        views.append(lanes(models, name))
-    return rrb.Vertical(*views, row_shares=[1] * len(views))
+    return Content(tuple(models), tuple(eyes), scene=SceneConfig() if world else None, above=above)

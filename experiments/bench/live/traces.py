@@ -15,8 +15,8 @@ from viser import uplot
 
 from dsnn.model import SPIKING
 from experiments.bench.figures.palette import marks
-from experiments.bench.figures.series import mixed, rgb, to_hex
 from experiments.bench.live.session import Session, View
+from experiments.bench.run.record import mixed, rgb, to_hex
 
 SHOWN_FRAMES = 180
 """Frames of the running traces."""

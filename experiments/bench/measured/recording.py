@@ -1,18 +1,16 @@
-"""A Rerun recording of a real robot's trial: its frames where they are there, and what models answered."""
+"""A Rerun recording of a real robot's trial: its frames where they are there, and what models responded."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
-import rerun as rr
-import rerun.blueprint as rrb
 
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.measured.rows import Given
-from experiments.bench.recording import Images, lanes, page, potentials, recorded, timelines, video
+from experiments.bench.run import record as rerun
+from experiments.bench.run.record import Content, Frames, Images, Model
 
 
 def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames: Images | None) -> bytes:
@@ -25,7 +23,7 @@ def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames
     trial
         The trial.
     answers
-        What models answered, at least one.
+        What models responded, at least one.
     frames
         What the robot's camera saw, (T, R, C), if it is known.
 
@@ -34,26 +32,16 @@ def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames
     bytes
         Of an .rrd file.
     """
-    name = f"{trial.index:04d} {trial.condition.label()}, {answers[0].provenance}"
-    digest = hashlib.blake2s(
-        b"".join(answer.series.hs.tobytes() for answer in answers) + trial.time_s.tobytes(), digest_size=6
-    )
-    identity = f"{experiment}-measured-{trial.index:04d}-{digest.hexdigest()}"
-    write = partial(_write, experiment, trial, answers, frames)
-    return recorded(write, _blueprint(answers, frames is not None), name, identity)
-
-
-def _write(
-    experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames: Images | None, recording: rr.RecordingStream
-) -> None:
-    condition = {name: value for name, value in trial.condition.columns().items() if value is not None}
-    values = {"experiment": experiment, "trial": trial.index, "provenance": answers[0].provenance, **condition}
-    recording.send_property("trial", rr.AnyValues(**values))
-    if frames is not None:
-        video(recording, "camera", frames, timelines(trial.time_s, np.arange(len(trial.time_s))))
-    potentials(recording, answers, trial.time_s)
-
-
-def _blueprint(answers: Sequence[Given], pictured: bool) -> rrb.Blueprint:
-    views = [rrb.Spatial2DView(origin="camera", name="camera of the robot (Y, 8 bit)")] if pictured else []
-    return page(*views, lanes(answers), shares=[3, 2] if pictured else [1])
+    models = tuple(Model(one.model, one.channels, tuple(one.thresholds.items())) for one in answers)
+    seen = {} if frames is None else {"": frames}
+    shown = Frames(trial.time_s, np.arange(len(trial.time_s)), {one.model: one.series for one in answers}, seen)
+    provenance = answers[0].provenance
+    properties = {
+        "experiment": experiment, "trial": trial.index, "provenance": provenance, **trial.condition.columns(),
+    }  # fmt: skip
+    digest = hashlib.blake2s(b"".join(one.series.hs.tobytes() for one in answers), digest_size=6)
+    digest.update(trial.time_s.tobytes())
+    return rerun.write(
+        Content(models, tuple(seen)), shown, f"{trial.index:04d} {trial.condition.label()}, {provenance}",
+        f"{experiment}-measured-{trial.index:04d}-{digest.hexdigest()}", {"trial": rerun.known(properties)},
+    )  # fmt: skip

@@ -48,7 +48,7 @@ def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
 
 
 def _streamed(spec: TrialSpec, address: str) -> TrialResult:
-    from experiments.bench.robot.live import LiveTrial  # not before: Rerun takes its time to load
+    from experiments.bench.robot.recording import LiveTrial  # not before: Rerun takes its time to load
 
     live = LiveTrial(spec, address)
     try:

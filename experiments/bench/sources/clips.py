@@ -22,6 +22,7 @@ from experiments.bench.store.rows import JobRow, ModelRow, schema_of
 
 if TYPE_CHECKING:
     import rerun as rr
+    from rerun.chunk import Chunk
 
 BACKGROUND = "background"
 """The parameter that names what is behind an object."""
@@ -287,44 +288,41 @@ class ClipRecording:
     def written(self, responses: Responses) -> bytes:
         """Return the recording, as the bytes of an .rrd file."""
         import rerun as rr  # not before: it takes its time to load, and declarations need this file
-        import rerun.blueprint as rrb
 
-        from experiments.bench import recording as rerun
+        from experiments.bench.run import record
 
-        answers = rerun.responses_of(responses.series)
-        name = self._source.clip.name
-        layout = rerun.page(rrb.Spatial2DView(origin="clip", name=name), rerun.lanes(answers), shares=[3, 2])
+        models = [record.Model.of(model) for model, _ in responses.series]
+        images = np.stack([sample.image for sample in self._samples])
+        time_s = np.array([sample.time_s for sample in self._samples])
+        frames = record.Frames(
+            time_s, np.arange(len(time_s)), {model.label: series for model, series in responses.series},
+            {"": images if self._exact else record.jpegs(images, JPEG_QUALITY)},
+        )  # fmt: skip
+        # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
+        params = self._source.stimulus.params
+        settings = {**asdict(params), "seed": self._source.stimulus.seed}
+        shown = rr.DynamicArchetype(type(params).__name__, components=settings)
+        return record.write(
+            record.Content(tuple(models), eyes=("",)), frames, self._source.clip.name, self._identity,
+            {"stimulus": shown}, self._outline(record.times(frames.time_s, frames.frame)),
+        )  # fmt: skip
 
-        def write(stream: rr.RecordingStream) -> None:
-            params = self._source.stimulus.params
-            # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
-            settings = {**asdict(params), "seed": self._source.stimulus.seed}
-            stream.send_property("stimulus", rr.DynamicArchetype(type(params).__name__, components=settings))
-            times_s = np.array([sample.time_s for sample in self._samples])
-            times = rerun.timelines(times_s, np.arange(len(times_s)))
-            images = np.stack([sample.image for sample in self._samples])
-            if self._exact:
-                rerun.video(stream, "clip", images, times)
-            else:
-                rerun.jpegs(stream, "clip", images, times, JPEG_QUALITY)
-            self._write_object(stream, times)
-            rerun.potentials(stream, answers, times_s)
-
-        return rerun.recorded(write, layout, name, self._identity)
-
-    def _write_object(self, stream: rr.RecordingStream, times: list[rr.TimeColumn]) -> None:
-        """Log the object's outline; no box where there is none, or the last would stay."""
+    def _outline(self, times: list[rr.TimeColumn]) -> list[Chunk]:
+        """Return the object's outline; no box where there is none, or the last would stay."""
         import rerun as rr
+
+        from experiments.bench.run import record
 
         present = [sample.truth for sample in self._samples if sample.truth["left_px"] is not None]
         if not present:
-            return
+            return []
         halves = np.array([(truth["width_px"] / 2, truth["height_px"] / 2) for truth in present])
         corners = np.array([(truth["left_px"], truth["top_px"]) for truth in present])
-        stream.log("clip/object", rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5]), static=True)
         columns = rr.Boxes2D.columns(centers=corners + halves, half_sizes=halves)
         boxes = [int(sample.truth["left_px"] is not None) for sample in self._samples]
-        stream.send_columns("clip/object", times, columns.partition(boxes))
+        place = f"{record.CAMERA}/stimulus"
+        look = rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5])
+        return [record.fixed(place, look), record.chunk(place, times, columns.partition(boxes))]
 
 
 Kind = Literal["traces", "peaks", "background", "edges", "ranges", "contrast"]

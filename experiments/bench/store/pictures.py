@@ -14,10 +14,8 @@ import numpy.typing as npt
 from experiments.bench.run.errors import UsageError
 
 Images = npt.NDArray[np.uint8]
-SEEN = ("camera", "clip", "picture")
-"""Entities of what models saw: in trials and episodes, in clips, in footage."""
-_ENTITY = re.compile(rf"({'|'.join(SEEN)})(_\w+)?")
-"""Such an entity's name, of further eyes with the eye's. It becomes a folder's name, so it holds no ``/``."""
+CAMERA = re.compile(r"world/observer/(camera(?:_(\w+))?)/image")
+"""Entity of what an eye saw; further eyes have a name of their own."""
 
 
 def chunks(path: Path, content: str = "") -> Iterator[tuple[str, Any]]:
@@ -46,8 +44,8 @@ def pictures(recording: Path) -> dict[str, Images]:
     Returns
     -------
     dict
-        Entity (``camera``, ``clip``, ``picture``; of further eyes ``camera_ov7670``) -> its frames, (T, R, C) uint8,
-        in order of time. Those of episodes and footage went through JPEG. Empty where nothing was seen.
+        Camera (``camera``; of further eyes ``camera_ov7670``) -> its frames, (T, R, C) uint8, in order of time. Those
+        of clips, episodes and footage went through JPEG. Empty where nothing was seen.
 
     Raises
     ------
@@ -57,8 +55,9 @@ def pictures(recording: Path) -> dict[str, Images]:
     sizes: dict[str, tuple[int, int]] = {}
     images: dict[str, list[tuple[int, Any]]] = {}
     for entity, chunk in chunks(recording):
-        if not _ENTITY.fullmatch(entity):
+        if (seen := CAMERA.fullmatch(entity)) is None:
             continue
+        entity = seen[1]
         batch = chunk.to_record_batch()
         for name in batch.schema.names:
             if name == "Image:format":

@@ -13,8 +13,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from colias_sim.config import CameraConfig
-from experiments.bench.figures.series import Colour
-from experiments.bench.recording import ROBOT_RADIUS_CM
+from experiments.bench.run.record import Colour
 from experiments.bench.video.layout import WINDOW_S, Layout, Panel, seeing, traces_of
 from experiments.bench.video.outside import Outside
 from experiments.bench.video.pictures import Floats, Picture
@@ -22,6 +21,7 @@ from experiments.bench.video.reading import Reel, Trace, Track, until
 from experiments.bench.video.still import TYPE_PX, spike_ends
 from scenes import ARENA_RADIUS_CM
 
+ROBOT_RADIUS_CM = 2.0
 VIEW: Colour = (250, 233, 180)
 SIGHT_CM = ARENA_RADIUS_CM - 0.3
 """Radius to which the observer's field of view is drawn: up to the line of the wall."""

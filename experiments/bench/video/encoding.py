@@ -17,8 +17,8 @@ from typing import IO
 import numpy as np
 from PIL import Image
 
-from experiments.bench.figures.series import Colour
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.record import Colour
 from experiments.bench.store.places import replacing
 from experiments.bench.video.pictures import Picture
 

@@ -12,8 +12,8 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from experiments.bench.figures.series import OFF, ON, STILL
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.record import OFF, ON, STILL
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]

@@ -6,9 +6,7 @@ chunk, so that a recording of any length fits into memory.
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,17 +16,14 @@ import numpy as np
 import pyarrow as pa
 
 from colias_sim.config import CameraConfig
-from experiments.bench.figures.series import THRESHOLD, Colour
-from experiments.bench.recording import OBSERVER_COLOUR, OTHER_COLOUR
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store.pictures import chunks
+from experiments.bench.run.record import Colour, model_part
+from experiments.bench.store.pictures import CAMERA, chunks
 from experiments.bench.video.pictures import Floats, times_of
 
-PLACES = ("potential", "azimuth", "spikes")
-"""Where recordings log what models answered: the first part of an entity's path."""
-MAPS = "maps/"
-"""Pictures that no video shows."""
 GREY: Colour = (90, 90, 90)
+OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
+"""Colours of robots where they are discs: in views from above."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +33,7 @@ class Trace:
     Parameters
     ----------
     place
-        One of `PLACES`.
+        ``potential``, ``azimuth`` or ``spikes``.
     name
         Its title.
     colour
@@ -177,7 +172,7 @@ class _Found:
         self._places: dict[str, list[tuple[Floats, Floats]]] = {}
         self._styles: dict[str, tuple[str, Colour]] = {}
         self._dotted: set[str] = set()
-        self._colours: dict[str, Colour] = {}
+        self._levels: dict[float, tuple[str, ...]] = {}
         self._eyes: dict[str, list[Floats]] = {}
         self._properties: dict[str, Any] = {}
         self._obstacles: tuple[Floats, ...] = ()
@@ -189,28 +184,15 @@ class _Found:
         names = batch.schema.names
         if static:
             self._take_static(entity, batch)
-        elif "EncodedImage:blob" in names or "Image:buffer" in names:
-            if not entity.startswith(MAPS):
-                self._eyes.setdefault(entity, []).append(times_of(batch))
-        elif "Scalars:scalars" in names and entity.startswith((*PLACES, THRESHOLD)):
-            self._scalars.setdefault(entity, []).append((times_of(batch), _flat(batch, "Scalars:scalars")))
+        elif CAMERA.fullmatch(entity):
+            self._eyes.setdefault(entity, []).append(times_of(batch))
         elif "Transform3D:translation" in names:
-            self._take_pose(entity, batch)
-        elif "Points2D:positions" in names and entity.startswith("arena/"):
-            places = _flat(batch, "Points2D:positions").reshape(-1, 2) * (1.0, -1.0)  # a 2-D view's y axis points down
-            self._put(entity.removesuffix("/body"), batch, places, np.full(len(places), np.nan))
-        elif "Arrows2D:vectors" in names and entity.startswith("arena/"):
-            ahead, robot = _flat(batch, "Arrows2D:vectors").reshape(-1, 2), entity.removesuffix("/heading")
-            times, poses = self._places[robot][-1]
-            self._places[robot][-1] = times, np.column_stack([poses[:, :2], np.arctan2(-ahead[:, 1], ahead[:, 0])])
-
-    def _take_pose(self, entity: str, batch: pa.RecordBatch) -> None:
-        places = _flat(batch, "Transform3D:translation").reshape(-1, 3)[:, :2]
-        turns = _flat(batch, "Transform3D:quaternion").reshape(-1, 4)
-        self._put(entity, batch, places, 2 * np.arctan2(turns[:, 2], turns[:, 3]))
-
-    def _put(self, robot: str, batch: pa.RecordBatch, places: Floats, headings: Floats) -> None:
-        self._places.setdefault(robot, []).append((times_of(batch), np.column_stack([places, headings])))
+            places = _flat(batch, "Transform3D:translation").reshape(-1, 3)[:, :2]
+            turns = _flat(batch, "Transform3D:quaternion").reshape(-1, 4)
+            poses = np.column_stack([places, 2 * np.arctan2(turns[:, 2], turns[:, 3])])
+            self._places.setdefault(entity, []).append((times_of(batch), poses))
+        elif (part := model_part(entity)) and "Scalars:scalars" in names and part[1] != "threshold":
+            self._scalars.setdefault(entity, []).append((times_of(batch), _flat(batch, "Scalars:scalars")))
 
     def _take_static(self, entity: str, batch: pa.RecordBatch) -> None:
         names = batch.schema.names
@@ -224,70 +206,50 @@ class _Found:
                 if not name.startswith("rerun.")
             }
             self._properties |= {name: value[0] for name, value in columns.items() if value}
-        elif entity == "scene/obstacles":
+        elif entity == "world/arena/obstacles":
             strips = [np.asarray(strip) for strip in batch.column("LineStrips3D:strips")[0].as_py()]
             self._obstacles = tuple(strip[:, :2] for strip in strips if not strip[:, 2].any())
-        elif entity == "arena/obstacles":
-            strips = [np.asarray(strip) for strip in batch.column("LineStrips2D:strips")[0].as_py()]
-            self._obstacles = tuple(strip * (1.0, -1.0) for strip in strips)  # a 2-D view's y axis points down
         elif "Pinhole:image_from_camera" in names:
             focal, (columns, _) = _flat(batch, "Pinhole:image_from_camera")[0], _flat(batch, "Pinhole:resolution")
             self._view_deg = math.degrees(2 * math.atan(columns / 2 / focal))
+        elif "levels" in names:
+            for level in _flat(batch, "levels").tolist():
+                self._levels[level] = (*self._levels.get(level, ()), (model_part(entity) or ("",))[0])
         elif series := [kind for kind in ("SeriesLines", "SeriesPoints") if f"{kind}:names" in names]:
             title = str(batch.column(f"{series[0]}:names")[0].as_py()[0])
             self._styles[entity] = title, _colour(batch, f"{series[0]}:colors") or GREY
             self._dotted |= {entity} if series[0] == "SeriesPoints" else set()
-        elif "Points2D:colors" in names:
-            self._colours[entity.removesuffix("/body")] = _colour(batch, "Points2D:colors") or GREY
 
     def reel(self, path: Path) -> Reel:
         """Put together what was found."""
-        series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
-        levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(THRESHOLD)}
-        owners: dict[float, tuple[str, ...]] = {}
-        for entity, level in levels.items():
-            owners[level] = (*owners.get(level, ()), model_of(entity))
-        traces = [
-            Trace(entity.partition("/")[0], *self._styles.get(look := self._look(entity), (entity, GREY)), *joined,
-                  look in self._dotted, model_of(entity), entity.rpartition("/")[2])
-            for entity, joined in series.items() if entity not in levels
-        ]  # fmt: skip
         tracks = [
-            Track(robot.rpartition("/")[2], self._colours.get(robot, _usual_colour(robot)), *_joined(parts))
-            for robot, parts in self._places.items()
+            Track(name, OBSERVER_COLOUR if name == "observer" else OTHER_COLOUR, *_joined(parts))
+            for name, parts in ((entity.rpartition("/")[2], parts) for entity, parts in self._places.items())
         ]
         tracks.sort(key=lambda track: track.name != "observer")
+        traces = [self._trace(entity, *_joined(parts)) for entity, parts in self._scalars.items()]
         timed = [np.concatenate(parts) for parts in self._eyes.values()]
         timed += [trace.time_s for trace in traces] + [track.time_s for track in tracks]
         if not timed:
             raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
-        times = max(timed, key=len)
-        first = [trace for trace in traces if trace.place != "spikes"]
-        spiking = [dataclasses.replace(trace, name=trace.name.removesuffix(" spikes")) for trace in traces
-                   if trace.place == "spikes"]  # fmt: skip
-        return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks),
-                    tuple(sorted({*levels.values()})), tuple(self._eyes), self._view_deg, self._properties,
-                    owners, obstacles=self._obstacles)  # fmt: skip
+        traces.sort(key=lambda trace: trace.place == "spikes")
+        return Reel(path, self._name or path.stem, max(timed, key=len), tuple(traces), tuple(tracks),
+                    tuple(sorted(self._levels)), tuple(self._eyes), self._view_deg, self._properties,
+                    self._levels, obstacles=self._obstacles)  # fmt: skip
 
-    def _look(self, entity: str) -> str:
-        """Return the entity whose style a series has: spikes that are not drawn, that of their potential."""
-        return entity if entity in self._styles else entity.replace("spikes/", "potential/", 1)
+    def _trace(self, entity: str, time_s: Floats, values: Floats) -> Trace:
+        model, part = model_part(entity) or ("", "")
+        place, channel = ("spikes", part.partition("/")[2]) if "/" in part else ("potential", part)
+        place = "azimuth" if part == "azimuth" else place
+        title, colour = self._styles.get(entity, (entity, GREY))
+        return Trace(
+            place, title.removesuffix(" spikes"), colour, time_s, values, entity in self._dotted, model, channel
+        )
 
 
 def until(times: Floats, time_s: float) -> int:
     """Tell how many of some rising times are not after ``time_s``."""
     return int(np.searchsorted(times, time_s + 1e-6))
-
-
-def model_of(entity: str) -> str:
-    """Read the label of the model whose answer is there: the second part of the path, which escapes some letters."""
-    label = re.findall(r"(?:\\.|[^/])+", entity)[1]
-    return re.sub(r"\\(.)", r"\1", label)
-
-
-def _usual_colour(robot: str) -> Colour:
-    """Return the colour of a robot's disc where the recording has the robot as it looks."""
-    return OBSERVER_COLOUR if robot.rpartition("/")[2] == "observer" else OTHER_COLOUR
 
 
 def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:

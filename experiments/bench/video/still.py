@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from experiments.bench.figures.plotting import STYLE, drawing, plain
-from experiments.bench.figures.series import OFF, ON, mixed, to_hex
+from experiments.bench.run.record import OFF, ON, mixed, to_hex
 from experiments.bench.video.layout import (
     LEFT,
     MOST_DOWN,
@@ -270,8 +270,8 @@ def spike_ends(panel: Panel, values: Floats) -> Floats:
 
 def eye_title(entity: str) -> str:
     """Return what is written above the pictures of an eye."""
-    name = entity.partition("_")[2]
-    return {"picture": "what it sees", "clip": "clip"}.get(entity, f"its camera{f', {name}' if name else ''}")
+    eye = entity.split("/")[-2].partition("_")[2]
+    return f"what is seen{f', {eye}' if eye else ''}"
 
 
 def _notes(*notes: str) -> str:

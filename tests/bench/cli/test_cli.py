@@ -120,18 +120,18 @@ def test_recordings_verify_and_read_back(finished):
     verify(*recordings)
     frames = pq.read_table(folder / "frames.parquet")
     first = frames.filter(np.asarray(frames["trial"]) == 0)
-    (potential,) = entity(recordings[0], "/potential/dsnn/hs")
+    (potential,) = entity(recordings[0], "/models/dsnn/hs")
     column = next(name for name in potential.schema.names if "Scalars" in name)
     np.testing.assert_array_equal(np.concatenate(potential[column].to_pylist()), first["hs"])
-    times = potential["sim_time"].cast("int64").to_numpy() / 1e9
+    times = potential["time"].cast("int64").to_numpy() / 1e9
     np.testing.assert_allclose(times, first["sim_time_s"], atol=1e-8)
     assert potential["frame"].to_pylist() == list(range(first.num_rows))
-    for path in ("/camera", "/maps/p", "/maps/la", "/maps/f_on", "/maps/f_off"):
-        (images,) = entity(recordings[0], path)
+    for path in ("world/observer/camera/image", *(f"models/dsnn/maps/{name}" for name in ("p", "la", "f_on", "f_off"))):
+        (images,) = entity(recordings[0], f"/{path}")
         buffers = images[next(name for name in images.schema.names if "buffer" in name)].to_pylist()
         assert len(buffers) == first.num_rows
         assert len(np.ravel(buffers[0])) == 72 * 99
-    (moving,) = entity(recordings[0], "/scene/stimulus")
+    (moving,) = entity(recordings[0], "/world/stimulus")
     places = moving[next(name for name in moving.schema.names if "translation" in name)].to_pylist()
     np.testing.assert_allclose([p[0][0] for p in places], first["stimulus_x_cm"], atol=1e-4)
 

@@ -113,18 +113,18 @@ def test_play_records_frames_object_potentials_and_thresholds(colias):
     recording = colias.folder / "a.rrd"
     subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(recording)], check=True, capture_output=True)
     clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
-    (pictures,) = entity(recording, "/clip")
+    (pictures,) = entity(recording, "/world/observer/camera/image")
     images = np.array(column(pictures, "buffer"), np.uint8).reshape(len(clip), 60, 80)
     np.testing.assert_array_equal(images, [frame.luma for frame in clip])
-    (boxes,) = entity(recording, "/clip/object")
+    (boxes,) = entity(recording, "/world/observer/camera/stimulus")
     centres = [frame.truth.box and [frame.truth.box.left + 10, 30.0] for frame in clip]
     for drawn, centre in zip(column(boxes, "centers"), centres, strict=True):
         assert (drawn == []) if centre is None else np.allclose(drawn, [centre], atol=1e-4)
-    (hs,) = entity(recording, "/potential/dsnn/hs")
+    (hs,) = entity(recording, "/models/dsnn/hs")
     expected = DSNN(clip.shape, DSNNParams.offline(t_sp=0.3)).run(frame.luma for frame in clip)
     np.testing.assert_array_equal(np.concatenate(column(hs, "Scalars")), expected.hs)
-    (threshold,) = entity(recording, "/threshold/dsnn/minus_0_3")
-    assert column(threshold, "Scalars") == [[-0.3], [-0.3]]
+    (threshold,) = entity(recording, "/models/dsnn/threshold")
+    assert column(threshold, "Scalars") == [[-0.3, 0.3], [-0.3, 0.3]]
     again = colias("play", "plain", "--record", "a.rrd", "--no-view")
     assert (again.returncode, again.stderr.count("\n")) == (2, 1)
     assert "is there already" in again.stderr

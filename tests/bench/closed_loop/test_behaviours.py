@@ -365,9 +365,9 @@ def test_a_recording_reads_back(tmp_path):
     path = tmp_path / "episode.rrd"
     path.write_bytes(closed_loop_recording.record(episode))
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(path).stream().to_chunks()}
-    wanted = {"/camera", "/arena/observer/body", "/arena/observer/track", "/potential/hybrid/hs",
-              "/potential/hybrid/looming", "/azimuth/hybrid",
-              "/wheels/left", "/wheels/right", "/reward/reward_ahead"}  # fmt: skip
+    wanted = {"/world/observer/camera/image", "/world/observer", "/world/path", "/world/arena/wall",
+              "/models/hybrid/hs",              "/models/hybrid/looming", "/models/hybrid/azimuth",
+              "/world/observer/wheels", "/reward"}  # fmt: skip
     assert wanted <= entities
 
 

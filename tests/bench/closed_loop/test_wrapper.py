@@ -31,9 +31,9 @@ def played(played_env, episodes: int = 1, steps: int = STEPS):
     return seen
 
 
-def scalars(path, entity: str) -> list[float]:
+def scalars(path, entity: str) -> list[list[float]]:
     chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
-    return [value for chunk in chunks for (value,) in chunk.to_record_batch()["Scalars:scalars"].to_pylist()]
+    return [values for chunk in chunks for values in chunk.to_record_batch()["Scalars:scalars"].to_pylist()]
 
 
 def test_a_recorded_env_is_the_same_env(tmp_path):
@@ -50,14 +50,14 @@ def test_the_recording_holds_what_the_episode_was(tmp_path):
     wrapped = experiments.RecordRerun(env(), tmp_path / "new" / "episode.rrd")
     taken = played(wrapped)[1:]
     (path,) = wrapped.recorded  # written at the episode's end, not when the env is closed
-    assert scalars(path, "/wheels/left") == pytest.approx([0.3] * STEPS)
-    assert scalars(path, "/wheels/right") == pytest.approx([0.1 * step for step in range(STEPS)])
+    np.testing.assert_allclose(
+        scalars(path, "/world/observer/wheels"), [[0.3, 0.1 * step] for step in range(STEPS)], atol=1e-6
+    )
     terms = [name for name in taken[0][4] if name.startswith("reward_")]
     assert terms
-    for name in terms:
-        assert scalars(path, f"/reward/{name}") == [info[name] for *_, info in taken]
+    assert scalars(path, "/reward") == [[info[name] for name in terms] for *_, info in taken]
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(path).stream()}
-    assert {"/camera", "/arena/observer/body", "/potential/dsnn/hs", "/threshold/dsnn/plus_0_2"} <= entities
+    assert {"/world/observer/camera/image", "/world/observer", "/models/dsnn/hs", "/models/dsnn/threshold"} <= entities
     wrapped.close()
 
 
@@ -81,7 +81,7 @@ def test_an_episode_that_does_not_end_is_written_as_far_as_it_got(tmp_path):
     wrapped = experiments.RecordRerun(env(), str(tmp_path / "{episode}.rrd"))
     played(wrapped, episodes=2, steps=2)
     wrapped.close()
-    assert [len(scalars(path, "/wheels/left")) for path in wrapped.recorded] == [2, 2]
+    assert [len(scalars(path, "/world/observer/wheels")) for path in wrapped.recorded] == [2, 2]
 
 
 def outcome(path) -> dict:

@@ -19,7 +19,7 @@ import experiments
 from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.cli.main import command
-from experiments.bench.robot.live import LiveTrial
+from experiments.bench.robot.recording import LiveTrial
 from experiments.bench.run.models import choose
 from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_live import ended
@@ -115,7 +115,7 @@ def streamed(folder: Path) -> tuple[Path, Table]:
         live = LiveTrial(asked, address)
         (answer,) = run_trial(asked, watch=live.see).answers
         live.close()
-        everything = [f"/spikes/both/{channel}" for channel in SPIKING]
+        everything = [f"/models/both/spikes/{channel}" for channel in SPIKING]
         path = ended(process, folder / "live.rrd", everything, len(answer.series.hs))
     return path, {name: getattr(answer.series, name).tolist() for name in SPIKES}
 
@@ -130,18 +130,13 @@ def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[Pa
     path, table = kind(tmp_path)
     model = "hybrid" if kind is log else "both"
     assert all({-1, 1} <= set(np.sign(table[name])) for name in ("hs_spikes", "vs_spikes"))
-    highest = 1.0  # of every potential
     for channel, name in zip(SPIKING, SPIKES, strict=True):
-        signs = np.sign(table[name])
-        chunks = rr.chunk.RrdReader(path).stream().filter(content=f"/raster/{model}/{channel}", is_static=False)
-        batches = [chunk.to_record_batch() for chunk in chunks.to_chunks()]
-        marks = {frame: height for batch in batches
-                 for frame, (height,) in zip(batch["frame"].to_pylist(), batch["Scalars:scalars"].to_pylist(),
-                                             strict=True)}  # fmt: skip
-        assert {frame: np.sign(height) for frame, height in marks.items()} == {
-            int(frame): signs[frame] for frame in np.flatnonzero(signs)
-        }
-        assert all(abs(height) > highest for height in marks.values())
+        entity = f"/models/{model}/spikes/{channel}"
+        chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
+        batches = [chunk.to_record_batch() for chunk in chunks]
+        frames = [frame for batch in batches for frame in batch["frame"].to_pylist()]
+        counts = [count for batch in batches for (count,) in batch["Scalars:scalars"].to_pylist()]
+        assert [count for _, count in sorted(zip(frames, counts, strict=True))] == table[name]
 
 
 @pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'")

@@ -110,17 +110,17 @@ def test_the_table_is_what_the_network_says_of_the_frames(watched):
 def test_the_recording_holds_every_frame(watched):
     folder, _ = watched
     table = pq.read_table(folder / "street.parquet")
-    hs = temporal(folder / "street.rrd", "/potential/dsnn/hs")
+    hs = temporal(folder / "street.rrd", "/models/dsnn/hs")
     values = [value for batch in hs for row in batch[column(batch, "Scalars")].to_pylist() for value in row]
     np.testing.assert_array_equal(values, table["hs"])
     seconds = np.concatenate([batch["sim_time"].cast("int64").to_numpy() for batch in hs]) / 1e9
     np.testing.assert_allclose(seconds, table["time_s"], atol=1e-8)
-    pictures = temporal(folder / "street.rrd", "/picture")
+    pictures = temporal(folder / "street.rrd", "/world/observer/camera/image")
     jpegs = [row[0] for batch in pictures for row in batch[column(batch, "blob")].to_pylist()]
     assert len(jpegs) == FRAMES
     picture = cv2.imdecode(np.frombuffer(bytes(jpegs[100]), np.uint8), cv2.IMREAD_GRAYSCALE)
     assert cv2.absdiff(picture, decoded(folder / "street.avi")[100]).mean() < 3
-    arrows = temporal(folder / "street.rrd", "/picture/direction/dsnn")
+    arrows = temporal(folder / "street.rrd", "/world/observer/camera/motion/dsnn")
     vectors = [row for batch in arrows for row in batch[column(batch, "vectors")].to_pylist()]
     np.testing.assert_allclose(
         [row[0][0] for row in vectors], 90 * np.clip(np.asarray(table["hs"]) / 0.5, -1, 1), rtol=1e-5
@@ -179,7 +179,7 @@ def test_a_film_cut_short_keeps_what_there_is(films, colias):
     note = f"note: ended early: {count} of the {FRAMES} frames its header announces were decoded\n"
     assert done.stderr == note
     assert f"; {count} frames, " in done.stdout
-    assert sum(batch.num_rows for batch in temporal(colias.folder / "cut.rrd", "/picture")) == count
+    assert sum(batch.num_rows for batch in temporal(colias.folder / "cut.rrd", "/world/observer/camera/image")) == count
 
 
 def spoilt(films: Path, folder: Path) -> None:
@@ -295,7 +295,7 @@ def test_an_interrupt_leaves_whole_files_of_what_was_seen(films, tmp_path):
     assert 0 < count < FRAMES
     assert table["frame"].to_pylist() == list(range(count))
     assert f"; {count} frames, " in printed
-    assert sum(batch.num_rows for batch in temporal(tmp_path / "out.rrd", "/potential/dsnn/hs")) == count
+    assert sum(batch.num_rows for batch in temporal(tmp_path / "out.rrd", "/models/dsnn/hs")) == count
     assert not list(tmp_path.glob("*.part"))
 
 

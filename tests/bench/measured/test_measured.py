@@ -324,7 +324,7 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     caption = run.figure().get_supxlabel()
     assert "measured" in caption and "arena" not in caption and "n = 1 to 2" in caption
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
-    assert "/potential/dsnn/hs" in entities and "/potential/dsnn/vs" not in entities
+    assert "/models/dsnn/hs" in entities and "/models/dsnn/vs" not in entities
     assert colias("runs", tmp_path / "runs") == 0
     assert "measured" in capsys.readouterr().out
     with pytest.raises(FileExistsError, match="is there already"):

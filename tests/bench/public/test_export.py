@@ -11,13 +11,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-import rerun.blueprint as rrb
 from scipy import io
 
 import colias_sim
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.recording import jpegs, recorded, timelines, video
+from experiments.bench.run import record
 from experiments.bench.run.errors import UsageError
 from experiments.bench.store.convert import array, fields, read_file, write
 from experiments.bench.store.pictures import pictures
@@ -104,6 +103,12 @@ def test_columns_have_one_type_and_no_pickles(tmp_path):
         assert file.stat().st_size
 
 
+def recorded(images) -> bytes:
+    count = len(images[""])
+    frames = record.Frames(np.arange(count) / 30, np.arange(count), images=images)
+    return record.write(record.Content(eyes=tuple(images)), frames, "x")
+
+
 @pytest.fixture
 def filmed(tmp_path):
     """A run with two recordings, one of them of a part, of three and of five frames."""
@@ -111,11 +116,9 @@ def filmed(tmp_path):
     described(tmp_path / "run" / "part")
     for place, frames in (("recordings/trial-0003", 3), ("part/recordings/trial-0000", 5)):
         images = np.full((frames, 12, 16), 40 * frames, np.uint8)
-        times = timelines(np.arange(frames) / 30, np.arange(frames))
         path = tmp_path / "run" / f"{place}.rrd"
         path.parent.mkdir(parents=True)
-        data = recorded(lambda s, o=images, t=times: video(s, "camera", o, t), rrb.Blueprint(rrb.Spatial2DView()), "x")
-        path.write_bytes(data)
+        path.write_bytes(recorded({"": images}))
     return tmp_path / "run"
 
 
@@ -140,17 +143,13 @@ def test_one_trial_s_frames(filmed, tmp_path):
 def test_frames_are_the_pictures_of_the_recordings(tmp_path):
     """A folder a recording, one more below it for each eye; frames are numbered from 0, and exact where they were."""
     frames = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
-    times = timelines(np.arange(3) / 30, np.arange(3))
-
-    def two_eyes(stream):
-        video(stream, "camera", frames, times)
-        video(stream, "camera_ov7670", frames[::-1], times)
-
     described(tmp_path / "run")
     (tmp_path / "run" / "recordings").mkdir()
-    for name, write_to in (("trial-0000", two_eyes), ("trial-0001", lambda s: jpegs(s, "clip", frames, times, 95))):
-        data = recorded(write_to, rrb.Blueprint(rrb.Spatial2DView()), name)
-        (tmp_path / "run" / "recordings" / f"{name}.rrd").write_bytes(data)
+    for name, images in (
+        ("trial-0000", {"": frames, "ov7670": frames[::-1]}),
+        ("trial-0001", {"": record.jpegs(frames, 95)}),
+    ):
+        (tmp_path / "run" / "recordings" / f"{name}.rrd").write_bytes(recorded(images))
     assert colias("export", tmp_path / "run", "--frames", tmp_path / "out", "--quiet") == 0
     paths = sorted(str(path.relative_to(tmp_path / "out")) for path in (tmp_path / "out").rglob("*.png"))
     folders = ("trial-0000/camera", "trial-0000/camera_ov7670", "trial-0001")

@@ -14,7 +14,7 @@ import rerun as rr
 import experiments
 from experiments.bench import viewer
 from experiments.bench.engine.terminal import program
-from experiments.bench.robot.live import LiveTrial
+from experiments.bench.robot.recording import LiveTrial
 from experiments.bench.robot.run import Keep, work
 from experiments.bench.run.models import choose
 from experiments.bench.sources.robot import run_trial
@@ -68,24 +68,27 @@ def test_what_arrives_is_the_trial(tmp_path):
         live = LiveTrial(asked, address)
         result = run_trial(asked, keep_media=True, watch=live.see)
         live.close()
-        series = [f"{answer.model}/{channel}" for answer in result.answers for channel in answer.channels]
-        entities = [f"/{kind}/{name}" for kind in ("potential", "spikes") for name in series]
-        entities += ["/camera", "/scene/stimulus", *(f"/maps/{name}" for name in result.media.maps)]
+        series = [
+            f"{answer.model}/{part}{channel}"
+            for answer in result.answers for channel in answer.channels for part in ("", "spikes/")
+        ]  # fmt: skip
+        entities = [f"/models/{name}" for name in series]
+        entities += ["/world/observer/camera/image", "/world/stimulus"]
+        entities += [f"/models/dsnn/maps/{name}" for name in result.media.maps]
         path = ended(process, tmp_path / "live.rrd", entities, result.frames)
     assert same(result, run_trial(asked))
     for answer in result.answers:
         for channel in answer.channels:
-            sent = column(path, f"/potential/{answer.model}/{channel}", "Scalars:scalars")
+            sent = column(path, f"/models/{answer.model}/{channel}", "Scalars:scalars")
             np.testing.assert_array_equal(sent[:, 0], getattr(answer.series, channel))
-            spikes = column(path, f"/spikes/{answer.model}/{channel}", "Scalars:scalars")
+            spikes = column(path, f"/models/{answer.model}/spikes/{channel}", "Scalars:scalars")
             np.testing.assert_array_equal(spikes[:, 0], getattr(answer.series, f"{channel}_spikes"))
-    np.testing.assert_array_equal(
-        column(path, "/camera", "Image:buffer").reshape(result.media.pictures[""].shape), result.media.pictures[""]
-    )
+    seen = column(path, "/world/observer/camera/image", "Image:buffer")
+    np.testing.assert_array_equal(seen.reshape(result.media.pictures[""].shape), result.media.pictures[""])
     for name, images in result.media.maps.items():
-        received = column(path, f"/maps/{name}", "SegmentationImage:buffer").reshape(images.shape)
+        received = column(path, f"/models/dsnn/maps/{name}", "SegmentationImage:buffer").reshape(images.shape)
         np.testing.assert_array_equal(received, images)
-    place = column(path, "/scene/stimulus", "Transform3D:translation")
+    place = column(path, "/world/stimulus", "Transform3D:translation")
     np.testing.assert_allclose(place[:, 0], result.columns.stimulus_x_cm, rtol=1e-6)
 
 
@@ -127,7 +130,9 @@ def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
             live.close()
         state = screen.state(2)
         assert len(state.recordings) == 2
-        assert {"/scene", "/camera", "/potential/dsnn", "/maps/p"} <= {view.origin for view in state.views}
+        assert {"/world", "/world/observer/camera", "/models/dsnn", "/models/dsnn/maps/p"} <= {
+            view.origin for view in state.views
+        }
         assert not [view.reports for view in state.views if view.reports]
 
 
@@ -138,9 +143,9 @@ def test_a_run_streams_its_trials(colias, tmp_path):
         done = colias(*small, "--viewer", address, "--no-recordings", "--out", "live")
         assert done.returncode == 0, done.stderr
         live = experiments.load(colias.folder / "live")
-        path = ended(process, tmp_path / "live.rrd", ["/potential/dsnn/hs"], len(live.frames))
+        path = ended(process, tmp_path / "live.rrd", ["/models/dsnn/hs"], len(live.frames))
     assert colias(*small, "--no-recordings", "--out", "plain").returncode == 0
     plain = experiments.load(colias.folder / "plain")
     assert live.frames.equals(plain.frames)
-    hs = column(path, "/potential/dsnn/hs", "Scalars:scalars")
+    hs = column(path, "/models/dsnn/hs", "Scalars:scalars")
     np.testing.assert_array_equal(hs[:, 0], live.frames["hs"].to_numpy())

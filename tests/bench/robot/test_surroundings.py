@@ -145,7 +145,7 @@ def test_a_recording_draws_the_obstacles(tmp_path):
         for arena in (written(tmp_path, pillar(0.2, 0.0)), "bright")
     ]
     forget_simulations()
-    assert [b"scene/obstacles" in recording for recording in recordings] == [True, False]
+    assert [b"world/arena/obstacles" in recording for recording in recordings] == [True, False]
     (tmp_path / "trial.rrd").write_bytes(recordings[0])
     (outline,) = read(tmp_path / "trial.rrd").obstacles
     np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1]), 1.0, atol=0.01)

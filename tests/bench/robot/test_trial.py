@@ -96,7 +96,7 @@ def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_
     assert result.media.pictures[""].any() and not result.media.maps
     (tmp_path / "trial.rrd").write_bytes(record(result))
     rows = rr.chunk.RrdReader(tmp_path / "trial.rrd").stream()
-    (potential,) = rows.filter(content=f"/potential/{name}/{channel}", is_static=False).to_chunks()
+    (potential,) = rows.filter(content=f"/models/{name}/{channel}", is_static=False).to_chunks()
     batch = potential.to_record_batch()
     column = next(c for c in batch.schema.names if "Scalars" in c)
     recorded = np.concatenate(batch[column].to_pylist())

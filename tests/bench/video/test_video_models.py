@@ -7,11 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rerun.blueprint as rrb
 
 from dsnn import Response, ResponseSeries
-from experiments.bench.recording import potentials, recorded, timelines, video
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.record import Content, Frames, Model, write
 from experiments.bench.video import make
 from experiments.bench.video.choice import with_models
 from experiments.bench.video.layout import lay_out, levels_of, traces_of
@@ -51,13 +50,11 @@ def recordings(tmp_path_factory) -> dict[int, Path]:
     seconds = np.arange(FRAMES) / 30
     for count in (1, 3, 4, 8, 20):
         answers = [answered(label) for label in LABELS[:count]]
-
-        def write(stream, answers=answers):
-            video(stream, "camera", np.full((FRAMES, 12, 16), 200, np.uint8), timelines(seconds, np.arange(FRAMES)))
-            potentials(stream, answers, seconds)
-
+        models = tuple(Model(one.model, one.channels, tuple(one.thresholds.items())) for one in answers)
+        series = {one.model: one.series for one in answers}
+        shown = Frames(seconds, np.arange(FRAMES), series, {"": np.full((FRAMES, 12, 16), 200, np.uint8)})
         paths[count] = folder / f"{count}.rrd"
-        paths[count].write_bytes(recorded(write, rrb.Blueprint(rrb.Spatial2DView()), "many"))
+        paths[count].write_bytes(write(Content(models, ("",)), shown, "many"))
     return paths
 
 

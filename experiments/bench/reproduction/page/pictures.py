@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 import rerun as rr
 
-from experiments.bench.recording import Images
 from experiments.bench.sources.experiment import TrialSpec
 from experiments.bench.store.files import read_parquet
+from experiments.bench.store.pictures import Images
 from experiments.bench.store.rows import recording_name
 from experiments.bench.trials import Plan
 
@@ -22,7 +22,7 @@ SHARES = (0.1, 0.5, 0.9)
 MOST = 5
 """Conditions of one experiment that are shown."""
 GAP_PX = 2
-ENTITY = "/camera"
+ENTITY = "/world/observer/camera/image"
 
 
 @dataclass(frozen=True, slots=True)

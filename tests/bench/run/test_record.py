@@ -1,0 +1,187 @@
+"""What a recording has, read back from disk; and the functions that Rerun keeps to itself, which this sees move."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import rerun as rr
+from rerun.chunk import RrdReader
+
+from colias_sim.envs import ENVS
+from dsnn import MODELS, Response, ResponseSeries
+from experiments.bench.closed_loop.episode import Episode
+from experiments.bench.closed_loop.recording import record
+from experiments.bench.engine.terminal import program
+from experiments.bench.figures.palette import marks
+from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
+from experiments.bench.footage.video import Picture
+from experiments.bench.run.models import choose
+from experiments.bench.run.record import (
+    APPLICATION,
+    Content,
+    Frames,
+    Model,
+    layout_chunks,
+    model_entity,
+    model_part,
+    page,
+    rgb,
+    send_layout,
+    views,
+    write,
+)
+
+COUNT = 5
+COUNTS = np.array([0, 2, 0, -1, 0])
+BOTH = (("hs", 0.16), ("vs", 0.16))
+SERIES = ResponseSeries.from_responses([Response(0.1, -0.2, int(n), int(-n), None, 0.6, 1, 0.5) for n in COUNTS])
+CONTENT = Content(
+    tuple(Model(label, ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7))) for label in (*MODELS, "a/b@c")),
+    eyes=("",),
+)
+
+
+def written(path: Path, content: Content = CONTENT) -> Path:
+    images = np.arange(COUNT * 12, dtype=np.uint8).reshape(COUNT, 3, 4)
+    frames = Frames(
+        np.arange(COUNT) / 30, np.arange(COUNT), {model.label: SERIES for model in content.models}, {"": images}
+    )
+    path.write_bytes(write(content, frames, "looks"))
+    return path
+
+
+def columns(path: Path, static: bool) -> dict[str, dict[str, list[Any]]]:
+    """Entity -> column without its archetype -> values."""
+    entities: dict[str, dict[str, list[Any]]] = {}
+    for chunk in RrdReader(path).stream().filter(is_static=static).to_chunks():
+        batch = chunk.to_record_batch()
+        held = entities.setdefault(str(chunk.entity_path), {})
+        for name, values in zip(batch.schema.names, batch.columns, strict=True):
+            values = values.cast("int64") if name == "time" else values
+            held.setdefault(name.rpartition(":")[2], []).extend(values.to_pylist())
+    return entities
+
+
+def colour(looks: dict[str, list[Any]]) -> tuple[int, ...]:
+    """Rerun has colours as one number, the red first."""
+    packed = looks["colors"][0][0]
+    return tuple(packed >> shift & 255 for shift in (24, 16, 8))
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    held = columns(written(tmp_path / "a.rrd"), static=False)
+    for model in CONTENT.models:
+        root = f"/{model_entity(model.label)}"
+        for channel, values in (("hs", SERIES.hs), ("vs", SERIES.vs), ("azimuth", SERIES.azimuth)):
+            np.testing.assert_array_equal(np.ravel(held[f"{root}/{channel}"]["scalars"]), values)
+        for channel, counts in (("hs", COUNTS), ("vs", -COUNTS)):
+            np.testing.assert_array_equal(np.ravel(held[f"{root}/spikes/{channel}"]["scalars"]), counts)
+        assert held[f"{root}/threshold"]["scalars"] == [[-0.16, 0.16, 0.7]] * 2
+        assert model_part(f"{root}/spikes/hs".strip("/")) == (model.label, "spikes/hs")
+    assert all({"time", "frame"} <= set(entity) for entity in held.values())
+    assert not [entity for entity in held if any(part.isdigit() for part in re.split("[/_]", entity))], "no value"
+
+
+def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_alike(tmp_path):
+    held = columns(written(tmp_path / "a.rrd"), static=True)
+    for label, mark in marks(model.label for model in CONTENT.models).items():
+        root = f"/{model_entity(label)}"
+        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(mark.colour)
+        assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
+        assert [owners.split() for owners in held[f"{root}/threshold"]["channels"][0]] == [
+            ["hs", "vs"], ["hs", "vs"], ["looming"],
+        ]  # fmt: skip
+
+
+def stores(path: Path) -> dict[str, list[str]]:
+    """The entities of a file's data, and those of its layout."""
+    reader = RrdReader(path)
+    return {
+        kind: [str(chunk.entity_path) for entry in entries for chunk in reader.stream(store=entry).to_chunks()]
+        for kind, entries in (("data", reader.recordings()), ("layout", reader.blueprints()))
+    }
+
+
+def test_a_saved_layout_is_the_one_that_rerun_itself_saves(tmp_path):
+    """But for the names, drawn anew each time, of its views."""
+    written(tmp_path / "ours")
+    theirs = rr.RecordingStream(APPLICATION)
+    theirs.save(tmp_path / "theirs", default_blueprint=page(views(CONTENT)))
+    theirs.log("wave", rr.Scalars(1.0))
+    theirs.disconnect()
+    ours, others = (
+        sorted("/".join(entity.split("/")[:2]) for entity in stores(tmp_path / name)["layout"])
+        for name in ("ours", "theirs")
+    )
+    assert sorted(set(ours)) == sorted(set(others)) and ours.count("/view") == others.count("/view") > 0
+    # Without this message a viewer has the layout and does not open with it.
+    orders = []
+    for name in ("ours", "theirs"):
+        command = [*program(), "rrd", "print", str(tmp_path / name)]
+        printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        orders.append(re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed))
+    assert orders[0] == orders[1] == ["make_active: false, make_default: true)"]
+
+
+def test_recordings_leave_no_thread_behind_and_are_closed(tmp_path):
+    def threads() -> int:
+        return len(list(Path("/proc/self/task").iterdir()))
+
+    written(tmp_path / "a.rrd")
+    before = threads()
+    for _ in range(10):
+        written(tmp_path / "a.rrd")
+    assert threads() <= before
+    assert b"RRF2FOOT" in (tmp_path / "a.rrd").read_bytes()[-12:]
+
+
+def test_a_layout_goes_to_a_stream_more_than_once(tmp_path):
+    """It is encoded once, and sent with each recording of a run."""
+    for name in ("one", "two"):
+        stream = rr.RecordingStream(APPLICATION)
+        stream.save(tmp_path / name)
+        send_layout(stream, layout_chunks(CONTENT))
+        stream.disconnect()
+    one, two = (stores(tmp_path / name)["layout"] for name in ("one", "two"))
+    assert one == two != []
+
+
+def episode(env: str) -> Episode:
+    path = np.column_stack([np.arange(COUNT), np.zeros(COUNT), np.zeros(COUNT)]).astype(float)
+    return Episode("mine", env, SimpleNamespace(), 0, False, np.arange(1, COUNT + 1) / 30.0, {"observer": path},
+                   np.full((COUNT, 2), 0.3, np.float32), "dsnn", ("hs", "vs"), SERIES, np.ones(COUNT),
+                   {"reward_ahead": np.ones(COUNT), "reward_touch": np.zeros(COUNT)},
+                   np.zeros((0, 72, 99), np.uint8))  # fmt: skip
+
+
+def test_wheels_and_the_terms_of_the_reward_differ_in_colour(tmp_path):
+    (tmp_path / "episode.rrd").write_bytes(record(episode(next(iter(ENVS)))))
+    held = columns(tmp_path / "episode.rrd", static=True)
+    for entity, names in (("/world/observer/wheels", ["left", "right"]), ("/reward", ["ahead", "touch"])):
+        assert held[entity]["names"] == [names] and len({*held[entity]["colors"][0]}) == 2
+
+
+def test_arrows_are_wide_on_any_screen_and_no_model_s_lies_on_another_s(tmp_path):
+    log = LiveLog.to_file(tmp_path / "watched.rrd", [choose("dsnn"), choose("emd")], (320, 180))
+    for frame in range(COUNT):
+        picture = Picture(frame, frame / 30.0, np.zeros((180, 320), np.uint8), 0.0, 0.0)
+        log.add(picture, [Response(0.4, -0.1, 1, 0), Response(0.1, -0.1, 0, 0)])
+    log.close()
+    held = columns(tmp_path / "watched.rrd", static=True)
+    arrows = {model: held[f"/world/observer/camera/motion/{model}"] for model in ("dsnn", "emd")}
+    assert all(max(arrow["radii"][0]) <= -2.0 for arrow in arrows.values()), "below 0 are points of the screen"
+    assert arrows["dsnn"]["origins"][0][0] != arrows["emd"]["origins"][0][0]
+    assert colour(arrows["emd"]) == rgb(marks(["dsnn", "emd"])["emd"].colour)
+
+
+@pytest.mark.parametrize(
+    ("potential", "length"), [((LONGEST_ARROW_AT / 2, 0.0), (45.0, 0.0)), ((1.0, -LONGEST_ARROW_AT), (90.0, -90.0))]
+)
+def test_an_arrow_is_as_long_as_its_potential_up_to_half_the_picture(potential, length):
+    assert arrow_lengths(np.array(potential), (320, 180)).tolist() == list(length)
