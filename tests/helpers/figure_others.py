@@ -104,7 +104,7 @@ def video(models: Sequence[str]) -> Figure:
         traces.append(Trace("potential", "HS", tints[model], time_s, potential, model=model))
         traces.append(Trace("spikes", "HS", tints[model], time_s, (potential > 0.1).astype(np.float64), model=model))
     tracks = tuple(Track(name, (90, 90, 90), time_s, np.zeros((len(time_s), 3))) for name in ("observer", "mover1"))
-    eyes = ("picture", "camera_ov7670")
+    eyes = ("world/observer/camera/image", "world/observer/camera_ov7670/image")
     reel = Reel(Path("trial.rrd"), "speed", time_s, tuple(traces), tracks, (0.16, -0.16), eyes, 70.0, {})
     layout = lay_out(reel, [99 / 72] * len(eyes), 1280, 720)
     return still_of(reel, layout, "speed: trial 0, rightward at 6 cm/s").figure

@@ -113,7 +113,7 @@ def test_the_recording_holds_every_frame(watched):
     hs = temporal(folder / "street.rrd", "/models/dsnn/hs")
     values = [value for batch in hs for row in batch[column(batch, "Scalars")].to_pylist() for value in row]
     np.testing.assert_array_equal(values, table["hs"])
-    seconds = np.concatenate([batch["sim_time"].cast("int64").to_numpy() for batch in hs]) / 1e9
+    seconds = np.concatenate([batch["time"].cast("int64").to_numpy() for batch in hs]) / 1e9
     np.testing.assert_allclose(seconds, table["time_s"], atol=1e-8)
     pictures = temporal(folder / "street.rrd", "/world/observer/camera/image")
     jpegs = [row[0] for batch in pictures for row in batch[column(batch, "blob")].to_pylist()]
