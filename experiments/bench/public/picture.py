@@ -60,14 +60,11 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
     courses = []
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         courses = excitation.courses(rows, run.frames, float(models[WHOLE]["network"]["w_i"]))
-    title = robot_figure.title(
-        declared["name"], arena_name(settings["scene"]["arena"]), rows, run.description.get("changed") or {},
-        open_loop=settings["robot"]["open_loop"],
-    )  # fmt: skip
-    return robot_figure.draw(
-        drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
-        _thresholds(run, settings["models"]), title, excitation.table(courses),
-    )  # fmt: skip
+    changed = run.description.get("changed") or {}
+    title = robot_figure.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
+                               open_loop=settings["robot"]["open_loop"])  # fmt: skip
+    return robot_figure.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
+                             _thresholds(run, settings["models"]), title, excitation.table(courses))  # fmt: skip
 
 
 _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {

@@ -253,10 +253,8 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     curves = {key: _samples(of, column) for key, of in _by(rows.drop_nulls(column), "model", "other")}
     most = max((len(levels) for levels, _ in curves.values()), default=0)
     orders = {key: order(*curve, varies) for key, curve in curves.items() if len(curve[0]) > 1 or most == 1}
-    if not orders:
-        return f"no {noun}"
-    ((common, so),) = Counter(orders.values()).most_common(1)
-    if len(orders) == 1:
+    ((common, so),) = Counter(orders.values()).most_common(1) or [("is not known", 0)]
+    if len(orders) < 2:
         return f"{noun} {common}"
     unit = "models" if rows["other"].n_unique() == 1 else "curves"
     if so == 1 and unit == "models":
@@ -308,8 +306,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> li
         return []
     levels = _samples(rows.with_columns(one=1.0), "one")[0]
     places, colours = _places(levels), tints(levels)
-    x = list(places.values())
-    gap = min(np.diff(x), default=1.0)
+    gap = min(np.diff(list(places.values())), default=1.0)
     ends: list[tuple[float, float, str, str]] = []
     size = 3.2 if axes.bbox.height > 0.8 * axes.figure.dpi else 2.2
     for column, name in measure[2].items():
@@ -396,8 +393,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
         name = f"{'threshold ' if axes is shown[0] else ''}{level or 0.0:.3g}"
         style.threshold(axes, level, signed=low < -0.3 * high, name=name, most=1.5 * max(high, -low))
     shown[0].set_xlim(*_busy(lines))
-    potential = "looming potential" if {*potentials.values()} == {"looming"} else "HS potential (right positive)"
-    for part, x, y in zip(parts, (_axis(varies), label), (COUNT[1], potential), strict=True):
+    for part, x, y in zip(parts, (_axis(varies), label), (COUNT[1], "potential (HS right positive)"), strict=True):
         part.supxlabel(x, fontsize=style.BODY)
         part.supylabel(y, fontsize=style.BODY)
     _headlines(parts, [finding(rows, measure, varies) for measure in (COUNT, MECHANISM[-1])])
@@ -414,9 +410,9 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
 
 def _crosses(rows: pl.DataFrame, frames: pl.DataFrame) -> bool:
     """Tell whether every stimulus crosses the view of an observer that stands still, and its bearing is known."""
-    still = pl.all_horizontal(pl.col("observer_speed_cm_s", "observer_turn_deg_s") == 0.0)
-    crossing = rows.select((still & (pl.col("motion") == "translation")).all()).item()
-    return bool(crossing) and frames["stimulus_bearing_deg"].null_count() == 0
+    still = pl.col("observer_speed_cm_s", "observer_turn_deg_s") == 0.0
+    crossing = pl.all_horizontal(still, pl.col("motion") == "translation").all()
+    return bool(rows.select(crossing).item()) and frames["stimulus_bearing_deg"].null_count() == 0
 
 
 def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
@@ -455,7 +451,7 @@ def _busy(panels: Iterable[Lines]) -> tuple[float, float]:
         places += [x[(np.abs(values) >= QUIET * most).any(axis=0)] for x, values in lines.values()]
     busy = np.concatenate(places)
     reach = float(np.ptp(busy)) or 1.0
-    return float(busy.min()) - 0.16 * reach, float(busy.max()) + 0.02 * reach
+    return float(busy.min()) - 0.2 * reach, float(busy.max()) + 0.02 * reach
 
 
 # --- mechanism --------------------------------------------------------------------------------------------------------
@@ -466,9 +462,8 @@ def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     models = _names(rows, "model")
     high = min(2.0 if len(models) == 1 else 1.3, (style.PAGE - 1.6) / len(models))
     figure = Figure((style.WIDTH, high * len(models) + 1.3), layout="constrained")
-    measures = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM)
+    measures, ends = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM), {}
     parts: Any = figure.subfigures(1, len(measures))
-    ends = {}
     for part, measure in zip(parts, measures, strict=True):
         shown = _grid(part, models if part is parts[0] else [" "] * len(models), 1, sharex=True)
         for axes, model in reversed(list(zip(shown, models, strict=True))):
@@ -492,6 +487,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     grid = figure.subplots(3 * down, across, squeeze=False, sharex=True, sharey="row", height_ratios=[3, 4, 2] * down)
     for axes in grid[-3:, (len(conditions) - 1) % across + 1 :].flat:
         axes.set_visible(False)
+    curves: Lines = {}
     for place, of in enumerate(conditions):
         panels = grid[3 * (place // across) : 3 * (place // across) + 3, place % across]
         _over_time(panels, of, level, "threshold" if place == len(conditions) - 1 else "", labelled=place == 0)
@@ -499,15 +495,14 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
         where = _text(distance, "distance_cm") if angle is None else _text(angle, "angle_deg")
         panels[0].set_title(style.wrapped(f"{motion} {where}", style.WIDTH / across - 0.3), fontsize=style.BODY)
         panels[2].set_xlabel("time (s)")
+        curves[place, ""] = of["sim_time_s"].to_numpy(), of.select(*SUMS, *HS).to_numpy().T
     labels = ("excitation, inhibition", "HS (right positive)", "share of trials that spike") * down
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(style.wrapped(label, 0.9), fontsize=style.BODY)
-    curves = {(place, ""): (of["sim_time_s"].to_numpy(), of.select(*SUMS, *HS).to_numpy().T)
-              for place, of in enumerate(conditions)}  # fmt: skip
     grid[0, 0].set_xlim(*_busy([curves]))
     whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
     style.headline(figure, f"{whole[:1].upper()}{whole[1:]}; with w_i = 1 the {balanced}")
-    n, w_i = excitations["n"].to_list()[0], excitations["w_i"].to_list()[0]
+    n, w_i = excitations.select("n", "w_i").row(0)
     left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
     style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")
     return figure

@@ -84,14 +84,11 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         folder.write_rows("excitation.csv", excitation.table(courses_found))
     if rows:
         folder.write_rows("summary.csv", summary)
-        title = robot_figure.title(
-            plan.experiment.name, arena_name(plan.settings.scene.arena), rows, plan.changed(),
-            open_loop=plan.settings.robot.open_loop,
-        )  # fmt: skip
-        drawn = robot_figure.draw(
-            drawable(plan.experiment.figure, rows), rows, folder.frames(), plan.experiment.varies,
-            {model.label: model.threshold for model in plan.settings.models}, title, excitation.table(courses_found),
-        )  # fmt: skip
+        title = robot_figure.title(plan.experiment.name, arena_name(plan.settings.scene.arena), rows, plan.changed(),
+                                   open_loop=plan.settings.robot.open_loop)  # fmt: skip
+        thresholds = {model.label: model.threshold for model in plan.settings.models}
+        drawn = robot_figure.draw(drawable(plan.experiment.figure, rows), rows, folder.frames(), plan.experiment.varies,
+                                  thresholds, title, excitation.table(courses_found))  # fmt: skip
         style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
     if compared:
         folder.write_rows("comparisons.csv", compared)

@@ -23,6 +23,7 @@ from tests.helpers.figure_rows import (
 
 MODELS = ("dsnn", "emd", "lgmd1")
 SPEED = "speed_cm_s"
+FAR = [{"distance_cm": far} for far in (5.0, 10.0, 15.0)]
 
 
 def means(axes):
@@ -111,16 +112,11 @@ def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_th
 def test_other_conditions_stay_apart():
     """Two directions at two distances: four means at each speed, never one of all."""
     kinds = [{"direction": way, SPEED: speed, "distance_cm": far}
-             for way in ("rightward", "leftward") for speed in (2.0, 4.0) for far in (5.0, 10.0)]  # fmt: skip
+             for way in ("rightward", "leftward") for far in (5.0, 10.0) for speed in (2.0, 4.0)]  # fmt: skip
     rows = robot_rows(["dsnn"], kinds)
+    expected = np.reshape([row["spikes"] for row in rows], (4, 2, 3)).mean(axis=2)
     drawn = means(drawn_robot("spikes", rows).axes[0])
-    assert len(drawn) == 4
-    for label, values in drawn.items():
-        way, far = label.split(", ")
-        assert values == pytest.approx([
-            np.mean([row["spikes"] for row in rows if (row["direction"], row[SPEED]) == (way, speed)
-                     and far == f"{row['distance_cm']:g}\N{NO-BREAK SPACE}cm"]) for speed in (2.0, 4.0)
-        ])  # fmt: skip
+    assert len(drawn) == 4 and [*drawn.values()] == [pytest.approx(values) for values in expected]
 
 
 def test_panels_of_the_mechanism_are_means_of_their_columns():
@@ -150,15 +146,12 @@ def test_excitation_is_drawn_as_in_its_table_with_the_interval_of_its_mean():
 
 def test_the_paper_s_panels_show_the_first_model_of_its_four_experiments():
     angles = [{"motion": "approach", "angle_deg": angle} for angle in (-30.0, -15.0, 0.0, 15.0, 30.0)]
-    distances = [{"distance_cm": far} for far in (5.0, 10.0, 15.0)]
-    runs = {"clean": [], "speed": robot_rows(MODELS, SPEEDS), "distance": pl.DataFrame(robot_rows(MODELS, distances))}
+    runs = {"clean": [], "speed": robot_rows(MODELS, SPEEDS), "distance": pl.DataFrame(robot_rows(MODELS, FAR))}
     runs |= {f"angular-{kind}": robot_rows(MODELS, angles) for kind in ("approach", "recession")}
-    axes = robot.panels(runs).axes
-    assert [len(means(panel)["spikes"]) for panel in axes] == [5, 3, 5, 5]
-    spikes = [row["spikes"] for row in runs["speed"] if row["model"] == "dsnn"]
-    assert means(axes[0])["spikes"] == pytest.approx(np.reshape(spikes, (5, 3)).mean(axis=1))
-    (panel,) = (panel for panel in robot.panels({"speed": runs["speed"]}).axes if panel.get_visible())
-    assert means(panel) == means(axes[0])
+    spikes = np.reshape([row["spikes"] for row in runs["speed"] if row["model"] == "dsnn"], (5, 3)).mean(axis=1)
+    for names, shown in ((list(runs), [5, 3, 5, 5]), (["speed"], [5])):
+        panels = [means(axes) for axes in robot.panels({name: runs[name] for name in names}).axes if axes.get_visible()]
+        assert [len(panel["spikes"]) for panel in panels] == shown and panels[0]["spikes"] == pytest.approx(spikes)
 
 
 @pytest.mark.parametrize("levels", [(-30.0, -15.0, 0.0, 15.0, 30.0), (-5.0, 2.5)])
