@@ -17,11 +17,11 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, shown_models
-from experiments.bench.run.play import FRAMES, Trial, play
+from experiments.bench.run.play import FRAMES, Showing, Trial, play
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import TRIALS, Clip, ClipRecording, OfflineExperiment, described_scenes, pixels
+from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
 from experiments.bench.stats import stored
 from experiments.bench.stats.clips import ClipClaim, find, judge
 from experiments.bench.stats.verdict import Outcome, Verdict
@@ -37,7 +37,7 @@ class OfflinePlan:
     """An off-line run to do: everything that decides its numbers."""
 
     experiment: OfflineExperiment
-    trials: tuple[Trial[Clip], ...]
+    trials: tuple[Trial, ...]
     repeats: int
     seed: int
     pictures: Pictures | None = None
@@ -125,21 +125,23 @@ def plan(
     return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
 
 
-def play_clip(trial: Trial[Clip], *, record: bool = False, frames: bool = True) -> TrialRecord:
-    """Play a clip. With ``record`` it is recorded at the first seed; ``frames`` keeps a row per frame."""
-    if not record or trial.repeat:
-        return play(trial, frames=frames)
-    identity = f"{trial.experiment}-{trial.index}-{trial.seed}"
-    return play(trial, ClipRecording(trial.condition.open(trial.seed), identity), frames=frames)
+def record_clip(trial: Trial, showings: Sequence[Showing]) -> bytes:
+    """Write the recording of a clip that was shown in a trial."""
+    return record(showings[0], trial.condition.name, f"{trial.experiment}-{trial.index}-{trial.seed}")
 
 
-def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Trial[Clip]]:
-    """Return the clips of a checked plan as a batch; ``record`` and ``frames`` as of `play_clip`."""
+def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) -> TrialRecord:
+    """Play a clip. With ``recordings`` it is recorded at the first seed; ``frames`` keeps a row per frame."""
+    return play(trial, record_clip if recordings and not trial.repeat else None, frames=frames)
+
+
+def batch(plan: OfflinePlan, *, recordings: bool = False, frames: bool = True) -> Batch[Trial]:
+    """Return the clips of a checked plan as a batch; ``recordings`` and ``frames`` as of `play_clip`."""
     return Batch(
         name=plan.experiment.name,
         specs=plan.trials,
-        work=partial(play_clip, record=record, frames=frames),
-        description={**plan.describe(), "recordings": record},
+        work=partial(play_clip, recordings=recordings, frames=frames),
+        description={**plan.describe(), "recordings": recordings},
         schemas=(TRIALS, FRAMES),
         parameters=plan.changed(),
         things="clips",
@@ -160,7 +162,7 @@ class OfflineReport:
 
 
 def run(
-    plan: OfflinePlan, out: Path, pool: Workers, resources: Resources, *, record: bool = False
+    plan: OfflinePlan, out: Path, pool: Workers, resources: Resources, *, recordings: bool = False
 ) -> OfflineReport:  # fmt: skip
     """Play the clips that a folder lacks, judge and draw.
 
@@ -172,10 +174,10 @@ def run(
         The run's folder: a new one, or one that holds a part of this run.
     pool, resources
         Where the clips are played.
-    record
+    recordings
         Whether to record the first seed's clips for Rerun.
     """
-    work = batch(plan, record=record)
+    work = batch(plan, recordings=recordings)
     with closing(work.open(out, resources)) as folder:
         failures = work.fill(folder, pool, resources)
         rows = folder.rows()

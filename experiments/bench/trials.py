@@ -19,8 +19,8 @@ from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.sources import room
 from experiments.bench.sources.conditions import SCRIPTED, START_CM_S2
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.experiment import Design, Experiment, Settings, TrialSpec, trial_specs
-from experiments.bench.sources.robot import MARK, TRUE, camera
+from experiments.bench.sources.experiment import Design, Experiment, Settings
+from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing
@@ -55,9 +55,9 @@ class Plan:
         scene = dataclasses.replace(self.settings.scene, wall=self.pictures.of(replicate))
         return dataclasses.replace(self.settings, scene=scene)
 
-    def specs(self) -> list[TrialSpec]:
+    def specs(self) -> list[RobotTrial]:
         """Every trial of the run."""
-        return trial_specs(self.experiment, self.settings, self.repeats, self.seed)
+        return trials_of(self.experiment, self.settings, self.repeats, self.seed)
 
     def changed(self) -> Parameters:
         """Return the parameters that are not at their defaults, by key and model; files by their names alone."""

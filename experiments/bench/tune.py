@@ -202,7 +202,7 @@ class Plan(NamedTuple):
     models: tuple[ConfiguredModel, ...]
     seed: int
 
-    def trials(self) -> list[tuple[Family, Probe, Trial[Clip]]]:
+    def trials(self) -> list[tuple[Family, Probe, Trial]]:
         """Return each clip as a trial of the models that it is shown to, with what it is a point of."""
         jobs = []
         for family in self.families:

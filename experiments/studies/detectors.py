@@ -1,6 +1,7 @@
 """C21 of every looming detector and preset, in the bright arena and in the dim one, and why it fails."""
 
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from experiments.bench.studies.study import Probe, Tables
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from experiments.bench.sources.experiment import TrialSpec
+    from experiments.bench.sources.robot import RobotTrial
     from experiments.bench.store.rows import TrialRecord
     from experiments.bench.studies.counts import Counts
 
@@ -101,23 +102,22 @@ def spikes_in_a_row(network: Any) -> int:
     return int(getattr(network, "n_sp", LGMD1Params().n_sp))
 
 
-def work(spec: "TrialSpec") -> "TrialRecord":
+def work(spec: "RobotTrial") -> "TrialRecord":
     """Run one trial in a worker, and count."""
-    from experiments.bench.robot.run import simulated
-    from experiments.bench.sources.rows import finished
+    from experiments.bench.run.play import show, tabulate
     from experiments.bench.store.drawing import drawn_here
 
-    result = simulated(spec, keep_media=True)
-    assert result.media is not None
-    cells = moving_edge(next(iter(result.media.pictures.values())))
+    began_s = time.perf_counter()
+    showings = show(spec)
+    record = tabulate(spec, showings, time.perf_counter() - began_s, frames=False)
+    cells = moving_edge(np.stack([sample.image for sample in showings[0].samples]))
     edge = {"edge_cells": int(cells.sum()), "edge_frames": [int((cells >= level).sum()) for level in EDGE_LEVELS]}
-    models = {model.label: model for model in spec.settings.models}
-    record = finished(result, None, frames=False)
+    answers = {model.label: (model, series) for showing in showings for model, series in showing.series()}
     rows = []
-    for row, answer in zip(record.rows, result.answers, strict=True):
-        in_a_row = spikes_in_a_row(models[answer.model].network)
-        above = [int((answer.series.looming >= threshold).sum()) for threshold in THRESHOLDS]
-        count = collisions(answer.series.looming_spikes, in_a_row)
+    for row in record.rows:
+        model, series = answers[row["model"]]
+        above = [int((series.looming >= threshold).sum()) for threshold in THRESHOLDS]
+        count = collisions(series.looming_spikes, spikes_in_a_row(model.network))
         rows.append({**row, "collision_frames": count, **edge, "frames_above": above})
     return drawn_here(replace(record, rows=tuple(rows)))
 

@@ -1,5 +1,6 @@
 """C13 to C20 in the arithmetic of the robot's own processor, in several formats of numbers."""
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,7 +13,7 @@ from experiments.bench.studies.study import Probe, Tables
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from experiments.bench.sources.experiment import TrialSpec
+    from experiments.bench.sources.robot import RobotTrial
     from experiments.bench.store.rows import TrialRecord
     from experiments.bench.studies.counts import Counts
 
@@ -55,23 +56,24 @@ HS, SPIKES = "hs_series", "hs_spikes_series"
 """Columns of a trial's row: HS, in float32, and its spikes in every frame; null of a model whose are not kept."""
 
 
-def series(spec: "TrialSpec", *, labels: Sequence[str]) -> "TrialRecord":
+def series(spec: "RobotTrial", *, labels: Sequence[str]) -> "TrialRecord":
     """Run one trial in a worker; of the models called ``labels`` the rows have HS and its spikes in every frame."""
     import numpy as np
 
-    from experiments.bench.robot.run import simulated
-    from experiments.bench.sources.rows import finished
+    from experiments.bench.run.play import show, tabulate
     from experiments.bench.store.drawing import drawn_here
 
-    result = simulated(spec, keep_media=False)
-    record = finished(result, None, frames=False)
+    began_s = time.perf_counter()
+    showings = show(spec)
+    record = tabulate(spec, showings, time.perf_counter() - began_s, frames=False)
+    answers = {model.label: series for showing in showings for model, series in showing.series()}
     rows = tuple(
         {
             **row,
-            HS: answer.series.hs.astype(np.float32).tolist() if answer.model in labels else None,
-            SPIKES: answer.series.hs_spikes.tolist() if answer.model in labels else None,
+            HS: answers[row["model"]].hs.astype(np.float32).tolist() if row["model"] in labels else None,
+            SPIKES: answers[row["model"]].hs_spikes.tolist() if row["model"] in labels else None,
         }
-        for row, answer in zip(record.rows, result.answers, strict=True)
+        for row in record.rows
     )
     return drawn_here(replace(record, rows=rows))
 

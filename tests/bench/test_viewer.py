@@ -18,13 +18,12 @@ from dsnn import Response
 from experiments.bench import viewer
 from experiments.bench.cli.beside import side_by_side
 from experiments.bench.figures.palette import marks
+from experiments.bench.figures.series import OFF, ON, rgb
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
-from experiments.bench.robot.recording import record
 from experiments.bench.run.models import choose
-from experiments.bench.run.record import OFF, ON, rgb
-from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_trial import spec
+from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import needs_vulkan, viewing
 
 HALF_S = 1.0
@@ -49,7 +48,7 @@ def varied(least: float):
 
 
 def trial(path: Path, *models: str) -> Path:
-    path.write_bytes(record(run_trial(spec(models=tuple(map(choose, models))), keep_media=True)))
+    path.write_bytes(Played(spec(models=tuple(map(choose, models))), maps=True).recording)
     return path
 
 
@@ -62,22 +61,14 @@ def views_in(path: Path) -> set[str]:
     return {origin for batch in named for (origin,) in batch["ViewBlueprint:space_origin"].to_pylist()}
 
 
-CAMERA = "/world/observer/camera"
-MAPS = {f"/models/dsnn/maps/{name}" for name in ("p", "la", "f_on", "f_off")}
-
-
-def wanted(models) -> set[str]:
-    """Origins of a trial's views: spikes of the models that have a threshold."""
-    spiking = [model for model in models if choose(model).threshold is not None]
-    lanes = {*(f"/models/{model}" for model in models), *(f"/models/{model}/spikes" for model in spiking)}
-    return {"/world", CAMERA, *MAPS, *lanes}
+MAPS = {f"/maps/{name}" for name in ("p", "la", "f_on", "f_off")}
 
 
 @pytest.mark.parametrize("models", [("dsnn",), ("dsnn", "emd", "lplc2")])
 def test_the_layout_of_a_trial_has_a_lane_for_each_model(models, tmp_path):
     there = views_in(trial(tmp_path / "trial.rrd", *models))
     origins = {origin if origin.startswith("/") else f"/{origin}" for origin in there}
-    assert origins == wanted(models)
+    assert origins == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
 
 
 @needs_vulkan
@@ -87,16 +78,16 @@ def test_the_first_screen_of_a_trial(models, tmp_path):
         state = screen.state()
         screen.stop_at(HALF_S)
         views = {view.origin: view for view in state.views}
-        assert set(views) == wanted(models)
+        assert set(views) == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
+        assert not [view.reports for view in state.views if view.reports], "the viewer warns of nothing"
         for model, mark in marks(models).items():
             trace = coloured(rgb(mark.colour), 0.5)
-            assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/models/{model}"]), "it crosses its lane"
+            assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/potential/{model}"]), "it crosses its lane"
             assert screen.shows(tmp_path / "whole.png", trace), "and is on the first screen"
-        for origin in ("/world", CAMERA):
+        for origin in ("/scene", "/camera"):
             assert screen.shows(tmp_path / "view.png", varied(20), views[origin]), origin
         for colour in (ON, OFF):
-            assert screen.shows(tmp_path / "map.png", coloured(colour, 20), views["/models/dsnn/maps/p"])
-        assert not [view.reports for view in screen.state().views if view.reports], "the viewer warns of nothing"
+            assert screen.shows(tmp_path / "map.png", coloured(colour, 20), views["/maps/p"])
 
 
 @needs_vulkan
@@ -108,10 +99,10 @@ def test_footage_in_the_viewer(tmp_path):
     log.close()
     with viewing(tmp_path / "footage.rrd") as screen:
         views = {view.origin: view for view in screen.state().views}
-        assert set(views) == {CAMERA, "/models/dsnn", "/models/dsnn/spikes"}
+        assert set(views) == {"/picture", "/potential/dsnn"}
         blue = rgb(marks(["dsnn"])["dsnn"].colour)
-        assert screen.shows(tmp_path / "lane.png", coloured(blue, 0.5), views["/models/dsnn"])
-        assert screen.shows(tmp_path / "seen.png", coloured(blue, 20), views[CAMERA]), "the arrow along HS"
+        assert screen.shows(tmp_path / "lane.png", coloured(blue, 0.5), views["/potential/dsnn"])
+        assert screen.shows(tmp_path / "seen.png", coloured(blue, 20), views["/picture"]), "the arrow along HS"
 
 
 @needs_vulkan
@@ -122,10 +113,10 @@ def test_an_episode_in_the_viewer(tmp_path):
     for step in range(20):
         env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))
     env.close()
-    plots = {"/world/observer/wheels", "/reward", *(f"/models/hybrid{part}" for part in ("", "/spikes", "/azimuth"))}
+    wanted = {"/camera", "/arena", "/potential/hybrid", "/azimuth/hybrid", "/wheels/left", "/wheels/right", "/reward"}
     with viewing(tmp_path / "episode.rrd") as screen:
         state = screen.state()
-        assert {f"/{view.origin.lstrip('/')}" for view in state.views} == {"/world", CAMERA, *plots}
+        assert {f"/{view.origin.lstrip('/')}" for view in state.views} == wanted
         for view in state.views:
             assert screen.shows(tmp_path / "view.png", varied(10), view), view.name
 
@@ -137,8 +128,8 @@ def test_two_runs_side_by_side_in_the_viewer(tmp_path):
     with viewing(tmp_path / "both.rrd") as screen:
         state = screen.state()
         views = {view.origin: view for view in state.views}
-        assert {f"/one{CAMERA}", f"/other{CAMERA}", "/one/models/dsnn", "/other/models/emd"} <= set(views)
-        for path, model in (("/one/models/dsnn", "dsnn"), ("/other/models/emd", "emd")):
+        assert {"/one/camera", "/other/camera", "/one/potential/dsnn", "/other/potential/emd"} <= set(views)
+        for path, model in (("/one/potential/dsnn", "dsnn"), ("/other/potential/emd", "emd")):
             trace = coloured(rgb(marks([model])[model].colour), 0.5)
             assert screen.shows(tmp_path / "lane.png", trace, views[path])
 

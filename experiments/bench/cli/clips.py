@@ -91,10 +91,10 @@ def play(
     from experiments.bench.engine.terminal import error_console, out_console
     from experiments.bench.run import settings
     from experiments.bench.run.models import rate_notes, shown_models
-    from experiments.bench.run.play import respond
+    from experiments.bench.run.play import Showing
     from experiments.bench.sources import clip_file as export
-    from experiments.bench.sources.clips import ClipRecording
     from experiments.bench.sources.clips import find_stimulus as find
+    from experiments.bench.sources.clips import record as recorded
 
     _check_outputs(record, view)
     if record is not None:
@@ -105,20 +105,21 @@ def play(
         shown_models(["dsnn"], model, only), assignments or (), {entry.name: entry.params}, listed_by
     )
     source = _clip(entry, collected, seed, jitter)
-    recording = ClipRecording(source, exact=True)
+    showing = Showing(source, models)
     with _progress(entry.name, len(source)) as advance:
-        responses = respond(source, models, recording, lambda _: advance())
-    for answered, series in responses.series:
+        for _ in showing:
+            advance()
+    for answered, series in showing.series():
         ranges = {channel: getattr(series, channel) for channel in answered.channels}
         parts = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
         levels = dict.fromkeys(level for level in answered.thresholds.values() if level is not None)
         parts += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
         out_console.print(f"{answered.label:<18}{'   '.join(parts)}", soft_wrap=True, markup=False)
     notes = [f"note: {note}" for note in rate_notes((model, source.fps) for model in models)]
-    for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in responses.troubles.items())):
+    for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in showing.troubles().items())):
         error_console.print(line, soft_wrap=True, markup=False)
-    status = _show(entry.name, recording.written(responses), record, view)
-    return status or int(bool(responses.troubles))
+    status = _show(entry.name, recorded(showing, source.clip.name, exact=True), record, view)
+    return status or int(bool(showing.troubles()))
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:

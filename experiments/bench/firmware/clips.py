@@ -113,12 +113,11 @@ def of_trial(shape: tuple[int, int]) -> Frames:
     Raises `colias_sim.GLUnavailable` where nothing can be rendered.
     """
     from experiments.bench import registry
-    from experiments.bench.sources.robot import run_trial
+    from experiments.bench.sources.robot import RobotSource
     from experiments.bench.trials import plan
 
     rows, columns = shape
     sized = [f"camera.width={columns}", f"camera.height={rows}"]
     trials = plan(registry.load("speed"), ["dsnn"], sized, 1, 0)
-    media = run_trial(trials.specs()[0], keep_media=True).media
-    assert media is not None
-    return media.pictures[""]
+    trial = trials.specs()[0]
+    return np.stack([sample.image for sample in RobotSource(trial, trial.settings.camera)])

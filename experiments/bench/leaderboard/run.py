@@ -31,7 +31,7 @@ from experiments.bench.run.play import Trial
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.stats.scores import Standing
 from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import LEADERBOARD
@@ -223,7 +223,7 @@ def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
     return clips
 
 
-def _answered(trial: Trial[Clip], row: Row, spikes: Any) -> ShownClip:
+def _answered(trial: Trial, row: Row, spikes: Any) -> ShownClip:
     """Return one clip and one model's spikes in it, (T,)."""
     first, shade, ways = None, "", dict(trial.condition.changes)
     centred = row["stimulus"] == "looming" and not {"azimuth_deg", "background"} & ways.keys()

@@ -7,7 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
-from colias_sim import Frame, Pose
+import numpy as np
+import numpy.typing as npt
+
+from colias_sim import Pose
 from colias_sim.pose import WheelSpeeds
 from experiments import NAMES
 from experiments.behaviours import BEHAVIOURS
@@ -22,11 +25,12 @@ from experiments.bench.public.run import run
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import choose
+from experiments.bench.run.play import Showing
 from experiments.bench.run.streams import stream
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
-from experiments.bench.sources.robot import RunningTrial
+from experiments.bench.sources.robot import RobotSource
 from experiments.bench.sources.visit import visit
 from experiments.bench.store.files import new_folder
 from experiments.bench.trials import plan
@@ -153,15 +157,17 @@ class ArenaSession(Session):
             raise UsageError(f"{experiment.name}: condition {index}: legal is 0 to {len(specs) - 1}")
         spec = specs[index]
         try:
-            trial = RunningTrial(spec, spec.settings.camera, spec.settings.models, keep=False)
+            showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
         except ValueError as error:
             raise UsageError(str(error)) from error
-        self.settings, self.looped, self.trial, self.spec, self._places = settings, looped, trial, spec, places
-        self.interval_s = trial.sim.frame_interval
+        self.settings, self.looped, self.spec, self._places = settings, looped, spec, places
+        self.trial: RobotSource = showing.source
+        self._showing, self._samples = showing, iter(showing)
+        self.interval_s = self.trial.sim.frame_interval
         self._changes: list[Change] = []
         self._target.clear()
         self._wheels.clear()
-        self._watch(models, trial.watching)
+        self._watch(models, showing.runners)
 
     def _present(self) -> dict[Robot, Place]:
         return {robot: Place.of(self.trial.sim.robots[robot].pose) for robot in ROBOTS}
@@ -268,17 +274,17 @@ class ArenaSession(Session):
         if isinstance(trial.drive, HandDrive):
             self._command(trial.drive)
         before = [runner.seconds for runner in self.watching]
-        frame, answers = trial.step()
+        sample = next(self._samples)
         if self._behaviour is not None:
-            self._act(frame)
+            self._act(sample.image)
         poses = {name: robot.pose for name, robot in trial.sim.robots.items()}
-        return self._view(frame.time, frame.luma, answers, before, poses)
+        return self._view(sample.time_s, sample.image, self._showing.responses, before, poses)
 
-    def _act(self, frame: Frame) -> None:
+    def _act(self, image: npt.NDArray[np.uint8]) -> None:
         """Let the behaviour answer a frame."""
         assert self._behaviour is not None
         name, runner, policy = self._behaviour
-        answer = runner.see(frame.luma)
+        answer = runner.see(image)
         if answer is None:
             self.behave("")
             raise TrialError(f"the behaviour {name} broke: {runner.trouble}")
@@ -341,13 +347,13 @@ class ArenaSession(Session):
         if not isinstance(drive, HandDrive):
             name = self.looped[0] if self.looped else ""
             raise UsageError(f"this is a trial of {name}: colias run {name} records it")
-        if not self.trial.seen:
+        if not self.trial.number:
             raise UsageError("nothing has happened yet")
         places = self._places
         return Hand(
-            self.trial.seen, places["stimulus"], places["observer"],
-            tuple(c for c in drive.commands if c.frame < self.trial.seen),
-            tuple(c for c in self._changes if c.frame < self.trial.seen),
+            self.trial.number, places["stimulus"], places["observer"],
+            tuple(c for c in drive.commands if c.frame < self.trial.number),
+            tuple(c for c in self._changes if c.frame < self.trial.number),
         )  # fmt: skip
 
     def record(self, out: Path | None = None) -> Run:

@@ -12,16 +12,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import polars as pl
 import pyarrow as pa
 
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments.bench.measured.columns import CHANNELS, POSES
 from experiments.bench.measured.log import LoggedTrial
+from experiments.bench.run.model_runner import spike_counts
 from experiments.bench.run.models import ConfiguredModel
-from experiments.bench.sources.robot import FrameColumns, answer, away_cm, parts_of
-from experiments.bench.sources.rows import FRAME_SCHEMA, OF_TRIAL, TRIAL_SCHEMA, answer_columns
-from experiments.bench.sources.windows import Windows
+from experiments.bench.sources.measures import away_cm, responses, windows
+from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.origin import COLUMN
 from experiments.bench.store.rows import OBSERVER
 
@@ -104,17 +105,19 @@ def trial_row(
     experiment: str, repeat: int, trial: LoggedTrial, given: Given, camera: CameraConfig
 ) -> dict[str, Any]:  # fmt: skip
     """Return the row of a trial as one model answered it, of `MEASURED_SCHEMA`."""
-    columns = None if trial.poses is None else FrameColumns(sim_time_s=trial.time_s, **trial.poses)
-    parts: Windows | None = None if columns is None else parts_of(trial.condition, camera, columns)
-    rate = rate_hz(trial.time_s, camera.fps)
+    rate, camera_cm = rate_hz(trial.time_s, camera.fps), camera.forward_cm
+    frames = pl.DataFrame({**dataclasses.asdict(given.series), "sim_time_s": trial.time_s, **(trial.poses or {})})
+    parts = {} if trial.poses is None else windows(trial.condition, camera, frames)
     row = {
-        **dict.fromkeys(OF_TRIAL), **answer_columns(answer(given.chosen, given.series, parts, rate)),
-        "experiment": experiment, "trial": trial.index, "repeat": repeat, "seed": trial.seed, "robot": OBSERVER,
-        **trial.condition.columns(), "frames": len(trial.time_s), COLUMN: given.provenance,
+        **dict.fromkeys(TRIAL_SCHEMA.names), "experiment": experiment, "trial": trial.index, "repeat": repeat,
+        "seed": trial.seed, "model": given.model, "robot": OBSERVER, **trial.condition.columns(),
+        **spike_counts(given.chosen, given.series), **responses(given.chosen, frames, parts, rate),
+        "frames": len(trial.time_s), COLUMN: given.provenance,
     }  # fmt: skip
-    if columns is not None and parts is not None:
-        row["closest_cm"] = float(away_cm(columns, camera.forward_cm).min())
-        row["seconds_in_view"] = float(parts.in_view.sum()) / rate
+    del row["code"]  # the folder writes it
+    if parts:
+        row["closest_cm"] = float(away_cm(frames, camera_cm).min())
+        row["seconds_in_view"] = float(parts["in_view"].sum()) / rate
     for channel in given.unknown:
         for name in (f"peak_{channel}", f"trough_{channel}", CHANNELS[channel]):
             if name in row:

@@ -89,8 +89,7 @@ def perform(
         from experiments.bench import offline  # not before: it draws, and a wrong use should be quick
 
         with resources.pool(rendering=False) as pool:
-            record = recordings and plan.experiment.recorded
-            return offline.run(plan, folder, pool, resources, record=record)
+            return offline.run(plan, folder, pool, resources, recordings=recordings and plan.experiment.recorded)
     from experiments.bench.robot import run as robot_run
 
     return robot_run.run(plan, folder, resources, recordings=recordings, viewer=address)

@@ -146,7 +146,7 @@ def reproduce(
                     folder / run_plan.experiment.name,
                     pool,
                     resources,
-                    record=run_plan.experiment.recorded,
+                    recordings=run_plan.experiment.recorded,
                 )
                 for run_plan in whole.offline
             ]

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
+import polars as pl
 
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from experiments.bench import viewer
 from experiments.bench.run import record as rerun
+from experiments.bench.run.play import Showing, tabulate
 from experiments.bench.run.record import Colour, Content, Frames, Model, Stream
-from experiments.bench.sources.experiment import TrialSpec
 from experiments.bench.sources.media import MAP_SCALES, Media, collect
-from experiments.bench.sources.robot import FrameColumns, RunningTrial, TrialResult, columns_of, scene_of
+from experiments.bench.sources.robot import RobotTrial, scene_of
 from experiments.bench.sources.room import obstacles
 from scenes import ARENAS
 
@@ -26,47 +27,38 @@ EVERY_S = 0.1
 """Seconds between two parts of a running trial that are sent to a viewer."""
 
 
-def record(result: TrialResult) -> bytes:
-    """Return the recording of a finished trial, as the bytes of an .rrd file.
-
-    Raises
-    ------
-    ValueError
-        The trial kept no images.
-    """
-    spec, media = result.spec, result.media
-    if media is None:
-        raise ValueError(f"trial {spec.index} kept no media to record")
-    models = [Model(answer.model, answer.channels, tuple(answer.thresholds.items())) for answer in result.answers]
-    arena = spec.settings.scene.arena
+def record(trial: RobotTrial, showings: Sequence[Showing]) -> bytes:
+    """Return the recording of a finished trial, as the bytes of an .rrd file."""
+    media, rows = collect(showings), tabulate(trial, showings, 0.0, frames=False).rows
+    by_label = {model.label: (model, series) for showing in showings for model, series in showing.series()}
+    arena = trial.settings.scene.arena
     properties = {
-        "experiment": spec.experiment,
+        "experiment": trial.experiment,
         "arena": arena if arena in ARENAS else None,  # no path of a user's own file
-        "trial": spec.index,
-        "repeat": spec.repeat,
-        "seed": spec.seed,
-        **spec.condition.columns(),
-        **{f"{answer.model}_spikes": answer.spikes for answer in result.answers},
-        "achieved_speed_cm_s": result.achieved_speed_cm_s,
-        "path_error_mm": result.path_error_mm,
-        "drift_mm": result.drift_mm,
-        "drive": result.drive,
+        "trial": trial.index,
+        "repeat": trial.repeat,
+        "seed": trial.seed,
+        **trial.condition.columns(),
+        **{f"{row['model']}_spikes": row["spikes"] for row in rows},
+        **{name: rows[0][name] for name in ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive")},
     }
-    responses = {answer.model: answer.series for answer in result.answers}
+    shown = {row["model"]: by_label[row["model"]] for row in rows}
+    models = [Model.of(model) for model, _ in shown.values()]
+    responses = {label: series for label, (_, series) in shown.items()}
     # Equal for equal trials alone: the viewer merges recordings of one identity.
-    digest = hashlib.blake2s(repr(spec).encode(), digest_size=6).hexdigest()
+    digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
-        content(spec, media, models), frames(media, result.columns, responses), title(spec),
-        f"{spec.experiment}-{spec.index:04d}-{digest}", {"trial": rerun.known(properties)},
+        content(trial, media, models), frames(media, showings[0].truth(), responses), title(trial),
+        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.known(properties)},
     )  # fmt: skip
 
 
-def title(spec: TrialSpec) -> str:
+def title(spec: RobotTrial) -> str:
     """Return the name of a trial's recording."""
     return f"{spec.index:04d} {spec.condition.label()}, repeat {spec.repeat}"
 
 
-def content(spec: TrialSpec, media: Media, models: Iterable[Model]) -> Content:
+def content(spec: RobotTrial, media: Media, models: Iterable[Model]) -> Content:
     """Return what the recording of a trial has."""
     scene = scene_of(spec.condition, spec.settings)
     exposure = [
@@ -80,15 +72,15 @@ def content(spec: TrialSpec, media: Media, models: Iterable[Model]) -> Content:
     )  # fmt: skip
 
 
-def frames(media: Media, columns: FrameColumns, responses: dict[str, ResponseSeries], first: int = 0) -> Frames:
+def frames(media: Media, truth: pl.DataFrame, responses: dict[str, ResponseSeries], first: int = 0) -> Frames:
     """Return frames of a trial, the ``first`` one's number being given."""
     poses = {
-        robot: np.column_stack([getattr(columns, f"{robot}_{name}") for name in ("x_cm", "y_cm", "heading_deg")])
+        robot: np.column_stack([truth[f"{robot}_{name}"] for name in ("x_cm", "y_cm", "heading_deg")])
         for robot in TRIAL_ROBOTS
     }
-    numbers = np.arange(first, first + len(columns.sim_time_s))
+    numbers = np.arange(first, first + truth.height)
     exposure = {entity: media.exposure_ms[eye] for eye, entity in exposing(media).items()}
-    return Frames(columns.sim_time_s, numbers, responses, media.pictures, poses, media.maps, exposure)
+    return Frames(truth["sim_time_s"].to_numpy(), numbers, responses, media.pictures, poses, media.maps, exposure)
 
 
 def exposing(media: Media) -> dict[str, str]:
@@ -123,22 +115,22 @@ class LiveTrial:
         Where the viewer listens, HOST:PORT.
     """
 
-    def __init__(self, spec: TrialSpec, address: str) -> None:
+    def __init__(self, spec: RobotTrial, address: str) -> None:
         self._spec, self._address = spec, address
         self._stream: Stream | None = None
         self._eye: str | None = None
         self._sent, self._sent_at = 0, time.monotonic()
         self._gone = not viewer.listens(address)
 
-    def see(self, eye: str, trial: RunningTrial) -> None:
+    def see(self, showing: Showing) -> None:
         """Take a trial after each of its frames, and send what is new at times."""
         if self._eye is None:
-            self._eye = eye
-        due = trial.drive.over or time.monotonic() - self._sent_at >= EVERY_S
-        if self._gone or eye != self._eye or not due:
+            self._eye = showing.eye
+        due = showing.source.drive.over or time.monotonic() - self._sent_at >= EVERY_S
+        if self._gone or showing.eye != self._eye or not due:
             return
         try:
-            self._send(self._eye, trial)
+            self._send(showing)
         except RuntimeError:  # the viewer was closed meanwhile
             self._gone = True
         self._sent_at = time.monotonic()
@@ -148,17 +140,16 @@ class LiveTrial:
         if self._stream is not None:
             self._stream.close(flush=not self._gone)
 
-    def _send(self, eye: str, trial: RunningTrial) -> None:
-        first, self._sent = self._sent, len(trial.frames)
-        seen, poses = trial.frames[first:], trial.poses[first:]
-        runners = [runner for runner in trial.watching if not runner.trouble]
+    def _send(self, showing: Showing) -> None:
+        first, self._sent = self._sent, len(showing.samples)
         responses = {
-            runner.label: ResponseSeries.from_responses(runner.responses[first : self._sent]) for runner in runners
+            runner.label: ResponseSeries.from_responses(runner.responses[first:])
+            for runner in showing.runners
+            if not runner.trouble
         }
-        mapped = [runner for runner in runners if runner.maps]
-        media = collect({eye: seen}, mapped[0].responses[first : self._sent] if mapped else [])
+        media = collect([showing], first)
         if self._stream is None:
-            models = [Model.of(runner.chosen) for runner in trial.watching]
+            models = [Model.of(runner.chosen) for runner in showing.runners]
             whole = content(self._spec, media, models)
             self._stream = Stream.to_viewer(whole, viewer.url(self._address), title(self._spec))
-        self._stream.send(frames(media, columns_of(seen, poses, self._spec.settings), responses, first))
+        self._stream.send(frames(media, showing.truth(first), responses, first))

@@ -8,17 +8,14 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import cv2
-from threadpoolctl import threadpool_limits
-
 from experiments.bench.robot.summary import Report
+from experiments.bench.run.play import play
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.experiment import TrialSpec
-from experiments.bench.sources.robot import TrialResult, Watch, run_trial
-from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
+from experiments.bench.sources.robot import RobotTrial
+from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.drawing import drawn_here
-from experiments.bench.store.rows import TrialRecord, recording_of
+from experiments.bench.store.rows import TrialRecord
 from experiments.bench.trials import Plan, describe, notes
 
 
@@ -35,38 +32,24 @@ class Keep:
 ROWS_ONLY = Keep(recordings=False, frames=False)
 
 
-def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
-    """Run one trial in a worker, with its recording if that is kept."""
-    result = simulated(spec, keep_media=keep.recordings) if keep.viewer is None else _streamed(spec, keep.viewer)
-    recorded = None
-    if keep.recordings:
-        from experiments.bench.robot import recording  # not before: Rerun takes its time to load
+def work(trial: RobotTrial, *, keep: Keep) -> TrialRecord:
+    """Play one trial in a worker, with its recording if that is kept."""
+    if not keep.recordings and keep.viewer is None:
+        return drawn_here(play(trial, frames=keep.frames))
+    from experiments.bench.robot import recording  # not before: Rerun takes its time to load
 
-        with threadpool_limits(1):
-            recorded = recording_of(partial(recording.record, result))
-    return drawn_here(finished(result, recorded, frames=keep.frames))
-
-
-def _streamed(spec: TrialSpec, address: str) -> TrialResult:
-    from experiments.bench.robot.recording import LiveTrial  # not before: Rerun takes its time to load
-
-    live = LiveTrial(spec, address)
+    record = recording.record if keep.recordings else None
+    viewer = None if keep.viewer is None else recording.LiveTrial(trial, keep.viewer)
     try:
-        return simulated(spec, keep_media=True, watch=live.see)
+        return drawn_here(play(trial, record, frames=keep.frames, maps=True, watch=viewer.see if viewer else None))
     finally:
-        live.close()
+        if viewer:
+            viewer.close()
 
 
-def simulated(spec: TrialSpec, *, keep_media: bool, watch: Watch | None = None) -> TrialResult:
-    """Run one trial in a worker, on one thread. ``keep_media`` keeps its pictures; ``watch`` sees each frame."""
-    cv2.setNumThreads(1)  # more threads cost a second core for a sixth of the time
-    with threadpool_limits(1):
-        return run_trial(spec, keep_media=keep_media, watch=watch)
-
-
-def seconds(spec: TrialSpec) -> float:
+def seconds(trial: RobotTrial) -> float:
     """Return the planned duration of a trial: what it costs goes by that."""
-    return nominal(spec.condition, spec.settings).seconds
+    return nominal(trial.condition, trial.settings).seconds
 
 
 def amount(plans: Sequence[Plan]) -> str:
@@ -76,7 +59,7 @@ def amount(plans: Sequence[Plan]) -> str:
     return "\n".join([f"{trials} trials, about {sum(plan.frames() for plan in plans):,} frames", *noted])
 
 
-def batch(plan: Plan, keep: Keep) -> Batch[TrialSpec]:
+def batch(plan: Plan, keep: Keep) -> Batch[RobotTrial]:
     """Return the trials of a checked plan as a batch."""
     specs = plan.specs()
     return Batch(

@@ -1,22 +1,23 @@
-"""Play a trial: show each frame of a source to every model, and tabulate what they respond."""
+"""Play a trial: show each frame of its sources to every model, and tabulate what they respond."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 import polars as pl
+import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
-from dsnn import ResponseSeries
+from dsnn import Response, ResponseSeries
 from dsnn.frames import frozen
 from experiments.bench.run.errors import TrialError
-from experiments.bench.run.model_runner import ModelRunner, spike_counts
+from experiments.bench.run.model_runner import ModelRunner, change, spike_counts
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.store.rows import Failure, FrameRow, ResponseRow, TrialRecord, recording_of, schema_of
 
@@ -37,26 +38,27 @@ class Sample:
     image
         The frame, (R, C) uint8.
     truth
-        What is true of it, by name: the motion shown, the outline of the object.
+        What is true of it, by name: poses, the motion shown, the outline of the object.
+    changes
+        Parameters that models have from this frame on: model -> parameter -> text. They begin anew, from rest.
     """
 
     time_s: float
     image: npt.NDArray[np.uint8]
     truth: Mapping[str, Any]
+    changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 class Source(Protocol):
-    """Frames that models are shown in one trial: a clip of a stimulus."""
+    """Frames that models are shown in one trial: a clip of a stimulus, a trial with the robot before one eye.
 
-    @property
-    def fps(self) -> float:
-        """Frames per second."""
-        ...
+    ``fps`` is its rate in 1/s, ``shape`` (R, C) that of a frame in px. ``frame_columns`` are those of
+    ``frames.parquet``: `FRAMES`, and those of the truth that are kept.
+    """
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(R, C) of a frame, px."""
-        ...
+    fps: float
+    shape: tuple[int, int]
+    frame_columns: pa.Schema
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames in order of time, always the same ones."""
@@ -66,38 +68,21 @@ class Source(Protocol):
         """Return what is shown, as columns of ``trials.parquet``."""
         ...
 
-    def measures(self, frames: pl.DataFrame) -> dict[str, float | None]:
+    def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Return measures of one model's responses, as columns of ``trials.parquet``.
 
         Parameters
         ----------
+        model
+            The model.
         frames
             A row per frame: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
         ...
 
 
-class Condition(Protocol):
-    """What a trial shows: it opens the source of the frames."""
-
-    def label(self) -> str:
-        """Return its name, as tables have it."""
-        ...
-
-    def open(self, seed: int) -> Source:
-        """Return the source of the frames; ``seed`` is that of every random draw in it."""
-        ...
-
-
-Sink = Callable[[Sample], None]
-"""A watcher of the frames, such as a recording: it changes nothing."""
-
-
-AnyCondition = TypeVar("AnyCondition", bound=Condition)
-
-
 @dataclass(frozen=True, slots=True)
-class Trial(Generic[AnyCondition]):
+class Trial:
     """One trial, wholly determined: `play` is a pure function of it.
 
     Parameters
@@ -111,7 +96,7 @@ class Trial(Generic[AnyCondition]):
     seed
         Seed of every random draw.
     condition
-        What is shown.
+        What is shown. Its ``label()`` is its name in tables, its ``open(seed)`` the source of the frames.
     models
         The models that it is shown to.
     """
@@ -120,8 +105,12 @@ class Trial(Generic[AnyCondition]):
     index: int
     repeat: int
     seed: int
-    condition: AnyCondition
+    condition: Any
     models: tuple[ConfiguredModel, ...]
+
+    def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
+        """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
+        yield "", self.condition.open(self.seed), self.models
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
         """Return each model with the rate of the frames that it is shown, 1/s."""
@@ -129,81 +118,115 @@ class Trial(Generic[AnyCondition]):
         return ((model, rate) for model in self.models)
 
 
-@dataclass(frozen=True, slots=True)
-class Responses:
-    """Responses of models to the frames of a source.
+class Showing:
+    """Frames that a source has shown so far, and the models that respond to them. Iterating shows one more.
+
+    A model that raises loses its own responses alone.
+
+    Attributes
+    ----------
+    runners
+        The models.
+    samples
+        The frames so far, where ``keep`` is set.
+    responses
+        What each model responded to the last frame; ``None`` of one that raised.
 
     Parameters
     ----------
-    series
-        Each model that responded to every frame, with its responses.
-    truth
-        The truth about each frame, in order.
-    troubles
-        Label of a model that raised -> its traceback.
-    """
-
-    series: tuple[tuple[ConfiguredModel, ResponseSeries], ...]
-    truth: tuple[Mapping[str, Any], ...]
-    troubles: Mapping[str, str]
-
-
-def respond(source: Source, models: Sequence[ConfiguredModel], *sinks: Sink) -> Responses:
-    """Show each frame of a source to every model. A model that raises loses its own responses alone.
-
-    Parameters
-    ----------
-    source
-        The frames.
+    source, eye
+        The frames, and the name of the eye that sees them.
     models
         The models.
-    *sinks
-        Called with each sample when the models have responded to it.
+    keep
+        Whether frames and responses are kept; a trial by hand may be endless.
+    """
+
+    def __init__(self, source: Source, models: Sequence[ConfiguredModel], eye: str = "", *, keep: bool = True) -> None:
+        self.source: Any = source
+        self.eye, self._keep = eye, keep
+        self.runners = [ModelRunner(model, source.shape, keep=keep) for model in models]
+        self.samples: list[Sample] = []
+        self.responses: list[Response | None] = []
+
+    def __iter__(self) -> Iterator[Sample]:
+        for sample in self.source:
+            for model, values in sample.changes.items():
+                change(self.runners, model, values)
+            image = frozen(sample.image)
+            self.responses = [runner.see(image) for runner in self.runners]
+            if self._keep:
+                self.samples.append(sample)
+            yield sample
+
+    def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
+        """Return each model that responded to every frame, with its responses."""
+        return [(runner.chosen, series) for runner in self.runners if (series := runner.series()) is not None]
+
+    def troubles(self) -> dict[str, str]:
+        """Return the label of each model that raised, with its traceback."""
+        return {runner.label: runner.trouble for runner in self.runners if runner.trouble}
+
+    def truth(self, first: int = 0) -> pl.DataFrame:
+        """Return what is true of the frames from the ``first`` on, a row each."""
+        shown = self.samples[first:]
+        return pl.DataFrame({name: [sample.truth[name] for sample in shown] for name in shown[0].truth}, strict=False)
+
+
+Watch = Callable[[Showing], None]
+"""Watcher of a trial, such as a viewer: called after each frame, and changes nothing."""
+Record = Callable[[Any, Sequence[Showing]], bytes]
+"""Writes the recording of a trial from what it showed, as the bytes of an .rrd file."""
+
+
+def show(trial: Trial, *, maps: bool = False, watch: Watch | None = None) -> list[Showing]:
+    """Show the frames of a trial to its models, eye by eye, on one thread.
+
+    Parameters
+    ----------
+    trial
+        The trial.
+    maps
+        Whether the first model's layer maps are kept.
+    watch
+        Watches it.
 
     Raises
     ------
     TrialError
-        Every model raised; it has their tracebacks.
+        Every model raised; it has their tracebacks. Or the trial itself could not be completed.
     """
-    runners = [ModelRunner(model, source.shape) for model in models]
-    truth = []
-    for sample in source:
-        image = frozen(sample.image)
-        for runner in runners:
-            runner.see(image)
-        truth.append(sample.truth)
-        for sink in sinks:
-            sink(sample)
-    troubles = {runner.label: runner.trouble for runner in runners if runner.trouble}
-    series = tuple((runner.chosen, answer) for runner in runners if (answer := runner.series()) is not None)
-    if not series:
+    cv2.setNumThreads(1)  # the cores are the workers': more threads cost a second core for a sixth of the time
+    showings = []
+    with threadpool_limits(1):
+        for eye, source, models in trial.sources():
+            showing = Showing(source, models, eye)
+            showing.runners[0].maps = maps and models[0] is trial.models[0]
+            for _ in showing:
+                if watch:
+                    watch(showing)
+            showings.append(showing)
+    if not any(showing.series() for showing in showings):
+        troubles = {label: text for showing in showings for label, text in showing.troubles().items()}
         raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
-    return Responses(series, tuple(truth), troubles)
+    return showings
 
 
-class Recording(Protocol):
-    """A sink that writes a recording of the trial."""
-
-    def __call__(self, sample: Sample) -> None:
-        """Take in a frame."""
-        ...
-
-    def written(self, responses: Responses) -> bytes:
-        """Return the recording, as the bytes of an .rrd file."""
-        ...
-
-
-def play(trial: Trial[Any], recording: Recording | None = None, *, frames: bool = True) -> TrialRecord:
+def play(
+    trial: Trial, record: Record | None = None, *, frames: bool = True, maps: bool = False, watch: Watch | None = None
+) -> TrialRecord:
     """Play one trial.
 
     Parameters
     ----------
     trial
         The trial.
-    recording
+    record
         Writes its recording.
     frames
         Whether to keep a row per frame and model.
+    maps, watch
+        As of `show`.
 
     Returns
     -------
@@ -213,35 +236,55 @@ def play(trial: Trial[Any], recording: Recording | None = None, *, frames: bool 
     Raises
     ------
     TrialError
-        Every model raised.
+        As of `show`.
     """
-    cv2.setNumThreads(1)  # the cores are the workers'
     began_s = time.perf_counter()
-    source = trial.condition.open(trial.seed)
-    with threadpool_limits(1):
-        responses = respond(source, trial.models, *([recording] if recording else []))
+    showings = show(trial, maps=maps, watch=watch)
     wall_s = time.perf_counter() - began_s
-    shown = source.columns()
-    truth = {name: [sample[name] for sample in responses.truth] for name in responses.truth[0]}
-    rows, tables = [], []
-    for model, series in responses.series:
-        table = pl.DataFrame({field: getattr(series, field) for field in FIELDS})
-        rows.append({
-            "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
-            "model": model.label, **shown, **spike_counts(model, series),
-            **source.measures(table.with_columns(**{name: pl.Series(values) for name, values in truth.items()})),
-            "frames": table.height, "wall_s": wall_s,
-        })  # fmt: skip
-        tables.append(
-            table.select(
+    record_made = recording_of(lambda: record(trial, showings)) if record else None
+    return tabulate(trial, showings, wall_s, record_made, frames=frames)
+
+
+def tabulate(
+    trial: Trial, showings: Sequence[Showing], wall_s: float, recording: bytes | str | None = None, *,
+    frames: bool = True,
+) -> TrialRecord:  # fmt: skip
+    """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
+
+    Parameters
+    ----------
+    trial, showings
+        The trial, and what it showed.
+    wall_s
+        Time that it took, s.
+    recording
+        Its recording, or why there is none.
+    frames
+        Whether to keep a row per frame and model.
+    """
+    rows, tables = {}, {}
+    columns = showings[0].source.frame_columns
+    for showing in showings:
+        truth, source = showing.truth(), showing.source
+        shown = source.columns()
+        for model, series in showing.series():
+            table = truth.with_columns(**{name: getattr(series, name) for name in FIELDS})
+            measures = source.measures(model, table)
+            rows[model.label] = {
+                "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
+                "model": model.label, **shown, **spike_counts(model, series), **measures,
+                "frames": table.height, "wall_s": wall_s,
+            }  # fmt: skip
+            index = table.with_columns(
                 pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
-                pl.int_range(pl.len()).alias("frame"), *FIELDS,
-            )
-        )  # fmt: skip
-    kept = pl.concat(tables).to_arrow().select(FRAMES.names).cast(FRAMES) if frames else FRAMES.empty_table()
+                pl.int_range(pl.len()).alias("frame"),
+            )  # fmt: skip
+            tables[model.label] = index.select(columns.names).to_arrow().cast(columns)
+    labels = [model.label for model in trial.models if model.label in rows]
+    kept = pa.concat_tables([tables[label] for label in labels]) if frames else columns.empty_table()
     failures = tuple(
         Failure(trial.index, label, trial.condition.label(), trial.seed, trouble)
-        for label, trouble in responses.troubles.items()
+        for showing in showings
+        for label, trouble in showing.troubles().items()
     )
-    written = recording_of(lambda: recording.written(responses)) if recording else None
-    return TrialRecord(trial.index, tuple(rows), kept, written, failures)
+    return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, recording, failures)

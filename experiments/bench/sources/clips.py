@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -15,7 +15,8 @@ from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, StimulusEntry, 
 from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError, check_declared, plain
-from experiments.bench.run.play import Responses, Sample, Trial
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
 from experiments.bench.stats.claim import Claim, check_claims
 from experiments.bench.store.rows import JobRow, ModelRow, schema_of
@@ -199,6 +200,8 @@ TRIALS = schema_of(ShownRow)
 class ClipSource:
     """The frames of a clip, with their truth: motion, and the outline of the object in px."""
 
+    frame_columns = FRAMES
+
     def __init__(self, clip: Clip, stimulus: Stimulus[ClipParams]) -> None:
         self.clip, self.stimulus = clip, stimulus
         self.fps, self.shape = stimulus.fps, stimulus.shape
@@ -231,7 +234,7 @@ class ClipSource:
         rows = slice(max(int(box.top), 0), int(box.top + box.height) + 1)
         return float(np.mean([float(_beside_object(frame)[rows].mean()) for frame in sampled]))
 
-    def measures(self, frames: pl.DataFrame) -> dict[str, float | None]:
+    def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return peaks and troughs of a model's potentials, and HS by the direction of motion.
 
         Parameters
@@ -264,65 +267,54 @@ def _beside_object(frame: StimulusFrame) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return beside if beside.size else frame.luma
 
 
-class ClipRecording:
-    """Recording of a clip in Rerun: frames, the object's outline, potentials, thresholds and spikes.
+def record(showing: Showing, name: str, identity: str | None = None, *, exact: bool = False) -> bytes:
+    """Return the recording of a clip, as the bytes of an .rrd file.
 
     Parameters
     ----------
-    source
-        The clip.
+    showing
+        The clip that was shown, and the models' responses.
+    name
+        The recording's name.
     identity
         Tells the recording from others in a viewer; otherwise it is its own.
     exact
         Whether the frames are exact; otherwise they are JPEG.
     """
+    import rerun as rr  # not before: it takes its time to load, and declarations need this file
 
-    def __init__(self, source: ClipSource, identity: str | None = None, *, exact: bool = False) -> None:
-        self._source, self._identity, self._exact = source, identity, exact
-        self._samples: list[Sample] = []
+    from experiments.bench.run import record as rerun
 
-    def __call__(self, sample: Sample) -> None:
-        """Take in a frame."""
-        self._samples.append(sample)
+    images = np.stack([sample.image for sample in showing.samples])
+    time_s = np.array([sample.time_s for sample in showing.samples])
+    responses = {model.label: series for model, series in showing.series()}
+    shown_images = images if exact else rerun.jpegs(images, JPEG_QUALITY)
+    frames = rerun.Frames(time_s, np.arange(len(time_s)), responses, {"": shown_images})
+    # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
+    stimulus = showing.source.stimulus
+    settings = {**asdict(stimulus.params), "seed": stimulus.seed}
+    shown = rr.DynamicArchetype(type(stimulus.params).__name__, components=settings)
+    models = tuple(rerun.Model.of(model) for model, _ in showing.series())
+    outline = _outline([sample.truth for sample in showing.samples], rerun.times(frames.time_s, frames.frame))
+    return rerun.write(rerun.Content(models, eyes=("",)), frames, name, identity, {"stimulus": shown}, outline)
 
-    def written(self, responses: Responses) -> bytes:
-        """Return the recording, as the bytes of an .rrd file."""
-        import rerun as rr  # not before: it takes its time to load, and declarations need this file
 
-        from experiments.bench.run import record
+def _outline(truth: Sequence[Mapping[str, Any]], times: list[rr.TimeColumn]) -> list[Chunk]:
+    """Return the object's outline; no box where there is none, or the last would stay."""
+    import rerun as rr
 
-        models = [record.Model.of(model) for model, _ in responses.series]
-        images = np.stack([sample.image for sample in self._samples])
-        time_s = np.array([sample.time_s for sample in self._samples])
-        frames = record.Frames(
-            time_s, np.arange(len(time_s)), {model.label: series for model, series in responses.series},
-            {"": images if self._exact else record.jpegs(images, JPEG_QUALITY)},
-        )  # fmt: skip
-        # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
-        params = self._source.stimulus.params
-        settings = {**asdict(params), "seed": self._source.stimulus.seed}
-        shown = rr.DynamicArchetype(type(params).__name__, components=settings)
-        return record.write(
-            record.Content(tuple(models), eyes=("",)), frames, self._source.clip.name, self._identity,
-            {"stimulus": shown}, self._outline(record.times(frames.time_s, frames.frame)),
-        )  # fmt: skip
+    from experiments.bench.run import record as rerun
 
-    def _outline(self, times: list[rr.TimeColumn]) -> list[Chunk]:
-        """Return the object's outline; no box where there is none, or the last would stay."""
-        import rerun as rr
-
-        from experiments.bench.run import record
-
-        present = [sample.truth for sample in self._samples if sample.truth["left_px"] is not None]
-        if not present:
-            return []
-        halves = np.array([(truth["width_px"] / 2, truth["height_px"] / 2) for truth in present])
-        corners = np.array([(truth["left_px"], truth["top_px"]) for truth in present])
-        columns = rr.Boxes2D.columns(centers=corners + halves, half_sizes=halves)
-        boxes = [int(sample.truth["left_px"] is not None) for sample in self._samples]
-        place = f"{record.CAMERA}/stimulus"
-        look = rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5])
-        return [record.fixed(place, look), record.chunk(place, times, columns.partition(boxes))]
+    present = [frame for frame in truth if frame["left_px"] is not None]
+    if not present:
+        return []
+    halves = np.array([(frame["width_px"] / 2, frame["height_px"] / 2) for frame in present])
+    corners = np.array([(frame["left_px"], frame["top_px"]) for frame in present])
+    columns = rr.Boxes2D.columns(centers=corners + halves, half_sizes=halves)
+    boxes = [int(frame["left_px"] is not None) for frame in truth]
+    place = f"{rerun.CAMERA}/stimulus"
+    look = rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5])
+    return [rerun.fixed(place, look), rerun.chunk(place, times, columns.partition(boxes))]
 
 
 Kind = Literal["traces", "peaks", "background", "edges", "ranges", "contrast"]
@@ -451,7 +443,7 @@ class OfflineExperiment:
 
     def trials(
         self, models: tuple[Any, ...], repeats: int, seed: int, pictures: Pictures | None = None
-    ) -> tuple[Trial[Clip], ...]:
+    ) -> tuple[Trial, ...]:
         """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
 
         Parameters
@@ -548,7 +540,7 @@ def place_of(entry: StimulusEntry) -> tuple[str, str] | None:
     return None
 
 
-def pixels(trial: Trial[Clip]) -> float:
+def pixels(trial: Trial) -> float:
     """Return how many pixels a trial shows, by which its time is estimated."""
     source = trial.condition.open(0)
     return float(len(source) * source.shape[0] * source.shape[1])

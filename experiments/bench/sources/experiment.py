@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, get_args
 
-import numpy as np
-
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from experiments.bench.run.errors import check_declared, short
 from experiments.bench.run.models import ConfiguredModel
@@ -156,33 +154,3 @@ class Settings:
     scene: SceneConfig
     pose_sd_mm: float
     heading_sd_deg: float
-
-
-@dataclass(frozen=True, slots=True)
-class TrialSpec:
-    """One trial, wholly determined: `experiments.bench.sources.robot.run_trial` is a pure function of it."""
-
-    experiment: str
-    index: int
-    repeat: int
-    seed: int
-    condition: Condition
-    settings: Settings
-
-    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Return the job's models, each with the camera's frame rate, 1/s."""
-        return ((model, self.settings.camera.fps) for model in self.settings.models)
-
-
-def trial_seed(seed: int, index: int) -> int:
-    """The seed of trial ``index``: a function of the experiment's seed and the index alone, in 0..2^32-1."""
-    return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])
-
-
-def trial_specs(experiment: Experiment, settings: Settings, repeats: int, seed: int) -> list[TrialSpec]:
-    """Every trial, by rounds of all conditions: a run cut short stays balanced, and more repeats only append."""
-    conditions = experiment.conditions()
-    return [
-        TrialSpec(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
-        for index, condition in enumerate(conditions * repeats)
-    ]

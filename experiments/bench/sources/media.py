@@ -9,8 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import Frame
-from dsnn import Response
+from experiments.bench.run.play import Showing
 
 Images = npt.NDArray[np.uint8]
 MAP_SCALES = {"p": (0.25, 128.0), "la": (1.0, 128.0), "f_on": (128.0, -16.0), "f_off": (128.0, -16.0)}
@@ -42,19 +41,21 @@ class Media:
     maps: Mapping[str, Images]
 
 
-def collect(frames: Mapping[str, Sequence[Frame]], responses: Sequence[Response]) -> Media:
-    """Stack a trial's frames of each eye, and turn its layer maps into grey images by `MAP_SCALES`."""
-    pictures = {eye: np.stack([frame.luma for frame in eye_frames]) for eye, eye_frames in frames.items()}
-    response_maps = [response.maps for response in responses if response.maps is not None]
+def collect(showings: Sequence[Showing], first: int = 0) -> Media:
+    """Stack a trial's frames of each eye from the ``first`` on, and turn its layer maps into grey images."""
+    samples = {showing.eye: showing.samples[first:] for showing in showings}
+    pictures = {eye: np.stack([sample.image for sample in of_eye]) for eye, of_eye in samples.items()}
+    runner = next((one for showing in showings for one in showing.runners if one.maps and not one.trouble), None)
+    layers = [response.maps for response in (runner.responses[first:] if runner else []) if response.maps is not None]
     like = next(iter(pictures.values()))
-    maps = {name: np.empty_like(like) for name in MAP_SCALES} if response_maps else {}
+    maps = {name: np.empty_like(like) for name in MAP_SCALES} if layers else {}
     for name, images in maps.items():
         gain, zero = MAP_SCALES[name]
-        for image, layers in zip(images, response_maps, strict=True):
-            cv2.addWeighted(getattr(layers, name), gain, getattr(layers, name), 0.0, zero, dst=image, dtype=cv2.CV_8U)
+        for image, layer in zip(images, layers, strict=True):
+            cv2.addWeighted(getattr(layer, name), gain, getattr(layer, name), 0.0, zero, dst=image, dtype=cv2.CV_8U)
     return Media(
         pictures,
-        {eye: np.array([frame.exposure_ms for frame in eye_frames]) for eye, eye_frames in frames.items()},
-        {eye: eye_frames[0].row_time_us for eye, eye_frames in frames.items()},
+        {eye: np.array([sample.truth["exposure_ms"] for sample in of_eye]) for eye, of_eye in samples.items()},
+        {eye: of_eye[0].truth["row_time_us"] for eye, of_eye in samples.items()},
         maps,
     )

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict, get_type_hints
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
 
-import pyarrow as pa
-
-from dsnn import ResponseSeries
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Drawing
-from experiments.bench.sources.robot import FrameColumns, TrialAnswer, TrialResult
-from experiments.bench.sources.windows import InWindows
 from experiments.bench.stats.checks import is_number
-from experiments.bench.store.origin import is_imported
+from experiments.bench.store.origin import is_imported, origin
 from experiments.bench.store.rows import (
-    OBSERVER,
-    Failure,
     FrameRow,
     JobRow,
     ModelRow,
     ResponseRow,
-    TrialRecord,
+    group,
     schema_of,
 )
 
@@ -66,7 +58,7 @@ class TrialRow(ModelRow):
     it.
     """
     spikes_in_inner_window: int | None
-    """Number of spikes in a shorter time about the axis: see `experiments.bench.sources.windows`."""
+    """Number of spikes in a shorter time about the axis: see `experiments.bench.sources.measures`."""
     frames: int
     wall_s: float
     """Time that the trial took to compute."""
@@ -94,66 +86,8 @@ class SeenRow(FrameRow):
     sim_time_s: float
 
 
-OF_TRIAL = (
-    "achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "closest_cm", "seconds_in_view", "frames", "wall_s",
-)  # fmt: skip
-"""Columns that are fields of `TrialResult`: the same for every model."""
-OF_PARTS = tuple(field.name for field in dataclasses.fields(InWindows))
-"""Columns that are about parts of a trial."""
-OF_ANSWER = (
-    "model", *get_type_hints(ModelRow), "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "trough_vs",
-    "peak_looming",
-)  # fmt: skip
-"""Columns that are fields of `TrialAnswer`."""
-
 TRIAL_SCHEMA = schema_of(RobotRow, Condition, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
-
-
-def finished(result: TrialResult, recording: bytes | str | None, *, frames: bool = True) -> TrialRecord:
-    """A trial's result as table rows, one per model, and frame rows if wanted."""
-    table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
-    spec = result.spec
-    broken = tuple(
-        Failure(spec.index, label, spec.condition.label(), spec.seed, reason) for label, reason in result.broken.items()
-    )
-    return TrialRecord(spec.index, tuple(_rows(result)), table, recording, broken)
-
-
-def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
-    spec = result.spec
-    shared = {
-        "experiment": spec.experiment,
-        "trial": spec.index,
-        "repeat": spec.repeat,
-        "seed": spec.seed,
-        "robot": OBSERVER,
-        **spec.condition.columns(),
-        **{name: getattr(result, name) for name in OF_TRIAL},
-    }
-    for answer in result.answers:
-        yield {**shared, **answer_columns(answer)}
-
-
-def answer_columns(answer: TrialAnswer) -> dict[str, Any]:
-    """Return what one model made of a trial, as columns of ``trials.parquet``; without a tracker the parts are null."""
-    parts = {name: getattr(answer.parts, name) if answer.parts else None for name in OF_PARTS}
-    return {**{name: getattr(answer, name) for name in OF_ANSWER}, **parts}
-
-
-def _frame_table(result: TrialResult) -> pa.Table:
-    columns = {field.name: getattr(result.columns, field.name) for field in dataclasses.fields(FrameColumns)}
-    tables = []
-    for answer in result.answers:
-        series = {field.name: getattr(answer.series, field.name) for field in dataclasses.fields(ResponseSeries)}
-        index = {
-            "trial": [result.spec.index] * result.frames,
-            "model": [answer.model] * result.frames,
-            "frame": range(result.frames),
-            "robot": [OBSERVER] * result.frames,
-        }
-        tables.append(pa.table({**index, **columns, **series}).select(FRAME_SCHEMA.names).cast(FRAME_SCHEMA))
-    return pa.concat_tables(tables)
 
 
 def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
@@ -175,8 +109,36 @@ NEEDED_TO_DRAW: Mapping[Drawing, tuple[str, ...]] = {
 """Figure -> the columns that it cannot do without, and that the rows of a log may lack."""
 
 
+def is_tracked(row: Mapping[str, Any]) -> bool:
+    """Return whether the poses of the robots are known in a row's frames: of an imported log only from a tracker."""
+    return not is_imported(row) or is_number(row["closest_cm"])
+
+
 def drawable(figure: Drawing, rows: Sequence[Mapping[str, Any]]) -> Drawing:
     """Return ``figure``, or ``spikes`` where rows of a log have no number in a column that it draws."""
     needed = NEEDED_TO_DRAW[figure]
     lacking = any(not is_number(row.get(name)) for row in rows if is_imported(row) for name in needed)
     return "spikes" if lacking else figure
+
+
+def caption(name: str, arena: str, repeats: int, rows: Sequence[Mapping[str, Any]]) -> tuple[str, str, str]:
+    """Return what a figure's title says of a run.
+
+    Parameters
+    ----------
+    name, arena, repeats
+        Of the run, as it was planned.
+    rows
+        Of its ``trials.parquet``.
+
+    Returns
+    -------
+    tuple of str
+        The name, of an imported log with where it comes from; the arena, empty for a log; and n, ``8..10`` where the
+        conditions of a log have so many trials.
+    """
+    text = origin(rows)
+    if not text:
+        return name, arena, str(repeats)
+    counts = {len(condition_rows) for condition_rows in group(rows, "model", *CONDITION_COLUMNS).values()}
+    return f"{name} ({text})", "", "..".join(str(count) for count in sorted({min(counts), max(counts)}))

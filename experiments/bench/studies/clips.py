@@ -122,7 +122,7 @@ def planned(
         choice.check_given(measures, rendering.base.name, params, next(iter(rendering.watchers.values()))[0].label)
     clips_shown = sum(len(rendering.clips) for rendering in renderings)
     check_counts(seed, study.replicates, "--replicates", clips_shown, "clips")
-    specs: list[Trial[Clip]] = []
+    specs: list[Trial] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate in range(study.replicates):
         for rendering in renderings:

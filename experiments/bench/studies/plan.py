@@ -8,8 +8,7 @@ from typing import Any
 
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Trial
-from experiments.bench.sources.clips import Clip
-from experiments.bench.sources.experiment import TrialSpec
+from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.stats.claim import Claim
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.grid import Point
@@ -109,7 +108,7 @@ class StudyPlan:
     seed: int
     replicates: int
     repeats: tuple[int, ...]
-    specs: tuple[TrialSpec, ...] | tuple[Trial[Clip], ...]
+    specs: tuple[RobotTrial, ...] | tuple[Trial, ...]
     shares: Mapping[tuple[Point, str, str, int], Share]
     description: Mapping[str, Any]
     parameters: Parameters

@@ -10,7 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.bench.sources.experiment import Experiment, TrialSpec
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.sources.robot_claims import RobotClaim, find, outcome
 from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import Claim
@@ -51,7 +52,7 @@ class Replicate:
         return [row for row in self.rows if row["model"] == model]
 
 
-def replicate(specs: Sequence[TrialSpec], rows: Sequence[Row]) -> Replicate:
+def replicate(specs: Sequence[RobotTrial], rows: Sequence[Row]) -> Replicate:
     """Return the replicate that ``specs`` planned, from the ``rows`` that there are; those of other trials are left."""
     planned = {(spec.experiment, spec.index, model.label): model for spec in specs for model in spec.settings.models}
     by_trial = {(row["experiment"], row["trial"], row["model"]): row for row in rows}

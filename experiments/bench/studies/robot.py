@@ -14,7 +14,8 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.run.settings import check_counts
-from experiments.bench.sources.experiment import Experiment, TrialSpec
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.sources.robot_claims import RobotClaim, find
 from experiments.bench.sources.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
@@ -125,7 +126,7 @@ def planned(
     trials = sum(part.plan.repeats * len(part.plan.experiment.conditions()) for part in renderings)
     check_counts(seed, study.replicates, "--replicates", trials)
     motions = None if study.every_trial else _motions(claims, measures)
-    specs: list[TrialSpec] = []
+    specs: list[RobotTrial] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate in range(study.replicates):
         for part in renderings:
@@ -258,7 +259,7 @@ def _motions(claims: Claims, measures: Measures) -> Mapping[str, set[str]]:
     return motions
 
 
-def _specs(part: Plan, replicate: int, first: int, motions: Mapping[str, set[str]] | None) -> list[TrialSpec]:
+def _specs(part: Plan, replicate: int, first: int, motions: Mapping[str, set[str]] | None) -> list[RobotTrial]:
     """Return the trials of a rendering in one replicate, numbered from ``first``; their seeds are those of a run alone.
 
     Repeat r of replicate k counts as k times the number of repeats, plus r.

@@ -13,7 +13,7 @@ from experiments.bench.stats.claim import Claim
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from experiments.bench.sources.experiment import TrialSpec
+    from experiments.bench.sources.robot import RobotTrial
     from experiments.bench.store.rows import TrialRecord
 
 WHOLE = 10
@@ -173,7 +173,7 @@ class Probe:
         Makes the schema of its rows. It is a function, as a declaration loads no tables.
     """
 
-    work: Callable[[TrialSpec], TrialRecord]
+    work: Callable[[RobotTrial], TrialRecord]
     schema: Callable[[], pa.Schema]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
-from experiments.bench.run.play import respond
+from experiments.bench.run.play import Trial, show
 from experiments.bench.run.settings import watchers
 from experiments.bench.stats.clips import ASSUMED, MATCHED, POTENTIALS, judge, paper_claims
 from experiments.bench.stats.judging import CONNECTIONS
@@ -303,7 +303,7 @@ def test_the_rivals_on_equal_terms_are_those_that_claims_name_and_experiments_sh
 
 def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn_does():
     models, _ = watchers(("dsnn", *MATCHED.values()), ())
-    dsnn, *rivals = (float(series.hs.max()) for _, series in respond(CLIP.open(0), models).series)
+    dsnn, *rivals = (float(series.hs.max()) for _, series in show(Trial("x", 0, 0, 0, CLIP, tuple(models)))[0].series())
     assert rivals == pytest.approx([dsnn] * len(rivals), rel=1e-3)
 
 

@@ -12,7 +12,7 @@ import rerun as rr
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
 from experiments.bench.run.models import choose
-from experiments.bench.run.play import respond
+from experiments.bench.run.play import Showing
 from experiments.bench.sources import clip_file as export
 from experiments.bench.sources.clips import Clip
 from tests.helpers.chapters import FOOTAGE, blocks
@@ -85,14 +85,15 @@ def test_list_and_parameters_name_the_stimuli(colias):
 
 def test_models_respond_to_what_the_stimulus_paints():
     source = Clip("small", "plain", {"rows": 60, "columns": 80, "width": 20, "height": 30}).open(0)
-    responses = respond(source, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
+    showing = Showing(source, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
+    motions = [sample.truth["motion"] for sample in showing]
     for (_, series), params in zip(
-        responses.series, (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True
+        showing.series(), (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True
     ):  # fmt: skip
         expected = DSNN(source.shape, params).run(frame.luma for frame in source.stimulus)
         np.testing.assert_array_equal(series.hs, expected.hs)
         np.testing.assert_array_equal(series.vs_spikes, expected.vs_spikes)
-    assert [truth["motion"] for truth in responses.truth] == [frame.truth.motion for frame in source.stimulus]
+    assert motions == [frame.truth.motion for frame in source.stimulus]
 
 
 def entity(recording, path):

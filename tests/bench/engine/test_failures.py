@@ -13,12 +13,11 @@ from experiments.bench.footage.video import Picture
 from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.offline import play_clip
 from experiments.bench.run.models import choose
-from experiments.bench.run.play import Trial
+from experiments.bench.run.play import Trial, play
 from experiments.bench.sources.clips import Clip
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.experiment import Settings, TrialSpec
-from experiments.bench.sources.robot import run_trial
-from experiments.bench.sources.rows import finished
+from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.robot import robot_trial
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
@@ -80,7 +79,7 @@ def write_model(colias, instead: str, name: str = "my_model.py") -> None:
 def trial_of(models):
     condition = Condition("translation", "rightward", 35.0, 8.0)
     settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return finished(run_trial(TrialSpec("test", 0, 0, 7, condition, settings)), None)
+    return play(robot_trial("test", 0, 0, 7, condition, settings))
 
 
 def clip_of(models):

@@ -21,11 +21,11 @@ from dsnn.model import SPIKING
 from experiments.bench.cli.main import command
 from experiments.bench.robot.recording import LiveTrial
 from experiments.bench.run.models import choose
-from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_live import ended
 from tests.bench.robot.test_trial import spec
 from tests.helpers.answering import write_model
 from tests.helpers.footage import write
+from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import listening
 
 FRAMES = 12
@@ -113,7 +113,7 @@ def streamed(folder: Path) -> tuple[Path, Table]:
     asked = spec(speed=30.0, models=(choose("both.py"),))
     with listening("--save", str(folder / "live.rrd")) as (address, process):
         live = LiveTrial(asked, address)
-        (answer,) = run_trial(asked, watch=live.see).answers
+        (answer,) = Played(asked, watch=live.see).answers
         live.close()
         everything = [f"/models/both/spikes/{channel}" for channel in SPIKING]
         path = ended(process, folder / "live.rrd", everything, len(answer.series.hs))

@@ -1,6 +1,5 @@
 """The reproduction as a user runs it, with a model and an experiment of their own, and its page in a browser."""
 
-import dataclasses
 import json
 import re
 from types import SimpleNamespace
@@ -16,8 +15,8 @@ from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, report, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.robot import recording as robot_recording
-from experiments.bench.robot import run as robot_run
-from experiments.bench.sources.robot import forget_simulations
+from experiments.bench.run import play
+from experiments.bench.sources.robot import RobotTrial, forget_simulations
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.stored import verdicts
@@ -31,34 +30,32 @@ from tests.helpers.paper import design, every
 OWN = ("--model", "my_model.py", "--experiment", "my_experiment.py")
 
 
-def condition_of(spec):
-    return spec.experiment, spec.condition, spec.settings
-
-
-def once_a_condition(trial):
-    """Return ``trial``, which runs each condition of an experiment once: its repeats and replicates get that result.
+def once_a_condition(show):
+    """Return ``show``, which shows each condition of an experiment once: its repeats and replicates get that result.
 
     The page and the judging are what is tested here: one trial in five is enough to fill them.
     """
     done = {}
 
-    def run_trial(spec, *, keep_media=False, watch=None):
-        same = (*condition_of(spec), keep_media)
+    def shown(trial, *, maps=False, watch=None):
+        if not isinstance(trial, RobotTrial):
+            return show(trial)
+        same = (trial.experiment, trial.condition, trial.settings, maps)
         if same not in done:
-            done[same] = trial(spec, keep_media=keep_media)
-        return dataclasses.replace(done[same], spec=spec)
+            done[same] = show(trial, maps=maps)
+        return done[same]
 
-    return run_trial
+    return shown
 
 
 def recorded_once_a_condition(record):
     """Return ``record``, which makes one recording of trials that `once_a_condition` gave one result."""
     done = {}
 
-    def record_trial(result):
-        same = condition_of(result.spec)
+    def record_trial(trial, showings):
+        same = (trial.experiment, trial.condition, trial.settings)
         if same not in done:
-            done[same] = record(result)
+            done[same] = record(trial, showings)
         return done[same]
 
     return record_trial
@@ -71,7 +68,7 @@ def reproduced(tmp_path_factory):
     for name in ("my_experiment.py", "my_model.py"):
         (folder / name).write_text(user_files.FILES[name])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(robot_run, "run_trial", once_a_condition(robot_run.run_trial))
+        patch.setattr(play, "show", once_a_condition(play.show))
         patch.setattr(robot_recording, "record", recorded_once_a_condition(robot_recording.record))
         done = inside(folder, ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN), 1200)
     forget_simulations()
@@ -173,7 +170,7 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     before = (run / "out" / "replicates" / "trials.parquet").read_bytes()
     command = ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(robot_run, "run_trial", None)
+        patch.setattr(play, "show", None)
         patch.setattr(plotting, "save", lambda drawn, folder, name="figure": folder / f"{name}.png")  # drawn already
         done = inside(run, command, 300)
     assert done.returncode == 0, done.stderr

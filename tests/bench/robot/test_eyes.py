@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.robot.recording import exposing, record
-from experiments.bench.sources.robot import run_trial, through
+from experiments.bench.robot.recording import exposing, layout
+from experiments.bench.sources.robot import through
 from experiments.bench.trials import both, plan
+from tests.helpers.played import Played
 
 
 def planned(*changes):
@@ -16,12 +17,12 @@ def planned(*changes):
 @pytest.fixture(scope="module")
 def seen():
     (spec, *_) = both(planned()).specs()
-    return run_trial(spec, keep_media=True)
+    return Played(spec, maps=True)
 
 
 def alone(*changes):
     (spec, *_) = planned(*changes).specs()
-    return run_trial(spec)
+    return Played(spec)
 
 
 def test_each_eye_answers_as_in_a_run_with_that_camera_alone(seen):
@@ -36,11 +37,12 @@ def test_each_eye_answers_as_in_a_run_with_that_camera_alone(seen):
 def test_the_recording_shows_both_eyes_and_the_exposure(seen):
     assert list(seen.media.pictures) == ["", "ov7670"]
     assert seen.media.row_time_us == {"": 0.0, "ov7670": 418.0}
-    assert list(exposing(seen.media)) == ["ov7670"], "of a fixed exposure of all rows there is nothing to tell"
+    assert exposing(seen.media) == ["ov7670"], "of a fixed exposure of all rows there is nothing to tell"
     assert (seen.media.exposure_ms["ov7670"] > 0).all()
-    content = record(seen)
-    for entity in (b"camera_ov7670/image", b"camera_ov7670/exposure", b"camera/image"):
+    content = seen.recording
+    for entity in (b"camera_ov7670", b"exposure/ov7670", b"/camera"):
         assert entity in content
+    assert layout(seen.media, seen.answers) is not None
 
 
 def test_only_the_name_of_a_preset_is_an_eye():
@@ -51,5 +53,5 @@ def test_only_the_name_of_a_preset_is_an_eye():
 
 def test_the_eyes_have_size_and_clock_in_common():
     run_plan = both(planned("camera.width=50", "camera.fps=25"))
-    result = run_trial(run_plan.specs()[0], keep_media=True)
+    result = Played(run_plan.specs()[0], maps=True)
     assert {frames.shape[1:] for frames in result.media.pictures.values()} == {(72, 50)}

@@ -17,8 +17,8 @@ from experiments.bench.engine.terminal import program
 from experiments.bench.robot.recording import LiveTrial
 from experiments.bench.robot.run import Keep, work
 from experiments.bench.run.models import choose
-from experiments.bench.sources.robot import run_trial
 from tests.bench.robot.test_trial import same, spec
+from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import PATIENCE_S, listening, needs_vulkan, viewing
 
 TWO = (choose("dsnn"), choose("emd"))
@@ -66,7 +66,7 @@ def test_what_arrives_is_the_trial(tmp_path):
     asked = spec(models=TWO)
     with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
         live = LiveTrial(asked, address)
-        result = run_trial(asked, keep_media=True, watch=live.see)
+        result = Played(asked, maps=True, watch=live.see)
         live.close()
         series = [
             f"{answer.model}/{part}{channel}"
@@ -76,7 +76,7 @@ def test_what_arrives_is_the_trial(tmp_path):
         entities += ["/world/observer/camera/image", "/world/stimulus"]
         entities += [f"/models/dsnn/maps/{name}" for name in result.media.maps]
         path = ended(process, tmp_path / "live.rrd", entities, result.frames)
-    assert same(result, run_trial(asked))
+    assert same(result, Played(asked))
     for answer in result.answers:
         for channel in answer.channels:
             sent = column(path, f"/models/{answer.model}/{channel}", "Scalars:scalars")
@@ -107,18 +107,18 @@ def test_a_viewer_that_is_closed_meanwhile_costs_nothing_but_the_rest_of_the_str
     with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
         live, seen = LiveTrial(asked, address), []
 
-        def see(eye, trial) -> None:
-            live.see(eye, trial)
-            seen.append(eye)
+        def see(showing) -> None:
+            live.see(showing)
+            seen.append(showing.eye)
             if len(seen) == 20:
                 process.kill()
                 process.wait()
 
-        result = run_trial(asked, keep_media=True, watch=see)
+        result = Played(asked, maps=True, watch=see)
         began = time.monotonic()
         live.close()
         assert time.monotonic() - began < 30, "it does not wait for ever"
-    assert len(seen) == result.frames and same(result, run_trial(asked))
+    assert len(seen) == result.frames and same(result, Played(asked))
 
 
 @needs_vulkan
@@ -126,7 +126,7 @@ def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
     with viewing() as screen:
         for seed in (1, 2):
             live = LiveTrial(spec(seed=seed), screen.address)
-            run_trial(spec(seed=seed), keep_media=True, watch=live.see)
+            Played(spec(seed=seed), maps=True, watch=live.see)
             live.close()
         state = screen.state(2)
         assert len(state.recordings) == 2

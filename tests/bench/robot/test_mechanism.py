@@ -3,21 +3,23 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
+import polars as pl
 import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
 
 import experiments
 from colias_sim.config import CameraConfig
-from dsnn import ResponseSeries
 from experiments.bench import registry
 from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import QUICK, planned
+from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.measures import responses, windows
 from experiments.bench.sources.robot_claims import paper_claims
-from experiments.bench.sources.windows import measure, windows
 from experiments.bench.stats.judging import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
 from experiments.bench.trials import plan
 
@@ -28,16 +30,26 @@ HALF_VIEW = math.tan(math.radians(CAMERA.hfov_deg / 2))
 
 
 def crossing(speed, distance=8.0, reach_cm=14.0):
-    """A stimulus on its line, from ``reach_cm`` on the left to as far on the right: condition, time, bearing, range."""
+    """A stimulus on its line, from ``reach_cm`` on the left to as far on the right: condition, frames."""
     condition = Condition("translation", "rightward", speed, distance)
     time_s = np.arange(1, 2 * reach_cm / speed * CAMERA.fps) / CAMERA.fps
     aside = speed * time_s - reach_cm
-    return condition, time_s, np.degrees(np.arctan2(aside, distance)), np.hypot(aside, distance)
+    return condition, poses(time_s, CAMERA.forward_cm + distance, -aside)
+
+
+def poses(time_s, x_cm, y_cm):
+    """Frames in which the stimulus is at a place, seen by an observer that stands."""
+    frames = pl.DataFrame({"sim_time_s": time_s}).with_columns(
+        stimulus_x_cm=pl.lit(x_cm), stimulus_y_cm=pl.lit(y_cm) if np.isscalar(y_cm) else pl.Series(y_cm),
+        observer_x_cm=pl.lit(0.0), observer_y_cm=pl.lit(0.0), observer_heading_deg=pl.lit(0.0),
+    )  # fmt: skip
+    ahead = pl.col("stimulus_x_cm") - CAMERA.forward_cm
+    return frames.with_columns(stimulus_bearing_deg=-pl.arctan2(pl.col("stimulus_y_cm"), ahead).degrees())
 
 
 def parts_of(speed, distance=8.0):
-    condition, *where = crossing(speed, distance)
-    return windows(condition, CAMERA, *where)
+    condition, frames = crossing(speed, distance)
+    return SimpleNamespace(**windows(condition, CAMERA, frames))
 
 
 def seconds(mask):
@@ -57,26 +69,27 @@ def test_one_window_is_as_long_at_every_speed():
     edges = 2 * (8.0 * HALF_VIEW + 2.0 / math.cos(math.radians(CAMERA.hfov_deg / 2))) / 10.0
     centres = 2 * 8.0 * HALF_VIEW / 10.0
     for parts in (slow, usual, fast):
-        assert seconds(parts.common) == pytest.approx(edges, abs=1.5 / CAMERA.fps)
-        assert seconds(parts.inner) == pytest.approx(centres, abs=1.5 / CAMERA.fps)
-        assert not (parts.inner & ~parts.common).any()
-    assert abs(int(fast.inner.sum()) - int(fast.in_view.sum())) <= 1, "at the fastest it is the crossing itself"
-    assert (slow.inner & ~slow.near_axis).sum() == 0, "centred on the axis: at 2 cm/s it is 1.1 cm to either side"
+        assert seconds(parts.window) == pytest.approx(edges, abs=1.5 / CAMERA.fps)
+        assert seconds(parts.inner_window) == pytest.approx(centres, abs=1.5 / CAMERA.fps)
+        assert not (parts.inner_window & ~parts.window).any()
+    assert abs(int(fast.inner_window.sum()) - int(fast.in_view.sum())) <= 1, "at the fastest it is the crossing itself"
+    assert (slow.inner_window & ~slow.near_axis).sum() == 0, "at 2 cm/s it is 1.1 cm to either side"
 
 
 def test_a_part_counts_its_own_frames():
-    condition, *where = crossing(10.0)
-    parts = windows(condition, CAMERA, *where)
-    count = len(parts.in_view)
+    condition, frames = crossing(10.0)
+    masks = windows(condition, CAMERA, frames)
+    parts, count = SimpleNamespace(**masks), frames.height
     hs, spikes = np.linspace(-0.5, 0.5, count), np.arange(count, dtype=np.int64) - count // 2
     zero, none = np.zeros(count), np.zeros(count, np.int64)
-    series = ResponseSeries(hs, zero, spikes, none, zero, none, zero)
-    measured = measure(series, "hs", parts, CAMERA.fps)
+    frames = frames.with_columns(hs=hs, vs=zero, hs_spikes=spikes, vs_spikes=none, looming=zero)
+    measured = SimpleNamespace(**responses(choose("dsnn"), frames, masks, CAMERA.fps))
     assert measured.spikes_in_view == np.abs(spikes[parts.in_view]).sum()
     assert measured.rate_in_view_hz == pytest.approx(measured.spikes_in_view / seconds(parts.in_view))
     assert measured.mean_hs_near_axis == pytest.approx(hs[parts.near_axis].mean())
-    assert measured.spikes_in_window == np.abs(spikes[parts.common]).sum() > measured.spikes_in_inner_window
-    silent = measure(series, "", parts, CAMERA.fps)  # a model that does not spike has no count, which 0 would be
+    assert measured.spikes_in_window == np.abs(spikes[parts.window]).sum() > measured.spikes_in_inner_window
+    # A model that does not spike has no count, which 0 would be.
+    silent = SimpleNamespace(**responses(choose("emd"), frames, masks, CAMERA.fps))
     assert (silent.spikes_in_view, silent.rate_in_view_hz, silent.spikes_in_window) == (None, None, None)
     assert silent.mean_hs_near_axis == measured.mean_hs_near_axis
 
@@ -84,10 +97,13 @@ def test_a_part_counts_its_own_frames():
 def test_an_approach_has_no_crossing_s_parts():
     condition = Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
     count = 30
-    parts = windows(condition, CAMERA, np.arange(count) / 30, np.full(count, 90.0), np.full(count, 9.0))
+    frames = poses(np.arange(count) / 30, CAMERA.forward_cm, -9.0)
     zero, none = np.zeros(count), np.zeros(count, np.int64)
-    measured = measure(ResponseSeries(zero, zero, none, none, zero, none, zero), "hs", parts, CAMERA.fps)
-    assert dataclasses.astuple(measured) == (0, None, None, None, None, None), "and was never in view"
+    frames = frames.with_columns(hs=zero, vs=zero, hs_spikes=none, vs_spikes=none, looming=zero)
+    measured = responses(choose("dsnn"), frames, windows(condition, CAMERA, frames), CAMERA.fps)
+    parts = ("rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window", "spikes_in_inner_window")
+    assert measured["spikes_in_view"] == 0, "never in view"
+    assert [measured[name] for name in parts] == [None] * 5
 
 
 # --- the experiments --------------------------------------------------------------------------------------------------

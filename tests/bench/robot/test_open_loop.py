@@ -11,26 +11,26 @@ from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.designs import angular
-from experiments.bench.sources.experiment import Settings, TrialSpec
-from experiments.bench.sources.robot import TrialResult, run_trial
+from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.robot import robot_trial
 from experiments.bench.sources.robot_claims import flaws
-from experiments.bench.sources.rows import finished
+from tests.helpers.played import Played
 
 COLIAS4 = RobotConfig.preset("colias4")
 CROSSING = Condition("translation", "rightward", 10.0, 8.0)
 
 
-def driven(robot: RobotConfig, condition: Condition = CROSSING, seed: int = 5) -> TrialResult:
+def driven(robot: RobotConfig, condition: Condition = CROSSING, seed: int = 5) -> Played:
     settings = Settings((choose("dsnn"),), robot, CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return run_trial(TrialSpec("test", 0, 0, seed, condition, settings))
+    return Played(robot_trial("test", 0, 0, seed, condition, settings))
 
 
-def rows(result: TrialResult) -> list[dict]:
-    return [{**row, "wall_s": 0.0} for row in finished(result, None).rows]
+def rows(result: Played) -> list[dict]:
+    return [{**row, "wall_s": 0.0} for row in result.record.rows]
 
 
 @pytest.fixture(scope="module")
-def crossing() -> TrialResult:
+def crossing() -> Played:
     return driven(COLIAS4)
 
 
@@ -45,12 +45,12 @@ def test_by_default_commands_reach_the_wheels_as_they_are(monkeypatch):
     monkeypatch.setattr(Robot, "drive", direct)
     bare = driven(RobotConfig())
     assert rows(usual) == rows(bare)
-    assert finished(usual, None).frames.equals(finished(bare, None).frames)
+    assert usual.record.frames.equals(bare.record.frames)
 
 
 def test_it_stops_by_time_whatever_it_reached(crossing):
     """After up to a slot of waiting, and whole slots of driving; the same again."""
-    route = nominal(CROSSING, crossing.spec.settings)
+    route = nominal(CROSSING, crossing.trial.settings)
     slots = math.ceil((route.stimulus.route.length / 0.10 + 0.10 / (2 * route.stimulus.acceleration)) / 0.1)
     assert crossing.columns.sim_time_s[-1] == pytest.approx((1 + slots) * 0.1, abs=1e-6)
     assert rows(driven(COLIAS4)) == rows(crossing)

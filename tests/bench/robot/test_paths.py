@@ -10,9 +10,10 @@ from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments import Condition, Experiment, Leg, Path, Translation, UsageError
 from experiments.bench.robot.run import amount
 from experiments.bench.run.models import choose
-from experiments.bench.sources.experiment import Settings, TrialSpec
-from experiments.bench.sources.robot import run_trial
+from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.robot import robot_trial
 from experiments.bench.trials import describe, notes, plan
+from tests.helpers.played import Played
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
 PLAIN = SceneConfig(light_sd=0.0, turn_wall=False, wall_contrast=0.0)
@@ -25,8 +26,8 @@ def settings(**changes) -> Settings:
     })  # fmt: skip
 
 
-def result_of(condition, *, keep_media=False, **changes):
-    return run_trial(TrialSpec("test", 0, 0, 5, condition, settings(**changes)), keep_media=keep_media)
+def result_of(condition, *, maps=False, **changes):
+    return Played(robot_trial("test", 0, 0, 5, condition, settings(**changes)), maps=maps)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,7 +60,7 @@ def slalom(t):
 
 def test_an_accelerating_crossing_is_where_its_speed_takes_it_and_looks_as_large_as_a_pinhole_shows_it():
     """Once it is on its path x stays, and y = v0 t + a t^2 / 2; its image has the edges of a disc's two tangents."""
-    result = result_of(Condition.along("accelerating", crossing()), keep_media=True, camera=QUIET, scene=PLAIN)
+    result = result_of(Condition.along("accelerating", crossing()), maps=True, camera=QUIET, scene=PLAIN)
     columns = result.columns
     begun = int(np.searchsorted(-columns.stimulus_y_cm, -9.5))
     time, way = columns.sim_time_s[begun:], 10.0 - columns.stimulus_y_cm[begun:]
@@ -80,7 +81,7 @@ def test_an_accelerating_crossing_is_where_its_speed_takes_it_and_looks_as_large
 
 def test_a_zig_zag_is_mirrored_with_its_path():
     one, other = (result_of(Condition.along("zig-zag", zig_zag(side))) for side in (1, -1))
-    assert (one.spec.condition.direction, other.spec.condition.direction) == ("rightward", "leftward")
+    assert (one.trial.condition.direction, other.trial.condition.direction) == ("rightward", "leftward")
     count = min(one.frames, other.frames)
     for name, sign in (("stimulus_x_cm", 1), ("stimulus_y_cm", -1), ("stimulus_bearing_deg", -1)):
         left, right = getattr(one.columns, name)[:count], getattr(other.columns, name)[:count]
@@ -109,7 +110,7 @@ def test_observer_and_movers_take_their_paths():
     seer = Path([Leg(4, 2, turn_deg=20)])
     mover = crossing(5, 5, x_cm=20.0)
     with_mover, without = (
-        result_of(Condition.along("pair", crossing(6, 6), observer=seer, movers=movers), keep_media=True, camera=QUIET)
+        result_of(Condition.along("pair", crossing(6, 6), observer=seer, movers=movers), maps=True, camera=QUIET)
         for movers in ((mover,), ())
     )
     columns = with_mover.columns
@@ -118,7 +119,7 @@ def test_observer_and_movers_take_their_paths():
     assert columns.observer_heading_deg[-1] == pytest.approx(20.0, abs=0.5)
     assert (columns.observer_x_cm[-1], columns.observer_y_cm[-1]) == pytest.approx(end, abs=0.1)
     pictures = [result.media.pictures[""][0].astype(int) for result in (with_mover, without)]
-    assert with_mover.spec.condition.observer_speed_cm_s == 2.0
+    assert with_mover.trial.condition.observer_speed_cm_s == 2.0
     assert (pictures[0] - pictures[1]).min() < -20, "the mover is in the picture"
 
 

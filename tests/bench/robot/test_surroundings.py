@@ -122,7 +122,8 @@ def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
 
 def test_an_edited_arena_is_compiled_anew(tmp_path):
     """A notebook keeps the scenes of its process."""
-    from experiments.bench.sources.robot import forget_simulations, run_trial
+    from experiments.bench.sources.robot import forget_simulations
+    from tests.helpers.played import Played
 
     source = written(tmp_path, "")
     peaks = []
@@ -131,17 +132,17 @@ def test_an_edited_arena_is_compiled_anew(tmp_path):
         spec = plan(
             Experiment("e", "one", Translation((20,), (8,)), varies="speed_cm_s", arena=source), ("dsnn",), (), 1, 0
         ).specs()[0]
-        peaks.append(run_trial(spec).answers[0].peak_hs)
+        peaks.append(Played(spec).answers[0].peak_hs)
     forget_simulations()
     assert peaks[0] > peaks[1] + 0.1, "a black robot before a black card"
 
 
 def test_a_recording_draws_the_obstacles(tmp_path):
-    from experiments.bench.robot.recording import record
-    from experiments.bench.sources.robot import forget_simulations, run_trial
+    from experiments.bench.sources.robot import forget_simulations
+    from tests.helpers.played import Played
 
     recordings = [
-        record(run_trial(planned(arena, "experiment.speeds_cm_s=30").specs()[0], keep_media=True))
+        Played(planned(arena, "experiment.speeds_cm_s=30").specs()[0], maps=True).recording
         for arena in (written(tmp_path, pillar(0.2, 0.0)), "bright")
     ]
     forget_simulations()

@@ -6,7 +6,6 @@ import pytest
 
 from experiments.bench.reproduction import replicates, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
-from experiments.bench.sources.robot import run_trial
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point
@@ -15,6 +14,7 @@ from experiments.bench.studies.replicates import MODEL, Replicate
 from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, STUDY, error_row, lost_and_gained, series
 from tests.bench.stats.test_replicates import rows_of
 from tests.helpers.paper import design
+from tests.helpers.played import Played
 
 LABELS = [form.label for form in FORMATS]
 
@@ -73,7 +73,7 @@ def test_series_are_those_of_the_trial():
     assert record.renderer and len(record.pixels) == 12, "what drew is noted, as of every trial"
     plain, best = record.rows
     assert plain[HS] is None and plain[SPIKES] is None
-    answer = run_trial(spec).answers[1]
+    answer = Played(spec).answers[1]
     assert best[HS] == answer.series.hs.tolist() and max(best[HS]) == best["peak_hs"]
     assert sum(map(abs, best[SPIKES])) == best["spikes"] == answer.spikes
 

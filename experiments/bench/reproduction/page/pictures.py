@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import rerun as rr
 
-from experiments.bench.sources.experiment import TrialSpec
+from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.store.files import read_parquet
 from experiments.bench.store.pictures import Images
 from experiments.bench.store.rows import recording_name
@@ -64,7 +64,7 @@ def strips(plan: Plan, folder: Path) -> list[Strip]:
     return [strip for strip in drawn_strips if strip is not None]
 
 
-def _strip(spec: TrialSpec, plan: Plan, folder: Path) -> Strip | None:
+def _strip(spec: RobotTrial, plan: Plan, folder: Path) -> Strip | None:
     camera = plan.settings.camera
     images = _video(folder / "recordings" / recording_name(spec.index), (camera.height, camera.width))
     seen = _seen(folder, spec.index, camera.hfov_deg / 2)
