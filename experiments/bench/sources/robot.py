@@ -65,7 +65,11 @@ class RobotTrial(Trial):
         What its apparatus is set to.
     """
 
+    models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False)
     settings: Settings
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "models", self.settings.models)
 
     def sources(self) -> Iterator[tuple[str, RobotSource, Sequence[ConfiguredModel]]]:
         """Open the source of each eye, the eye of the first model first: the trial is simulated once for each."""
@@ -80,13 +84,6 @@ class RobotTrial(Trial):
         return ((model, self.settings.camera.fps) for model in self.models)
 
 
-def robot_trial(
-    experiment: str, index: int, repeat: int, seed: int, condition: Condition, settings: Settings
-) -> RobotTrial:  # fmt: skip
-    """Return a trial that shows the models of its settings one condition."""
-    return RobotTrial(experiment, index, repeat, seed, condition, settings.models, settings)
-
-
 def trial_seed(seed: int, index: int) -> int:
     """The seed of trial ``index``: a function of the experiment's seed and the index alone, in 0..2^32-1."""
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])
@@ -96,7 +93,7 @@ def trials_of(experiment: Experiment, settings: Settings, repeats: int, seed: in
     """Every trial, by rounds of all conditions: a run cut short stays balanced, and more repeats only append."""
     conditions = experiment.conditions()
     return [
-        robot_trial(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
+        RobotTrial(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
         for index, condition in enumerate(conditions * repeats)
     ]
 

@@ -116,7 +116,7 @@ class StudyPlan:
     @property
     def things(self) -> str:
         """Return what it runs, in a word."""
-        return "clips" if isinstance(self.specs[0], Trial) else "trials"
+        return "trials" if isinstance(self.specs[0], RobotTrial) else "clips"
 
     @property
     def experiments(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from experiments.bench.run.play import Trial, play
 from experiments.bench.sources.clips import Clip
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Settings
-from experiments.bench.sources.robot import robot_trial
+from experiments.bench.sources.robot import RobotTrial
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
@@ -79,7 +79,7 @@ def write_model(colias, instead: str, name: str = "my_model.py") -> None:
 def trial_of(models):
     condition = Condition("translation", "rightward", 35.0, 8.0)
     settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return play(robot_trial("test", 0, 0, 7, condition, settings))
+    return play(RobotTrial("test", 0, 0, 7, condition, settings))
 
 
 def clip_of(models):

@@ -63,7 +63,7 @@ def colias(*arguments: Any) -> None:
     assert command([str(argument) for argument in (*arguments, "--quiet")]) == 0
 
 
-def robot_trial(folder: Path) -> tuple[Path, Table]:
+def RobotTrial(folder: Path) -> tuple[Path, Table]:
     crossing = ("--set", "experiment.speeds_cm_s=30", "--set", "experiment.direction=rightward")
     colias("run", "speed", "--repeats", 1, *crossing, "--only", "--model", "both.py", "--out", "run")
     return run(folder)
@@ -120,7 +120,7 @@ def streamed(folder: Path) -> tuple[Path, Table]:
     return path, {name: getattr(answer.series, name).tolist() for name in SPIKES}
 
 
-KINDS = (robot_trial, clip, footage, episode, recorded_env, log, streamed)
+KINDS = (RobotTrial, clip, footage, episode, recorded_env, log, streamed)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

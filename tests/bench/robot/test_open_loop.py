@@ -12,7 +12,7 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.designs import angular
 from experiments.bench.sources.experiment import Settings
-from experiments.bench.sources.robot import robot_trial
+from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.sources.robot_claims import flaws
 from tests.helpers.played import Played
 
@@ -22,7 +22,7 @@ CROSSING = Condition("translation", "rightward", 10.0, 8.0)
 
 def driven(robot: RobotConfig, condition: Condition = CROSSING, seed: int = 5) -> Played:
     settings = Settings((choose("dsnn"),), robot, CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return Played(robot_trial("test", 0, 0, seed, condition, settings))
+    return Played(RobotTrial("test", 0, 0, seed, condition, settings))
 
 
 def rows(result: Played) -> list[dict]:

@@ -11,7 +11,7 @@ from experiments import Condition, Experiment, Leg, Path, Translation, UsageErro
 from experiments.bench.robot.run import amount
 from experiments.bench.run.models import choose
 from experiments.bench.sources.experiment import Settings
-from experiments.bench.sources.robot import robot_trial
+from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.trials import describe, notes, plan
 from tests.helpers.played import Played
 
@@ -27,7 +27,7 @@ def settings(**changes) -> Settings:
 
 
 def result_of(condition, *, maps=False, **changes):
-    return Played(robot_trial("test", 0, 0, 5, condition, settings(**changes)), maps=maps)
+    return Played(RobotTrial("test", 0, 0, 5, condition, settings(**changes)), maps=maps)
 
 
 @dataclasses.dataclass(frozen=True)

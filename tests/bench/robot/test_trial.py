@@ -14,7 +14,7 @@ from experiments.bench.sources import course, robot
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Angular, Egomotion, Translation, angular
 from experiments.bench.sources.experiment import Experiment, Settings
-from experiments.bench.sources.robot import robot_trial, trial_seed, trials_of
+from experiments.bench.sources.robot import RobotTrial, trial_seed, trials_of
 from tests.helpers.played import Played
 
 
@@ -25,7 +25,7 @@ def settings(**changes) -> Settings:
 
 def spec(speed=10.0, distance=8.0, direction="rightward", seed=7, index=0, **changes):
     condition = Condition("translation", direction, speed, distance)
-    return robot_trial("test", index, 0, seed, condition, settings(**changes))
+    return RobotTrial("test", index, 0, seed, condition, settings(**changes))
 
 
 def same(a: Played, b: Played) -> bool:
@@ -109,7 +109,7 @@ def test_spikes_of_a_looming_detector_are_its_looming_spikes():
 
 def depth_trial(motion, angle, acceleration=15.0, seed=5):
     condition = angular(motion, angle, 6.0, 5.0, 20.0, acceleration)
-    return Played(robot_trial("test", 0, 0, seed, condition, settings()))
+    return Played(RobotTrial("test", 0, 0, seed, condition, settings()))
 
 
 @pytest.mark.parametrize("motion", ["approach", "recession"])
@@ -131,7 +131,7 @@ def test_approach_and_recession_go_where_they_say(motion, angle):
 def test_a_heading_error_is_corrected_within_a_millimetre():
     """Set down 3.5 sd askew, an approach or recession stays within 1 mm of its line (skew / (e rate) = 0.56 mm)."""
     for motion in ("approach", "recession"):
-        spec = robot_trial("test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0))
+        spec = RobotTrial("test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0))
         route = course.nominal(spec.condition, spec.settings)
         askew = dataclasses.replace(route, start=dataclasses.replace(route.start, heading=route.start.heading + 0.061))
         with pytest.MonkeyPatch.context() as patch:
@@ -165,8 +165,8 @@ def test_mirrored_angles_mirror_the_image():
 def test_the_observer_moves_as_told():
     """Turning 10 degrees/s, driving 1 cm/s; in mid-crossing it is where it stands otherwise."""
     turning, driving = (c for c in Egomotion(turns_deg_s=(10.0,), drives_cm_s=(1.0,)).conditions())
-    turned = Played(robot_trial("test", 0, 0, 5, turning, settings())).columns
-    driven = Played(robot_trial("test", 0, 0, 5, driving, settings())).columns
+    turned = Played(RobotTrial("test", 0, 0, 5, turning, settings())).columns
+    driven = Played(RobotTrial("test", 0, 0, 5, driving, settings())).columns
     rate = np.polyfit(turned.sim_time_s[5:], turned.observer_heading_deg[5:], 1)[0]
     speed = np.polyfit(driven.sim_time_s[5:], driven.observer_x_cm[5:], 1)[0]
     assert rate == pytest.approx(10.0, rel=0.05)
@@ -186,7 +186,7 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
         "translation", direction, 6.0, 8.0, observer_speed_cm_s=drive, observer_turn_deg_s=sign * turn
     )
     moving = settings()
-    result = Played(robot_trial("test", 0, 0, 5, condition, moving))
+    result = Played(RobotTrial("test", 0, 0, 5, condition, moving))
     columns = result.columns
     heading = np.radians(columns.observer_heading_deg)
     forward = moving.camera.forward_cm

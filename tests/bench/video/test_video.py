@@ -23,7 +23,7 @@ from experiments.bench.run import settings
 from experiments.bench.run.models import choose, shown_models
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Settings
-from experiments.bench.sources.robot import forget_simulations, robot_trial
+from experiments.bench.sources.robot import RobotTrial, forget_simulations
 from experiments.bench.video import make
 from experiments.bench.video import pictures as reading
 from experiments.bench.video.drawing import Drawer
@@ -49,7 +49,7 @@ def folder(tmp_path_factory) -> Path:
 def trial(folder) -> tuple[Played, Path]:
     trial_settings = Settings((choose("dsnn"),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
     condition = Condition("translation", "rightward", 15.0, 8.0)
-    result = Played(robot_trial("speed", 7, 0, 7, condition, trial_settings), maps=True)
+    result = Played(RobotTrial("speed", 7, 0, 7, condition, trial_settings), maps=True)
     forget_simulations()
     path = folder / "recordings" / "trial-0007.rrd"
     path.parent.mkdir()
