@@ -18,10 +18,10 @@ from dsnn import Response
 from experiments.bench import viewer
 from experiments.bench.cli.beside import side_by_side
 from experiments.bench.figures.palette import marks
-from experiments.bench.figures.series import OFF, ON, rgb
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
 from experiments.bench.run.models import choose
+from experiments.bench.run.record import OFF, ON, rgb
 from tests.bench.robot.test_trial import spec
 from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import needs_vulkan, viewing
@@ -61,14 +61,22 @@ def views_in(path: Path) -> set[str]:
     return {origin for batch in named for (origin,) in batch["ViewBlueprint:space_origin"].to_pylist()}
 
 
-MAPS = {f"/maps/{name}" for name in ("p", "la", "f_on", "f_off")}
+CAMERA = "/world/observer/camera"
+MAPS = {f"/models/dsnn/maps/{name}" for name in ("p", "la", "f_on", "f_off")}
+
+
+def wanted(models) -> set[str]:
+    """Origins of a trial's views: spikes of the models that have a threshold."""
+    spiking = [model for model in models if choose(model).threshold is not None]
+    lanes = {*(f"/models/{model}" for model in models), *(f"/models/{model}/spikes" for model in spiking)}
+    return {"/world", CAMERA, *MAPS, *lanes}
 
 
 @pytest.mark.parametrize("models", [("dsnn",), ("dsnn", "emd", "lplc2")])
 def test_the_layout_of_a_trial_has_a_lane_for_each_model(models, tmp_path):
     there = views_in(trial(tmp_path / "trial.rrd", *models))
     origins = {origin if origin.startswith("/") else f"/{origin}" for origin in there}
-    assert origins == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
+    assert origins == wanted(models)
 
 
 @needs_vulkan
@@ -78,16 +86,16 @@ def test_the_first_screen_of_a_trial(models, tmp_path):
         state = screen.state()
         screen.stop_at(HALF_S)
         views = {view.origin: view for view in state.views}
-        assert set(views) == {"/scene", "/camera", *MAPS, *(f"/potential/{model}" for model in models)}
-        assert not [view.reports for view in state.views if view.reports], "the viewer warns of nothing"
+        assert set(views) == wanted(models)
         for model, mark in marks(models).items():
             trace = coloured(rgb(mark.colour), 0.5)
-            assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/potential/{model}"]), "it crosses its lane"
+            assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/models/{model}"]), "it crosses its lane"
             assert screen.shows(tmp_path / "whole.png", trace), "and is on the first screen"
-        for origin in ("/scene", "/camera"):
+        for origin in ("/world", CAMERA):
             assert screen.shows(tmp_path / "view.png", varied(20), views[origin]), origin
         for colour in (ON, OFF):
-            assert screen.shows(tmp_path / "map.png", coloured(colour, 20), views["/maps/p"])
+            assert screen.shows(tmp_path / "map.png", coloured(colour, 20), views["/models/dsnn/maps/p"])
+        assert not [view.reports for view in screen.state().views if view.reports], "the viewer warns of nothing"
 
 
 @needs_vulkan
@@ -99,10 +107,10 @@ def test_footage_in_the_viewer(tmp_path):
     log.close()
     with viewing(tmp_path / "footage.rrd") as screen:
         views = {view.origin: view for view in screen.state().views}
-        assert set(views) == {"/picture", "/potential/dsnn"}
+        assert set(views) == {CAMERA, "/models/dsnn", "/models/dsnn/spikes"}
         blue = rgb(marks(["dsnn"])["dsnn"].colour)
-        assert screen.shows(tmp_path / "lane.png", coloured(blue, 0.5), views["/potential/dsnn"])
-        assert screen.shows(tmp_path / "seen.png", coloured(blue, 20), views["/picture"]), "the arrow along HS"
+        assert screen.shows(tmp_path / "lane.png", coloured(blue, 0.5), views["/models/dsnn"])
+        assert screen.shows(tmp_path / "seen.png", coloured(blue, 20), views[CAMERA]), "the arrow along HS"
 
 
 @needs_vulkan
@@ -113,10 +121,10 @@ def test_an_episode_in_the_viewer(tmp_path):
     for step in range(20):
         env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))
     env.close()
-    wanted = {"/camera", "/arena", "/potential/hybrid", "/azimuth/hybrid", "/wheels/left", "/wheels/right", "/reward"}
+    plots = {"/world/observer/wheels", "/reward", *(f"/models/hybrid{part}" for part in ("", "/spikes", "/azimuth"))}
     with viewing(tmp_path / "episode.rrd") as screen:
         state = screen.state()
-        assert {f"/{view.origin.lstrip('/')}" for view in state.views} == wanted
+        assert {f"/{view.origin.lstrip('/')}" for view in state.views} == {"/world", CAMERA, *plots}
         for view in state.views:
             assert screen.shows(tmp_path / "view.png", varied(10), view), view.name
 
@@ -128,8 +136,8 @@ def test_two_runs_side_by_side_in_the_viewer(tmp_path):
     with viewing(tmp_path / "both.rrd") as screen:
         state = screen.state()
         views = {view.origin: view for view in state.views}
-        assert {"/one/camera", "/other/camera", "/one/potential/dsnn", "/other/potential/emd"} <= set(views)
-        for path, model in (("/one/potential/dsnn", "dsnn"), ("/other/potential/emd", "emd")):
+        assert {f"/one{CAMERA}", f"/other{CAMERA}", "/one/models/dsnn", "/other/models/emd"} <= set(views)
+        for path, model in (("/one/models/dsnn", "dsnn"), ("/other/models/emd", "emd")):
             trace = coloured(rgb(marks([model])[model].colour), 0.5)
             assert screen.shows(tmp_path / "lane.png", trace, views[path])
 

@@ -8,13 +8,12 @@ from typing import Any, TypedDict
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Drawing
 from experiments.bench.stats.checks import is_number
-from experiments.bench.store.origin import is_imported, origin
+from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import (
     FrameRow,
     JobRow,
     ModelRow,
     ResponseRow,
-    group,
     schema_of,
 )
 
@@ -109,36 +108,8 @@ NEEDED_TO_DRAW: Mapping[Drawing, tuple[str, ...]] = {
 """Figure -> the columns that it cannot do without, and that the rows of a log may lack."""
 
 
-def is_tracked(row: Mapping[str, Any]) -> bool:
-    """Return whether the poses of the robots are known in a row's frames: of an imported log only from a tracker."""
-    return not is_imported(row) or is_number(row["closest_cm"])
-
-
 def drawable(figure: Drawing, rows: Sequence[Mapping[str, Any]]) -> Drawing:
     """Return ``figure``, or ``spikes`` where rows of a log have no number in a column that it draws."""
     needed = NEEDED_TO_DRAW[figure]
     lacking = any(not is_number(row.get(name)) for row in rows if is_imported(row) for name in needed)
     return "spikes" if lacking else figure
-
-
-def caption(name: str, arena: str, repeats: int, rows: Sequence[Mapping[str, Any]]) -> tuple[str, str, str]:
-    """Return what a figure's title says of a run.
-
-    Parameters
-    ----------
-    name, arena, repeats
-        Of the run, as it was planned.
-    rows
-        Of its ``trials.parquet``.
-
-    Returns
-    -------
-    tuple of str
-        The name, of an imported log with where it comes from; the arena, empty for a log; and n, ``8..10`` where the
-        conditions of a log have so many trials.
-    """
-    text = origin(rows)
-    if not text:
-        return name, arena, str(repeats)
-    counts = {len(condition_rows) for condition_rows in group(rows, "model", *CONDITION_COLUMNS).values()}
-    return f"{name} ({text})", "", "..".join(str(count) for count in sorted({min(counts), max(counts)}))

@@ -14,8 +14,8 @@ import experiments
 from experiments.bench.cli.beside import conditions, side_by_side
 from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.run.models import choose
-from tests.bench.figures.test_recording_looks import COUNT, episode
 from tests.bench.robot.test_trial import spec
+from tests.bench.run.test_record import COUNT, episode
 from tests.helpers.played import Played
 
 
@@ -40,7 +40,7 @@ def runs(tmp_path_factory) -> Path:
 def of(path: Path, entity: str) -> tuple[list, np.ndarray]:
     (chunk,) = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
     batch = chunk.to_record_batch()
-    return batch["sim_time"].cast("int64").to_pylist(), np.ravel(batch["Scalars:scalars"].to_pylist())
+    return batch["time"].cast("int64").to_pylist(), np.ravel(batch["Scalars:scalars"].to_pylist())
 
 
 def test_the_equal_trial_is_found_and_both_are_whole_on_one_timeline(runs, tmp_path):
@@ -49,9 +49,9 @@ def test_the_equal_trial_is_found_and_both_are_whole_on_one_timeline(runs, tmp_p
     (tmp_path / "both.rrd").write_bytes(data)
     one, other = runs / "usual/recordings/trial-0002.rrd", runs / "a.b/recordings/trial-0001.rrd"
     assert conditions(one) == conditions(other) and conditions(one)["seed"] == 3
-    for entity, path in (("/usual/potential/dsnn/hs", one), (r"/a\.b/potential/emd/hs", other)):
+    for entity, path in (("/usual/models/dsnn/hs", one), (r"/a\.b/models/emd/hs", other)):
         times, values = of(tmp_path / "both.rrd", entity)
-        there = of(path, entity.partition("/potential")[1] + entity.partition("/potential")[2])
+        there = of(path, f"/models{entity.partition('/models')[2]}")
         assert times == there[0]
         np.testing.assert_array_equal(values, there[1])
     reader = rr.chunk.RrdReader(tmp_path / "both.rrd")
@@ -62,7 +62,11 @@ def test_the_equal_trial_is_found_and_both_are_whole_on_one_timeline(runs, tmp_p
     names = {name for batch in batches if "ViewBlueprint:display_name" in batch.schema.names
              for (name,) in batch["ViewBlueprint:display_name"].to_pylist()}  # fmt: skip
     for run, models in (("usual", ("dsnn",)), ("a.b", ("emd", "hybrid"))):
-        assert {f"/{run}/scene", f"/{run}/camera", *(f"/{run}/potential/{model}" for model in models)} <= origins
+        assert {
+            f"/{run}/world",
+            f"/{run}/world/observer/camera",
+            *(f"/{run}/models/{model}" for model in models),
+        } <= origins
     assert any(name.startswith("usual: dsnn") and "threshold ±0.2" in name for name in names)
     assert any(name.startswith("a.b: hybrid") and "threshold 0.78 of looming" in name for name in names)
 
@@ -95,7 +99,7 @@ def test_episodes_are_paired_by_the_seed_of_their_reset_and_not_by_their_number(
             (tmp_path / run / "recordings" / f"trial-{number:04d}.rrd").write_bytes(data)
     for number in range(2):
         (tmp_path / "both.rrd").write_bytes(side_by_side(tmp_path / "a", tmp_path / "b", number)[1])
-        one, other = (of(tmp_path / "both.rrd", f"/{run}/wheels/left")[1] for run in "ab")
+        one, other = (of(tmp_path / "both.rrd", f"/{run}/world/observer/wheels")[1] for run in "ab")
         np.testing.assert_array_equal(one, other)
     for number, why in ((0, "reset seed is 5 and 4"), (2, "has no equal one")):
         (tmp_path / "a" / "recordings" / "trial-0001.rrd").unlink(missing_ok=True)

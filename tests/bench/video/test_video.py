@@ -99,7 +99,7 @@ def test_a_trial_is_read_back_as_it_was(trial):
     np.testing.assert_array_equal(traces["spikes", "HS"], answer.series.hs_spikes)
     dotted = {(trace.place, trace.name): trace.dotted for trace in reel.traces}
     assert dotted == {("potential", "HS"): False, ("potential", "VS"): True, ("spikes", "HS"): False,
-                      ("spikes", "VS"): True}, "every channel has its name, and its look in the recording"  # fmt: skip
+                      ("spikes", "VS"): False}, "every channel has its name, and its look in the recording"  # fmt: skip
     threshold = answer.thresholds["hs"]
     assert reel.levels == (-threshold, threshold)
     np.testing.assert_allclose(reel.time_s, result.columns.sim_time_s, atol=1e-8)
@@ -108,7 +108,7 @@ def test_a_trial_is_read_back_as_it_was(trial):
     expected = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
     np.testing.assert_allclose(reel.tracks[1].poses, expected, atol=1e-5)
     assert reel.view_deg == pytest.approx(result.trial.settings.camera.hfov_deg, abs=1e-3)
-    seen = [picture for _, picture in pictures(path, "camera")]
+    seen = [picture for _, picture in pictures(path, "world/observer/camera/image")]
     np.testing.assert_array_equal(np.stack(seen)[..., 0], result.media.pictures[""])
 
 
@@ -128,7 +128,7 @@ def test_an_episode_is_read_back_as_it_was(folder):
     path = folder / "episode.rrd"
     path.write_bytes(record_episode(episode))
     reel = read(path)
-    assert len(reel.time_s) == 8 and len(list(pictures(path, "camera"))) == 8
+    assert len(reel.time_s) == 8 and len(list(pictures(path, "world/observer/camera/image"))) == 8
     for track in reel.tracks:
         poses = episode.paths[track.name]
         np.testing.assert_allclose(track.poses[:, :2], poses[:, :2], atol=1e-4)
@@ -226,7 +226,7 @@ def test_a_long_recording_s_axis_moves_on(footage):
 
 def test_the_picture_shown_is_the_last_one_that_was_taken(footage):
     """At every time: the bar's column says which picture it is."""
-    latest = make.latest_at(pictures(footage, "picture"), [0.0, 0.49, 0.5, 7.2, 31.0])
+    latest = make.latest_at(pictures(footage, "world/observer/camera/image"), [0.0, 0.49, 0.5, 7.2, 31.0])
     columns = [int(picture[24, :, 0].argmax()) for picture in latest]
     assert columns == [0, 0, 1, 14, 62]
 
