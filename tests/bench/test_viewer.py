@@ -8,6 +8,7 @@ import socket
 import threading
 from pathlib import Path
 
+import cv2
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import rerun as rr
 import experiments
 from dsnn import Response
 from experiments.bench import viewer
+from experiments.bench.cli import main
 from experiments.bench.cli.beside import side_by_side
 from experiments.bench.figures.palette import marks
 from experiments.bench.footage.recording import LiveLog
@@ -140,6 +142,19 @@ def test_two_runs_side_by_side_in_the_viewer(tmp_path):
         for path, model in (("/one/models/dsnn", "dsnn"), ("/other/models/emd", "emd")):
             trace = coloured(rgb(marks([model])[model].colour), 0.5)
             assert screen.shows(tmp_path / "lane.png", trace, views[path])
+
+
+@needs_vulkan
+def test_a_screenshot_has_the_traces_and_what_is_seen(tmp_path, monkeypatch):
+    """It waits for the images: the camera's, half of them dark, and the layer maps."""
+    monkeypatch.delenv("DISPLAY", raising=False)
+    path, place = trial(tmp_path / "trial.rrd", "dsnn"), tmp_path / "trial.png"
+    assert main.command(["view", str(path), "--screenshot", str(place)]) == 0
+    picture = cv2.cvtColor(cv2.imread(str(place)), cv2.COLOR_BGR2RGB)
+    for colour in (rgb(marks(["dsnn"])["dsnn"].colour), ON, OFF):
+        assert coloured(colour, 200)(picture), colour
+    with pytest.raises(experiments.UsageError):
+        main.command(["view", str(path), "--screenshot", str(tmp_path / "trial.jpg")])
 
 
 def answering_with(answer: bytes):

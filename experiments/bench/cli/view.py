@@ -30,13 +30,16 @@ def view(
         int | None, typer.Option(help="Show this trial or episode alone; of two runs otherwise the first recorded one.")
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Open no window: save a picture of the middle of the recording as this .png.")
+    ] = None,
 ) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
 
     Of two runs a trial of the first stands beside the trial of the second that has the same seed and condition, on one
     timeline.
 
-    The viewer, or with --web its server, ends with this command.
+    The viewer, or with --web its server, ends with this command. --screenshot needs no screen.
     """
     from experiments.bench.cli import viewer
     from experiments.bench.run.errors import UsageError
@@ -47,6 +50,8 @@ def view(
 
     if len(paths) > MOST_RUNS:
         raise UsageError(f"view: {len(paths)} paths; legal is one, or two runs to be seen side by side")
+    if screenshot is not None:
+        return _screenshot(paths, trial, screenshot)
     if len(paths) == MOST_RUNS:
         return _view_both(paths[0], paths[1], trial, web)
     path = paths[0]
@@ -61,6 +66,25 @@ def view(
     if not web:
         require_screen(f"view {path}: ", "use --web")
     return viewer.show(files, web=web, instead="use --web")
+
+
+def _screenshot(paths: list[Path], trial: int | None, place: Path) -> int:
+    """Save a picture of a recording, or of two side by side."""
+    from experiments.bench.cli import viewer
+    from experiments.bench.cli.beside import side_by_side
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.video.source import recording
+
+    if place.suffix != ".png":
+        raise UsageError(f"--screenshot {place}: the file's name should end in .png")
+    if len(paths) == 1:
+        viewer.screenshot(recording(paths[0], trial), place)
+        return 0
+    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
+        file = Path(folder) / "both.rrd"
+        file.write_bytes(side_by_side(paths[0], paths[1], trial)[1])
+        viewer.screenshot(file, place)
+    return 0
 
 
 def _view_both(first: Path, second: Path, trial: int | None, web: bool) -> int:

@@ -1,4 +1,4 @@
-"""Rerun's viewer, or its web server, as a process that ends with the command that opened it."""
+"""Rerun's viewer, its web server, or a picture of it, by a process that ends with the command that opened it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,24 @@ import re
 import signal
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from experiments.bench.engine.terminal import program
 from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
+from experiments.bench.viewer import HOST, SETTLES_S, free_port, listens, url
+
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
 
 PATIENCE_S = 5.0
 """How long a viewer may take to end before it is killed."""
+TIMELINE, WINDOW, PAINTS_S = "time", "1400x840", 60.0
+"""Timeline and size of a picture, and how long it may take."""
 ENDING = ("SIGTERM", "SIGHUP")
 
 
@@ -78,3 +85,57 @@ def _ended_in_order() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def screenshot(file: Path, place: Path) -> None:
+    """Save a picture of a recording as the viewer opens it, at the middle of its time; no screen is needed.
+
+    Parameters
+    ----------
+    file
+        The recording.
+    place
+        The .png file.
+
+    Raises
+    ------
+    UsageError
+        The viewer cannot draw, or does not finish in `PAINTS_S`.
+    """
+    from rerun.experimental import ViewerClient
+
+    port = free_port()
+    options = ["--headless", "--hide-welcome-screen", "--window-size", WINDOW, "--bind", HOST, "--port", f"{port}"]
+    quiet = subprocess.DEVNULL
+    with _ended_in_order():
+        child = subprocess.Popen([*program(), *options, str(file.absolute())], stdout=quiet, stderr=quiet)
+        try:
+            deadline = time.monotonic() + PAINTS_S
+            while not listens(f"{HOST}:{port}"):
+                if child.poll() is not None or time.monotonic() > deadline:
+                    raise UsageError("Rerun's viewer cannot draw: on Debian run 'apt-get install mesa-vulkan-drivers'")
+                time.sleep(0.1)
+            place.write_bytes(_painted(ViewerClient.connect(url(f"{HOST}:{port}")), deadline))
+        except ConnectionError:
+            raise UsageError(f"Rerun's viewer broke off while it opened {file}") from None
+        finally:
+            _end(child)
+
+
+def _painted(viewer: ViewerClient, deadline: float) -> bytes:
+    """Return a picture of the window, PNG, once all is loaded and two pictures in a row are equal."""
+    before, at_middle = b"", False
+    while time.monotonic() < deadline:
+        state = viewer.get_state()
+        known = [line for one in state.recordings for line in one.timelines if line.name == TIMELINE]
+        if known and not state.loading and state.views:
+            if not at_middle:
+                middle = (float(known[0].start) + float(known[0].end)) / 2e9
+                viewer.set_time(TIMELINE, duration=middle, play_state="paused")
+                at_middle, before = True, b""
+            picture = viewer.take_screenshot()
+            if picture == before:
+                return picture
+            before = picture
+        time.sleep(SETTLES_S)
+    raise UsageError("Rerun's viewer did not finish painting")

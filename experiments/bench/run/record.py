@@ -512,10 +512,9 @@ def _world(content: Content, root: str, prefix: str) -> rrb.Spatial3DView:
 def _lanes(models: Sequence[Model], root: str, prefix: str) -> Any:
     """Return a lane for each model: potentials above their spikes, the azimuth beside them; in columns if many."""
     columns = -(-len(models) // MOST_LANES)
-    height = -(-len(models) // columns)
     lanes = [_lane(model, root, prefix, narrow=columns > 2) for model in models]
-    stacks = [rrb.Vertical(*lanes[first : first + height]) for first in range(0, len(lanes), height)]
-    return rrb.Horizontal(*stacks)
+    stacks = np.array_split(np.arange(len(lanes)), columns)
+    return rrb.Horizontal(*(rrb.Vertical(*(lanes[place] for place in stack)) for stack in stacks))
 
 
 def _lane(model: Model, root: str, prefix: str, *, narrow: bool) -> Any:
@@ -525,10 +524,10 @@ def _lane(model: Model, root: str, prefix: str, *, narrow: bool) -> Any:
     lane = _plot(place, [*potentials, f"{place}/threshold"], prefix + heading(model, narrow=narrow), (lowest, 1.05))
     row = [(3.0, lane)]
     if model.levels():
-        told = f"{name}: spikes" if narrow else f"{name}: spikes; {_signs(model)}"
+        told = "spikes" if narrow else f"{name}: spikes; {_signs(model)}"
         row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], told)))
     if "azimuth" in model.channels:
-        told = f"{name}: azimuth" if narrow else f"{name}: azimuth, -1 left to 1 right"
+        told = "azimuth" if narrow else f"{name}: azimuth, -1 left to 1 right"
         row.append((1.0, _plot(f"{place}/azimuth", [f"{place}/azimuth"], told, (-1.05, 1.05))))
     return rrb.Horizontal(*(view for _, view in row), column_shares=[share for share, _ in row])
 
@@ -555,10 +554,12 @@ def _plot(
 
 
 def heading(model: Model, *, narrow: bool = False) -> str:
-    """Return the heading of a model's lane: its channels and how they are drawn, and its thresholds."""
+    """Return the heading of a model's lane: its channels, how they are drawn, and its thresholds."""
+    if narrow:
+        return model.label
     drawn = ["line", *(DOTS.get(channel, "squares") for channel in model.spiking[1:])]
     series = [f"{channel_title(channel)} ({look})" for channel, look in zip(model.spiking, drawn, strict=False)]
-    words = [] if narrow else [", ".join(series)]
+    words = [", ".join(series)]
     upper = {level: owners for level, owners in model.levels().items() if level > 0}
     for level, owners in upper.items():
         sign = "" if owners == ["looming"] else "±"
