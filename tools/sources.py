@@ -39,7 +39,8 @@ WITHOUT_ROWS = ("budget.png", "eye.png")
 """Pictures in docs/ that are drawn from no trials."""
 PICTURES = (".png", ".gif", ".webp", ".mp4", ".jpg")
 TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->", re.DOTALL)
-DRAWN = re.compile(r"rows (\w+) of trials.parquet, commit (.+)")
+DRAWN = re.compile(r"rows (\w+(?:, \w+)*) of trials.parquet, commit (.+)")
+"""Source that a picture notes: the rows of its run, or of each of its runs, and their commit."""
 NUMBERS = re.compile(r"[-+]?\d")
 CODE = re.compile(r"`[^`]*`")
 SHOWN = re.compile(r"(?<![\w.])-?\d[\d,]*(?:\.(\d+))?( %)?")
@@ -193,7 +194,7 @@ def _of_run(run: Path, shows: Mapping[str, str], root: Path) -> dict[str, Any]:
     for place in shows:
         if place.endswith(".png"):  # whose rows an earlier commit may have computed as well
             source = DRAWN.fullmatch(_source(root / "docs" / place))
-            if source is None or source[1] != rows:
+            if source is None or rows not in source[1].split(", "):
                 raise Stale(f"docs/{place} is not drawn from the rows of {run}")
             commit = source[2]
     if not re.fullmatch("[0-9a-f]+", commit):
