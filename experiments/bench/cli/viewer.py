@@ -130,7 +130,7 @@ def _painted(viewer: ViewerClient, deadline: float) -> bytes:
         known = [line for one in state.recordings for line in one.timelines if line.name == TIMELINE]
         if known and not state.loading and state.views:
             if not at_middle:
-                middle = (float(known[0].start) + float(known[0].end)) / 2e9
+                middle = ((known[0].start or 0) + (known[0].end or 0)) / 2e9
                 viewer.set_time(TIMELINE, duration=middle, play_state="paused")
                 at_middle, before = True, b""
             picture = viewer.take_screenshot()
