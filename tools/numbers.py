@@ -18,19 +18,21 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from experiments.bench import registry
-from experiments.bench.reproduction import eyes
-from experiments.bench.reproduction.plan import Scale, design, planned
-from experiments.bench.reproduction.replicates import rate
+from experiments.bench.reproduce import Scale, design, planned, rate
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import SIGNS, Count, totals
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.files import rows_hash
+from experiments.bench.studies.counts import count_of
+from experiments.bench.studies.stored import studies
 from experiments.claims.readings import used_to_choose
+from experiments.studies.fidelity import EYE, STUDY, WHEELS
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
@@ -53,8 +55,13 @@ SUMMARY: Mapping[str, str] = {
     "C21": "Two looming detectors spike most in a straight approach",
 }
 """Claim -> its words in the summary, which counts the others."""
-IDEAL, ROBOTS = eyes.FIRST, ("ov7670", eyes.FIRST[1])
-"""The summary's columns: they differ by the camera alone."""
+CELLS: Mapping[tuple[str, str], str] = {
+    (eye.label, wheels.label): f"{eye.label} eye, {wheels.label}" for eye, wheels in product(EYE.levels, WHEELS.levels)
+}
+"""Every eye and drive of the study `fidelity`, with a heading; the first are those of a reproduction."""
+IDEAL = next(iter(CELLS))
+ROBOTS = ("ov7670", IDEAL[1])
+"""The summary's columns, with `IDEAL`: they differ by the camera alone."""
 REASON: Mapping[str, str] = {
     "judge failed": "its judge failed",
     "not shown": "what it needs was not shown",
@@ -79,7 +86,7 @@ class NotFinished(Exception):
 def taken(run: Path) -> dict[str, Any]:
     """Return what ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, pooled = (_json(run / f"{name}.json") for name in ("design", "pooled"))
-    claims, behaviours = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
+    claims, behaviours = (stored.verdicts(_json(run / f"{name}.json")) for name in ("claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -87,17 +94,22 @@ def taken(run: Path) -> dict[str, Any]:
     return {
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(run), **design["versions"]},
-        "rows": {table.parent.relative_to(run).as_posix(): rows_hash(table) for table in _tables(run)},
+        "rows": {table.parent.name: rows_hash(table) for table in sorted(run.glob("*/trials.parquet"))},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
         "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
-        "eyes": [
-            {"eye": eye, "drive": drive, "claim": claim, "count": dataclasses.asdict(count)}
-            for claim, cells in eyes.by_eye(run).items()
-            for (eye, drive), count in cells.items()
-        ],
+        "eyes": _eyes_kept(run),
         "scores": scores,
         "onboard": _onboard_kept(run / "onboard.json"),
     }
+
+
+def _eyes_kept(run: Path) -> list[dict[str, Any]]:
+    """Return the count of each claim under each eye and drive; nothing of a reproduction without the study of them."""
+    return [
+        {"eye": row["point"][EYE.name], "drive": row["point"][WHEELS.name], "claim": row["claim"],
+         "count": dataclasses.asdict(count_of(row))}
+        for row in studies(run).get(STUDY.name, {}).get("counts", ())
+    ]  # fmt: skip
 
 
 def _onboard_kept(path: Path) -> dict[str, Any]:
@@ -107,11 +119,6 @@ def _onboard_kept(path: Path) -> dict[str, Any]:
     study = _json(path)
     held = [{name: row[name] for name in ("model", "claim", "holds", "replicates")} for row in study["counts"]]
     return {"held": held, **{name: study["tables"][name] for name in (LOST_AND_GAINED, DISTANCE)}}
-
-
-def _tables(run: Path) -> list[Path]:
-    """Return the tables of rows in the folders of a reproduction's parts."""
-    return sorted(path for path in run.glob("*/trials.parquet") if path.is_file())
 
 
 def kept(verdict: Verdict) -> dict[str, Any]:
@@ -129,14 +136,6 @@ def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
     if pooled is None:
         return ""
     return rate(claim, Outcome(pooled["verdict"], pooled["measured"], n=pooled["n"], broken=pooled["broken"]))
-
-
-def _read(path: Path) -> list[Verdict]:
-    """Return the verdicts in a file."""
-    try:
-        return stored.verdicts(_json(path))
-    except ValueError as error:
-        raise NotFinished(f"{path}: cannot be read ({error})") from None
 
 
 def _json(path: Path) -> Any:
@@ -211,12 +210,16 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _counts(results: Mapping[str, Any]) -> dict[str, tuple[Count | None, ...]]:
-    """Return claim -> its count under each camera and drive of `eyes.CELLS`; ``None`` where it was not run there."""
-    under: dict[str, dict[eyes.Apparatus, Count]] = {}
+    """Return claim -> its count under each camera and drive of `CELLS`; ``None`` where it was not run there.
+
+    The first count is that of the reproduction itself: a claim has one verdict there.
+    """
+    under: dict[str, dict[tuple[str, str], Count]] = {}
     for row in results.get("eyes", ()):
         under.setdefault(row["claim"], {})[row["eye"], row["drive"]] = Count(**row["count"])
-    counts = {claim["id"]: Count(**claim["count"]) for claim in results["claims"]}
-    return {claim: eyes.side_by_side(claim, count, under) for claim, count in counts.items()}
+    for claim in results["claims"]:
+        under.setdefault(claim["id"], {})[IDEAL] = Count(**claim["count"])
+    return {claim["id"]: tuple(map(under[claim["id"]].get, CELLS)) for claim in results["claims"]}
 
 
 def _verdict(count: Count | None) -> str:
@@ -247,7 +250,7 @@ def _tally(counts: Iterable[Count | None]) -> str:
 def _summary(results: Mapping[str, Any]) -> str:
     """Tell in ten rows what claims came to, with an ideal camera and with a model of the robot's."""
     counts = _counts(results)
-    columns = [list(eyes.CELLS).index(camera) for camera in (IDEAL, ROBOTS)]
+    columns = [list(CELLS).index(camera) for camera in (IDEAL, ROBOTS)]
     others = [claim for claim in counts if claim not in SUMMARY]
     clips = [claim for claim in others if claim not in registry.answering()]
     robot = [claim for claim in others if claim not in clips]
@@ -272,7 +275,7 @@ def _summary(results: Mapping[str, Any]) -> str:
 
 def _cameras(results: Mapping[str, Any]) -> str:
     """Tell what each claim about the robot came to under each camera and drive."""
-    lines = [f"| claim | {' | '.join(eyes.CELLS.values())} |", "|---" * (len(eyes.CELLS) + 1) + "|"]
+    lines = [f"| claim | {' | '.join(CELLS.values())} |", "|---" * (len(CELLS) + 1) + "|"]
     for claim, counts in _counts(results).items():
         if claim in registry.answering():
             lines.append(f"| {words(claim).title} ({claim}) | {' | '.join(map(_verdict, counts))} |")
@@ -414,12 +417,8 @@ def main() -> None:
         }
     except NotFinished as error:
         sys.exit(_refuse(str(error)))
-    for path, text in {kept_file: _as_json(results), **pages}.items():
+    for path, text in {kept_file: json.dumps(results, indent=1, allow_nan=False) + "\n", **pages}.items():
         path.write_text(text, encoding="utf-8")
-
-
-def _as_json(results: Mapping[str, Any]) -> str:
-    return json.dumps(results, indent=1, allow_nan=False) + "\n"
 
 
 def _refuse(text: str) -> int:

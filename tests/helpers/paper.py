@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from experiments.bench.reproduction.plan import replicates_plan
+from experiments.bench.reproduce import replicates_plan
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import EVERY_MODEL

@@ -21,6 +21,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.doctor": 1,
     "experiments.bench.new": 1,
     "experiments.bench.sources": 1,
+    "experiments.bench.report.page": 7,
     "experiments.bench.report": 2,
     "experiments.bench.trials": 2,
     "experiments.bench.robot": 3,
@@ -35,7 +36,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.measured": 5,
     "experiments.bench.firmware": 6,
     "experiments.bench.training": 6,
-    "experiments.bench.reproduction": 6,
+    "experiments.bench.reproduce": 6,
     "experiments.bench.public": 6,
     "experiments.bench.video": 6,
     "experiments.bench.live": 7,
@@ -121,7 +122,7 @@ def wing(module: str) -> str | None:
 
 
 def test_wings_import_one_way():
-    """The foundation <- robot, clips, footage <- tuning, leaderboard <- studies <- training, reproduction <- cli."""
+    """The foundation <- robot, clips, footage <- tuning, leaderboard <- studies <- training, reproduce <- cli."""
     for module in modules():
         ours = wing(module)
         for other in imported(module):

@@ -17,8 +17,7 @@ import pytest
 from experiments import Check
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.leaderboard import stimuli
-from experiments.bench.reproduction.eyes import CELLS
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
+from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
 from experiments.bench.sources.robot_claims import paper_claims
 from experiments.bench.stats import tests as statistics
 from experiments.bench.stats.claim import PAPER, claim_ids, words
@@ -31,7 +30,7 @@ from experiments.bench.studies.counts import FORM
 from experiments.bench.tune import FAMILIES
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.numbers import PAGES, RESULTS, ROOT, STALE, SUMMARY, blocks, renewed, stale, unfit
+from tools.numbers import CELLS, PAGES, RESULTS, ROOT, STALE, SUMMARY, blocks, renewed, stale, unfit
 
 CLAIMS = paper_claims()
 
@@ -190,7 +189,7 @@ def test_the_command_takes_figures_over(run):
     readme, home, claims, means, behaviours = texts.values()
     summary = f"2 claims with an ideal camera: {SIGNS['counted']} 1 with too few replicates, {SIGNS['unjudged']} 1 not"
     assert summary in readme and summary in home
-    counted = "0 of 2 claims hold; 1 has too few replicates for a word: 1 held in some (C1); 1 was not judged: C2"
+    counted = "1 of 2 claims held in some: C1; 1 was not judged: C2"
     assert f"{counted}. A replicate has 7" in claims
     c1 = rf"(C1): {words('C1').says}. | # held in 2 of 3 | \|VS\| 0.1 (needs below 0.2) |"
     assert c1 in claims
@@ -202,7 +201,7 @@ def test_the_command_takes_figures_over(run):
         in behaviours
     )
     assert (
-        "- B3 held in 0 of 1 replicate: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
+        "- B3 failed in 1 of 1 replicate: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
         in behaviours
     )
     kept = json.loads((run.parent / "docs" / "results.json").read_text())

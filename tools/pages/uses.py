@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from experiments import OFFLINE
 from experiments.bench import registry
 from experiments.bench.leaderboard import looming_stimuli, stimuli
-from experiments.bench.reproduction.models.clips import GROUPS
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.tune import FAMILIES
+from experiments.claims.model_clips import GROUPS
 
 
 @dataclass(frozen=True, slots=True)

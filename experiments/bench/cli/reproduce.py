@@ -91,22 +91,21 @@ def reproduce(
         raise UsageError("--quick and --full: give one of them")
     check_counts(seed)
     means = resources(workers, cluster, quiet, other_code)
-    from experiments.bench.closed_loop import table as closed_loop_table
-    from experiments.bench.engine.terminal import out_console, show_places
-    from experiments.bench.reproduction import plan, report, table
-    from experiments.bench.reproduction import reproduce as whole
-    from experiments.bench.studies import table as study_table
+    from experiments.bench import reproduce as whole
+    from experiments.bench.engine.terminal import out_console, show_places, show_verdict
+    from experiments.bench.report import page
+    from experiments.bench.stats.count import totals
 
-    scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
+    scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     models_shown = whole.models_shown(model, only)
     folder, walls = results_folder(out, "reproduce"), own_pictures(pictures)
-    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only, walls)
-    page = report.write(result)
+    plans = whole.planned(scale, seed, models_shown, experiment or (), robot_only, only, walls)
+    result = whole.reproduce(folder, plans, means)
+    report = page.write(result)
     if not quiet:
-        table.show_claims(result.claims, result.pooled, result.scale.name)
-        closed_loop_table.show_claims(result.own_claims)
-        out_console.print()
-        if result.onboard:
-            study_table.show_counts(result.onboard)
-        show_places({"report": page})
-    return EXIT_FAILED if result.failed else 0
+        for verdict in (*result.claims, *result.own_claims):
+            show_verdict(verdict, model=False)
+        summary = "; ".join(totals([(verdict.id, verdict.count) for verdict in result.claims]))
+        out_console.print(f"\n{summary}\n", markup=False)
+        show_places({"report": report})
+    return EXIT_FAILED if any(result.failures.values()) else 0

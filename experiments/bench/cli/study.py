@@ -104,13 +104,13 @@ def study(
 
 def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.bench.engine.terminal import out_console, show_places
-    from experiments.bench.reproduction import table
-    from experiments.bench.reproduction.models import run
+    from experiments.bench.engine.terminal import out_console, show_places, show_verdict
+    from experiments.bench.reproduce import judge_models
 
-    verdicts, failures = run.run(folder, names, seed, means)
+    verdicts, failures = judge_models(folder, names, seed, means)
     if not means.quiet:
-        table.show_model_claims(verdicts)
+        for verdict in verdicts:
+            show_verdict(verdict, model=True)
         out_console.print()
         show_places({"verdicts": folder / "model_claims.json"})
     return EXIT_FAILED if failures else 0

@@ -7,8 +7,6 @@ from typing import Any
 
 import jinja2
 
-from experiments.bench.store.rows import in_words
-
 
 def render(name: str, /, **values: Any) -> str:
     """Fill in a template; what it is filled with is escaped where it makes HTML.
@@ -35,14 +33,10 @@ def render(name: str, /, **values: Any) -> str:
 
 @functools.cache
 def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(  # the report's templates name one another from its folder
-            [jinja2.PackageLoader("experiments.bench", ""), jinja2.PackageLoader("experiments.bench.reproduction", "")]
-        ),
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("experiments.bench", ""),
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters["in_words"] = in_words
-    return environment

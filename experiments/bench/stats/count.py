@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal, get_args
+from typing import Literal
 
 from experiments.bench.stats.tests import proportion_interval
 
@@ -173,7 +173,8 @@ class Count:
             whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} {name}s"
             return "; ".join([whole, *(REASONS[reason] for reason in self.unjudged)])
         if self.random:
-            first = f"held in {self.holds} of {self.judged} {name}{'s' * (self.judged != 1)}"
+            first = f"{'held' if self.holds else 'failed'} in {self.holds or self.fails} of {self.judged} {name}"
+            first += "s" * (self.judged != 1)
         else:
             first = f"{'failed' if self.fails else 'held'}; nothing in it is random"
         return "; ".join([first, *reasons])
@@ -205,7 +206,9 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
 
 
 def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
-    """Count the claims of each kind, in a phrase for each; that of claims that hold comes first.
+    """Count the claims of each kind, in a phrase for each; those that hold come first.
+
+    Where some have too few replicates for a word, all are counted by what became of them in these.
 
     Parameters
     ----------
@@ -214,42 +217,34 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
 
     Examples
     --------
-    >>> totals([("C1", Count(40)), ("C2", Count(0, 40)), ("C3", Count(5)), ("C4", Count(2, 3))])
-    ['1 of 4 claims holds', '1 fails: C2', '2 have too few replicates for a word: 1 held in all, 1 in some (C4)']
+    >>> totals([("C1", Count(40)), ("C2", Count(0, 40))])
+    ['1 of 2 claims holds', '1 fails: C2']
+    >>> totals([("C1", Count(1, random=False)), ("C3", Count(5)), ("C4", Count(2, 3))])
+    ['2 of 3 claims held in every replicate judged', '1 held in some: C4']
     """
     pairs = list(counts)
-    kinds = {kind: [(claim, counted) for claim, counted in pairs if counted.kind == kind] for kind in get_args(Kind)}
-    holding, several = len(kinds["holds"]), len(pairs) != 1
-    phrases = [f"{holding} of {len(pairs)} claim{'s' * several} {'holds' if holding == 1 else 'hold'}"]
-    for kind, one, many in (
-        ("sometimes", "holds sometimes", "hold sometimes"),
-        ("fails", "fails", "fail"),
-        ("counted", "has too few replicates for a word", "have too few replicates for a word"),
-        ("unjudged", "was not judged", "were not judged"),
-    ):
-        of_kind = kinds[kind]
-        if of_kind:
-            names = (
-                _shares(of_kind)
-                if kind == "counted"
-                else ", ".join(_with_half(claim, counted) for claim, counted in of_kind)
-            )
-            phrases.append(f"{len(of_kind)} {one if len(of_kind) == 1 else many}: {names}")
+    few = any(counted.kind == "counted" for _, counted in pairs)
+    found: dict[Kind, list[str]] = {"holds": [], "sometimes": [], "fails": [], "unjudged": []}
+    for claim, counted in pairs:
+        in_all: Kind = "holds" if not counted.fails else "sometimes" if counted.holds else "fails"
+        half = "" if counted.half is None else f" (the DSNN's half: {counted.half.label})"
+        found[in_all if counted.kind == "counted" else counted.kind].append(f"{claim}{half}")
+    phrases: list[str] = []
+    for kind, claims in found.items():
+        one, several = PHRASES[kind][few]
+        of = "" if phrases else f" of {len(pairs)} claim{'s' * (len(pairs) != 1)}"
+        named = "" if kind == "holds" else f": {', '.join(claims)}"
+        if claims:
+            phrases.append(f"{len(claims)}{of} {one if len(claims) == 1 else several}{named}")
     return phrases
 
 
-def _with_half(claim: str, counted: Count) -> str:
-    """A claim's id; of one that depends on unknown constants with the count of the DSNN's half beside it."""
-    return claim if counted.half is None else f"{claim} (the DSNN's half: {counted.half.label})"
-
-
-def _shares(counts: list[tuple[str, Count]]) -> str:
-    """Say how many claims held in all, in some and in none of their few replicates; those of the last two by name."""
-    every = sum(not counted.fails for _, counted in counts)
-    some = [claim for claim, counted in counts if counted.holds and counted.fails]
-    none = [claim for claim, counted in counts if not counted.holds]
-    parts = [f"{every} held in all"] if every else []
-    parts += [f"{len(ids)} in {what} ({', '.join(ids)})" for what, ids in (("some", some), ("none", none)) if ids]
-    if not every:
-        parts[0] = parts[0].replace(" in ", " held in ", 1)
-    return ", ".join(parts)
+_EVERY, _SOME, _NONE = "held in every replicate judged", "held in some", "failed in every replicate judged"
+_UNJUDGED = ("was not judged", "were not judged")
+PHRASES: Mapping[Kind, tuple[tuple[str, str], tuple[str, str]]] = MappingProxyType({
+    "holds": (("holds", "hold"), (_EVERY, _EVERY)),
+    "sometimes": (("holds sometimes", "hold sometimes"), (_SOME, _SOME)),
+    "fails": (("fails", "fail"), (_NONE, _NONE)),
+    "unjudged": (_UNJUDGED, _UNJUDGED),
+})  # fmt: skip
+"""Kind -> phrases about one claim and about several; then the same where there are too few replicates for words."""

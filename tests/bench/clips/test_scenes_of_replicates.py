@@ -12,7 +12,7 @@ from experiments import Clip, Study
 from experiments.bench import registry
 from experiments.bench.engine.pictures import folder_pictures
 from experiments.bench.offline import plan, play_clip
-from experiments.bench.reproduction.plan import replicates_plan
+from experiments.bench.reproduce import replicates_plan
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import clips_of

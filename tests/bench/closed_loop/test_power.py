@@ -13,7 +13,7 @@ from experiments.bench.closed_loop.power import Pilot, episodes_needed, pilot, p
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.run import plan as planned
 from experiments.bench.closed_loop.scores import STEP_SCHEMA, rate_ratio
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL
+from experiments.bench.reproduce import FULL, QUICK, USUAL
 from experiments.bench.run.errors import UsageError
 from experiments.bench.stats.scores import Standing
 from tests.helpers.chapters import ROOT

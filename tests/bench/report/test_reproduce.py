@@ -1,25 +1,21 @@
-"""The reproduction as a user runs it, with a model and an experiment of their own, and its page in a browser."""
+"""A reproduction with a model and an experiment of one's own: each claim has a verdict, and the page says it once."""
 
 import json
 import re
-from types import SimpleNamespace
+import shutil
+from contextlib import contextmanager
 
 import pyarrow.parquet as pq
 import pytest
 
 from experiments import NAMES
-from experiments.bench import registry
-from experiments.bench.cli import main
-from experiments.bench.figures import plotting
-from experiments.bench.reproduction import claims as paper_claims
-from experiments.bench.reproduction import replicates, report, reproduce
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
-from experiments.bench.robot import recording as robot_recording
+from experiments.bench import registry, reproduce
+from experiments.bench.reproduce import FULL, QUICK, SHOWN, USUAL, Scale, judge, planned, pooled, verdicts
 from experiments.bench.run import play
-from experiments.bench.sources.robot import RobotTrial, forget_simulations
+from experiments.bench.sources.robot import RobotTrial
+from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import Count
-from experiments.bench.stats.stored import verdicts
 from experiments.bench.studies.study import WHOLE
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.stats.test_replicates import rows_of
@@ -27,228 +23,159 @@ from tests.helpers import user_files
 from tests.helpers.inside import inside
 from tests.helpers.paper import design, every
 
-OWN = ("--model", "my_model.py", "--experiment", "my_experiment.py")
+COMMAND = ("reproduce", "--quick", "--workers", "0", "--out", "out", "--model", "my_model.py",
+           "--experiment", "my_experiment.py")  # fmt: skip
+SMALL = Scale(2, 5, moves=False, offline_replicates=1, episodes=1, steps=5, offline=("clean",))
 
 
-def once_a_condition(show):
-    """Return ``show``, which shows each condition of an experiment once: its repeats and replicates get that result.
+PLACES = ("general", "speed")
+simulated = {}
+"""(Condition, settings) -> its one trial."""
 
-    The page and the judging are what is tested here: one trial in five is enough to fill them.
-    """
-    done = {}
 
-    def shown(trial, *, maps=False, watch=None):
+@contextmanager
+def small():
+    """The paper in two experiments with the robot, of whose conditions each is simulated once, and one of clips."""
+    show = play.show
+
+    def once(trial, **more):
         if not isinstance(trial, RobotTrial):
-            return show(trial)
-        same = (trial.experiment, trial.condition, trial.settings, maps)
-        if same not in done:
-            done[same] = show(trial, maps=maps)
-        return done[same]
+            return show(trial, **more)
+        key = trial.condition, trial.settings
+        if key not in simulated:
+            simulated[key] = show(trial, **{**more, "maps": True})
+        return simulated[key]
 
-    return shown
+    answering = {claim: name for name in PLACES for claim in registry.load(name).claims}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(play, "show", once)
+        patch.setattr(registry, "paper_experiments", lambda: PLACES)
+        patch.setattr(registry, "answering", lambda: answering)
+        patch.setattr(reproduce, "SHOWN", ())
+        patch.setattr(reproduce, "QUICK", SMALL)
+        yield patch
 
 
-def recorded_once_a_condition(record):
-    """Return ``record``, which makes one recording of trials that `once_a_condition` gave one result."""
-    done = {}
-
-    def record_trial(trial, showings):
-        same = (trial.experiment, trial.condition, trial.settings)
-        if same not in done:
-            done[same] = record(trial, showings)
-        return done[same]
-
-    return record_trial
+def run(folder, *more):
+    with small():
+        return inside(folder, (*COMMAND, *more), 300)
 
 
 @pytest.fixture(scope="module")
-def reproduced(tmp_path_factory):
-    """``colias reproduce --quick`` with the examples of docs/, pasted."""
+def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reproduce")
     for name in ("my_experiment.py", "my_model.py"):
         (folder / name).write_text(user_files.FILES[name])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(play, "show", once_a_condition(play.show))
-        patch.setattr(robot_recording, "record", recorded_once_a_condition(robot_recording.record))
-        done = inside(folder, ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN), 1200)
-    forget_simulations()
+    done = run(folder)
     assert done.returncode == 0, done.stderr
-    return folder, done
+    return folder / "out"
 
 
-def counted_in_table(text):
-    """Claim -> what the terminal's column of all replicates says of it: a column wraps its words."""
-    head, *lines = text.partition("\n\n")[0].splitlines()
-    start, end = head.index("all replicates"), head.index("the paper says")
-    cells, claim = {}, ""
-    for line in lines:
-        claim = line.split(" ")[0] or claim
-        cells[claim] = f"{cells.get(claim, '')} {line[start:end].strip()}".strip()
-    return cells
+def claims(folder, name="claims"):
+    return {claim.id: claim for claim in stored.verdicts(json.loads((folder / f"{name}.json").read_text()))}
 
 
-def test_every_claim_is_answered(reproduced):
-    run, done = reproduced
-    folder = run / "out"
-    claims, behaviours = (
-        verdicts(json.loads((folder / f"{name}.json").read_text())) for name in ("claims", "behaviours")
-    )  # fmt: skip
-    pooled = json.loads((folder / "pooled.json").read_text())
-    assert [claim.id for claim in claims] == list(claim_ids(PAPER))
-    left_out = {"C7", "C8", "C9", "C10", "C11", "C12", "C24", "C26", "C28"}
-    judged = [claim for claim in claims if claim.id not in left_out]
-    assert all(claim.count == Count(0, 0, {"not shown": 1}) for claim in claims if claim.id in left_out)
-    assert "--quick" in claims[6].outcome.measured
-    of_rivals = {"C5", "C6"}  # the DSNN's half holds, and the rest hangs on constants that nobody knows
-    assert {claim.id for claim in judged if not claim.outcome.judged} == of_rivals
-    assert all(claim.count.half.holds == 1 for claim in judged if claim.id in of_rivals)
-    assert all(claim.outcome.n > 0 for claim in judged)
-    robot = [claim for claim in judged if claim.id in registry.answering()]
-    assert all(claim.count.judged == 2 and claim.count.random for claim in robot)
-    assert all(claim.count.replicates == 1 for claim in judged if claim not in robot)
-    assert not any(claim.count.random for claim in claims[:4]), "nothing in their clips is random"
-    assert list(pooled) == [claim.id for claim in robot]
-    assert "not checked against translation" not in str(claims), "the clips of other experiments have translations"
-    assert all(claim.outcome.decided for claim in judged), "the number that decided stands beside every verdict"
-    assert not any(claim.outcome.decided for claim in claims if claim.id in left_out)
-    assert "colias watch" in claims[11].outcome.measured
-    assert [(claim.id, claim.count.kind) for claim in behaviours] == [(f"B{i}", "unjudged") for i in range(1, 5)]
-    column = counted_in_table(done.stdout)
-    for claim in robot:
-        assert f"held in {claim.count.holds} of 2 short replicates" in column[claim.id]
-    assert "C20" in done.stdout and "report.html" in done.stdout
-    assert "nothing here judges C7, C8, C9, C10, C11, C12, C24, C26, C28" in done.stdout
-    page = (run / "out" / "report.html").read_text()
-    assert "C7, C8, C9, C10, C11, C12, C24, C26, C28, B1, B2, B3, B4. Each says below" in page
-    assert "Nothing was moved in this run" in page
-    assert "replicates with the robot here are short: 5 trials of each condition instead of 10" in page
-    note = json.loads((run / "out" / "speed" / "run.json").read_text())
-    assert note["renderers"][0] in page and note["reference_frames"][0] in page
-    assert "start acceleration" in page and not re.search(r"(holds|fails|not shown)\W+(at|in) \d+ of", page)
-    plain = " ".join(page.split())
-    assert plain.count("<strong>Rate:</strong>") == 2, "C13 and C14, which are about every single trial"
-    assert "of 20 trials break it" in plain and "The trials of all replicates together:" in plain
-    assert "<strong>What was tried:</strong>" in plain or all(claim.count.holds == 2 for claim in robot)
-    drawn = set(re.findall(r'<a class="tile [^>]*href="#(C[0-9]+)"(?:(?!</a>).)*<svg class="mini"', plain))
-    assert drawn == {claim.id for claim in judged}, "a picture of each claim that was judged, and of no other"
+def test_every_claim_of_the_registry_has_a_verdict_and_says_why_where_it_has_none(folder):
+    found = claims(folder) | claims(folder, "behaviours")
+    assert list(found) == list(claim_ids())
+    judged = {"C1", "C2", "C3", "C13", "C14", "C15", "C29"}
+    assert {claim for claim, verdict in found.items() if verdict.count.judged} == judged
+    assert all(verdict.outcome.measured for verdict in found.values())
+    assert not any(found[claim].count.random for claim in ("C1", "C2", "C3")), "nothing in their clips is random"
 
 
-def test_the_looming_detectors_see_the_approaches(reproduced):
-    run, _ = reproduced
-    trials = pq.read_table(run / "out" / "angular-approach" / "trials.parquet").to_pylist()
-    assert {row["model"] for row in trials} == {"dsnn", "dsn2017", "gradient", "lgmd1", "lgmd2"}
-    assert all(row["peak_looming"] > 0.5 for row in trials if row["model"].startswith("lgmd"))
+def test_verdicts_follow_from_the_tables(folder):
+    """C14, that the sign of HS tells the direction, and C13, that nothing spikes ahead, are counted by hand."""
+    expected = {"C13": [], "C14": []}
+    for place in ("general", "replicates"):
+        table = pq.read_table(folder / place / "trials.parquet").to_pylist()
+        rows = [row for row in table if (row["model"], row["experiment"]) == ("dsnn", "general")]
+        ahead = [row["spikes"] for row in rows if row["motion"] != "translation"]
+        ways = {way: [row for row in rows if row["direction"] == way] for way in ("rightward", "leftward")}
+        assert len(ahead) == 10 and len(ways["rightward"]) == len(ways["leftward"]) == 5
+        expected["C13"].append(not any(ahead))
+        right = all(row["peak_hs"] > 0.2 >= -row["trough_hs"] for row in ways["rightward"])
+        left = all(row["peak_hs"] <= 0.2 < -row["trough_hs"] for row in ways["leftward"])
+        expected["C14"].append(right and left)
+    found = claims(folder)
+    for claim, held in expected.items():
+        assert found[claim].count == Count(held.count(True), held.count(False))
 
 
-def test_own_model_and_experiment_are_in_the_report(reproduced):
-    run, _ = reproduced
-    page = (run / "out" / "report.html").read_text()
-    assert 'id="experiment-my_experiment"' in page and ">gradient<" in page
-    trials = pq.read_table(run / "out" / "my_experiment" / "trials.parquet")
-    assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
-    rightward = [row for row in trials.to_pylist() if row["model"] == "gradient"]
-    assert all(row["peak_hs"] > -row["trough_hs"] for row in rightward), "the example knows right from left"
-
-
-def test_the_page_needs_nothing_from_outside(reproduced):
-    run, _ = reproduced
-    folder = run / "out"
+def test_the_page_names_each_claim_once_and_needs_nothing_from_outside(folder):
     page = (folder / "report.html").read_text()
-    for target in re.findall(r'(?:src|href)="([^"]*)"', page):
-        inside = target.startswith(("data:", "#"))
-        assert inside or (folder / target).is_file(), target
-    assert "@import" not in page and "url(" not in page
-    anchors = set(re.findall(r'id="([^"]*)"', page))
-    assert {t[1:] for t in re.findall(r'href="(#[^"]*)"', page)} <= anchors
     ids = re.findall(r'\bid="([^"]*)"', page)
     assert len(ids) == len(set(ids))
+    assert sorted(name for name in ids if name in claim_ids()) == sorted(claim_ids())
+    assert "figure-my_experiment" in ids, "an experiment of one's own is shown"
+    targets = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert all(target.startswith("data:") or target[1:] in ids for target in targets)
+    assert "<script" not in page and "@import" not in page and "url(" not in page
     assert all(re.search(r'\balt="[^"]+"', picture) for picture in re.findall(r"<img [^>]*>", page))
+    note = json.loads((folder / "general" / "run.json").read_text())
+    assert note["renderers"][0] in page and note["reference_frames"][0] in page
 
 
-def test_again_in_the_same_folder_runs_nothing(reproduced):
-    run, _ = reproduced
-    before = (run / "out" / "replicates" / "trials.parquet").read_bytes()
-    command = ("reproduce", "--quick", "--workers", "0", "--out", "out", *OWN)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(play, "show", None)
-        patch.setattr(plotting, "save", lambda drawn, folder, name="figure": folder / f"{name}.png")  # drawn already
-        done = inside(run, command, 300)
-    assert done.returncode == 0, done.stderr
-    trials = len(planned(QUICK, 0).others.specs)
-    assert f"other replicates: 1 points, {trials} trials, complete" in done.stderr
-    assert (run / "out" / "replicates" / "trials.parquet").read_bytes() == before
-    other = inside(run, (*command, "--seed", "3"))
-    assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
+def test_a_model_of_one_s_own_sees_the_paper_s_experiment(folder):
+    trials = pq.read_table(folder / "general" / "trials.parquet")
+    assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
 
 
-def test_a_claim_is_judged_on_the_trials_of_its_own_experiments_throughout():
-    """Replicate 0, other replicates and moves: that which answers for it, those that it pools, no other."""
+def test_a_resumed_reproduction_equals_an_undisturbed_one(folder):
+    """Without an experiment and without clips it runs these again; of a whole one it runs nothing."""
+    undisturbed = claims(folder)
+    for name in ("general", "clean"):
+        shutil.rmtree(folder / name)
+    assert run(folder.parent).returncode == 0 and claims(folder) == undisturbed
+    written = (folder / "general" / "trials.parquet").stat().st_mtime_ns
+    assert run(folder.parent).returncode == 0 and claims(folder) == undisturbed
+    assert (folder / "general" / "trials.parquet").stat().st_mtime_ns == written
+    other = run(folder.parent, "--seed", "3")
+    assert (other.returncode, "seed" in other.stderr) == (2, True)
+
+
+def test_a_trial_that_fails_is_counted_and_gives_the_status_1(tmp_path):
+    def broken(trial, **_):
+        raise ValueError("no light")
+
+    with small() as patch:
+        patch.setattr(play, "show", broken)
+        done = inside(tmp_path, ("reproduce", "--quick", "--robot-only", "--quiet", "--workers", "0", "--out", "out"))
+    assert done.returncode == 1 and "no light" in (tmp_path / "out" / "report.html").read_text()
+    assert claims(tmp_path / "out")["C13"].count == Count(0, 0, {"not shown": 2})
+
+
+# The whole plan.
+
+
+def test_every_experiment_that_declares_a_claim_is_run_and_judges_it():
     where = registry.answering()
-    assert where["C13"] == where["C14"] == "general"
-    for claim, name in where.items():
-        assert claim in registry.load(name).claims
-    assert set(SENSITIVITY.claims) <= set(where)
-    moved = {name for name in replicates.single_model_experiments() if name != "speed-steps"}  # 90 trials for C31 alone
-    assert set(SENSITIVITY.experiments) == moved
-    plan = design()
-    assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
-
-    def c13_verdicts(rows):
-        (replicate,) = every(plan, rows)
-        return replicates.judged("C13", replicate).verdict, replicates.pooled("C13", [replicate, replicate]).verdict
-
-    silent = rows_of(plan.specs)
-    assert c13_verdicts(silent) == ("holds", "holds")
-    for place, verdict in (("distance", "holds"), ("general", "fails"), ("angular-recession", "fails")):
-        spiking = [row | ({"spikes": 3} if row["experiment"] == place else {}) for row in silent]
-        assert c13_verdicts(spiking) == (verdict, verdict)
-
-
-def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
     declared = {name: registry.load(name).claims for name in NAMES}
     assert registry.paper_experiments() == tuple(name for name in NAMES if declared[name])
-    first = planned(QUICK, 0).plans
-    assert [plan.experiment.name for plan in first] == [*registry.paper_experiments(), *replicates.SHOWN]
-    assert set(registry.paper_experiments()) - set(replicates.single_model_experiments()) == {"ensembles"}, (
-        "it compares moves of the network"
-    )
+    assert all(claim in declared[name] for claim, name in where.items()) and set(SENSITIVITY.claims) <= set(where)
+    first = planned(QUICK, 0).robot
+    assert [plan.experiment.name for plan in first] == [*registry.paper_experiments(), *SHOWN]
+    plan = design(2)
+    assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
+    replicates = every(plan, rows_of(plan.specs))
+    found = {verdict.id: verdict for verdict in verdicts(replicates, [])}
+    assert set(found) == set(claim_ids(PAPER))
+    assert {claim for claim, verdict in found.items() if verdict.experiment} == set(pooled(replicates))
+    (empty,) = every(design(1, 1), [])
+    assert {judge(claim, empty).verdict for claim in where} == {"not shown"}
 
 
 def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert [scale.replicates for scale in (USUAL, FULL)] == [5, 40]
-    assert all(scale.whole and scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL))
-    assert not QUICK.whole and QUICK.name == "short replicate"
-    planned_runs = planned(USUAL, 7)
-    assert (planned_runs.others.seed, planned_runs.others.replicates) == (8, 4), "replicate 0 is not run twice"
-    whole = sum(len(plan.specs()) for plan in planned_runs.paper())
-    assert len(planned_runs.others.specs) == 4 * whole
-    shown_trials = sum(len(plan.specs()) for plan in planned_runs.plans) - whole
-    every_trial = whole * 5 + len(planned_runs.moves.specs) + shown_trials
-    assert planned_runs.amount().startswith(f"{every_trial} trials with the robot ({whole} in replicate 0, ")
-    assert {plan.repeats for plan in planned_runs.offline} == {1, 5}
+    assert all(scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL)) and QUICK.repeats < WHOLE
+    plans = planned(USUAL, 7)
+    others = plans.studies["replicates"]
+    assert (others.seed, others.replicates) == (8, 4), "replicate 0 is not run twice"
+    assert len(others.specs) == 4 * sum(len(part.specs()) for part in plans.paper())
+    assert {part.repeats for part in plans.clips} == {1, 5}
 
 
-def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
-    """And not that it needs footage."""
+def test_a_claim_that_nothing_declares_or_shows_says_what_it_takes(monkeypatch):
     monkeypatch.setattr(registry, "answering", dict)
-    measured = {claim.id: claim.outcome.measured for claim in paper_claims.verdicts([], [])}
-    assert "footage" in measured["C12"] and "footage" not in measured["C15"]
-    assert measured["C15"] == "none of the experiments here declares this claim"
-
-
-def test_a_replicate_with_no_trial_is_not_judged():
-    (replicate,) = every(design(1, 1), [])
-    assert {replicates.judged(claim, replicate).verdict for claim in registry.answering()} == {"not shown"}
-
-
-@pytest.mark.parametrize("failed", [False, True])
-def test_a_reproduction_says_by_its_status_whether_trials_failed(failed, monkeypatch, tmp_path):
-    failures = [SimpleNamespace(model="odd")] if failed else []
-    reproduction = reproduce.Reproduction(
-        folder=tmp_path, scale=QUICK, seed=0, claims=[], pooled={},
-        runs=[(None, SimpleNamespace(failures=failures))], offline=[], sensitivity=None, behaviours=[],
-        own_claims=[], failures={"replicates": []}, description={}, readings=[],
-    )  # fmt: skip
-    monkeypatch.setattr(reproduce, "reproduce", lambda *_: reproduction)
-    monkeypatch.setattr(report, "write", lambda _: tmp_path)
-    assert main.command(["reproduce", "--quick", "--quiet", "--out", str(tmp_path)]) == int(failed)
+    measured = {verdict.id: verdict.outcome.measured for verdict in verdicts([], [])}
+    assert len({measured[claim] for claim in ("C12", "C15", "C1")}) == 3

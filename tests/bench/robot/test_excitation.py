@@ -12,9 +12,7 @@ from dsnn import ReferenceDSNN
 from dsnn.direction import layers
 from dsnn.filters import alpha
 from experiments.bench import registry
-from experiments.bench.reproduction.page import cards
-from experiments.bench.reproduction.plan import QUICK, planned
-from experiments.bench.sources.robot_claims import find
+from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.stats.excitation import (
     BALANCED,
     EXCITED,
@@ -23,10 +21,10 @@ from experiments.bench.stats.excitation import (
     WHOLE,
     before_sigmoid,
     courses,
+    described,
     directional,
     residue,
 )
-from experiments.bench.stats.verdict import Outcome
 from experiments.bench.trials import plan
 from tests.helpers.figure_texts import drawn_texts
 
@@ -154,7 +152,7 @@ def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
     judged, mechanism = (
         run_plan
         for name in (f"angular-{motion}", f"{motion}-mechanism")
-        for run_plan in planned(QUICK, 5).plans
+        for run_plan in planned(QUICK, 5).robot
         if run_plan.experiment.name == name
     )
     assert [model.label for model in mechanism.settings.models] == list(NEEDED), "and no other models"
@@ -203,19 +201,15 @@ def test_pathways_are_not_compared_as_if_they_were_models(run):
     assert {(row["model"], row["against"]) for row in pairs} == {(WHOLE, BALANCED)}
 
 
-def test_the_claims_say_the_mechanism(run):
+def test_the_words_of_the_figure_have_its_numbers(run):
     angle_courses = courses(run.trials.to_pylist(), run.frames, W_I)
-    verdicts = [find(claim).verdict(Outcome("holds", "")) for claim in ("C13", "C17", "C19")]
-    there, name = ["recession-mechanism"], "recession-mechanism"
-    c13, c17, (_, c19) = (cards.mechanism_of(verdict, there, {name: angle_courses}) for verdict in verdicts)
-    assert c17 == ("none", "not judged"), "C17 is about approach, which was not shown"
-    assert c13[0] == name
+    words = described(angle_courses)
     for course in angle_courses:
-        assert f"{course.firing()} of 2 trials fire, and {course.firing(balanced=True)} with w_i = 1" in c19
+        assert f"{course.firing()} of 2 trials fire, and {course.firing(balanced=True)} with w_i = 1" in words
         excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)
                                   for name in ("excitation", "inhibition"))  # fmt: skip
         strongest = int(np.argmax(excitation + inhibition))
-        assert f"E {excitation[strongest]:.2f}, 0.9 I {0.9 * inhibition[strongest]:.2f};" in c19
+        assert f"E {excitation[strongest]:.2f}, 0.9 I {0.9 * inhibition[strongest]:.2f};" in words
 
 
 def test_without_the_pathways_there_are_spikes_to_draw(tmp_path):

@@ -14,8 +14,7 @@ import pytest
 import experiments
 from colias_sim.config import CameraConfig
 from experiments.bench import registry
-from experiments.bench.reproduction import replicates
-from experiments.bench.reproduction.plan import QUICK, planned
+from experiments.bench.reproduce import QUICK, SHOWN, planned
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.measures import responses, windows
@@ -127,14 +126,14 @@ def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
 def test_every_claim_finds_its_models_speeds_and_experiment():
     speeds = {condition.speed_cm_s for condition in registry.load("ensembles").conditions()}
     assert {2, 4, 6, 8, 10} < speeds
-    for name in (*registry.paper_experiments(), *replicates.SHOWN):
+    for name in (*registry.paper_experiments(), *SHOWN):
         declared = registry.load(name)
         for claim in declared.claims:
             assert CLAIMS[claim].models <= set(declared.models)
     assert {claim: registry.answering()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
         "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
     }  # fmt: skip
-    (ensembles,) = [run_plan for run_plan in planned(QUICK, 0).plans if run_plan.experiment.name == "ensembles"]
+    (ensembles,) = [run_plan for run_plan in planned(QUICK, 0).robot if run_plan.experiment.name == "ensembles"]
     assert [model.label for model in ensembles.settings.models] == ["dsnn", *VARIANTS]
 
 

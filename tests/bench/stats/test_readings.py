@@ -2,14 +2,13 @@
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from experiments.bench import offline, registry
 from experiments.bench.offline import OfflineReport
-from experiments.bench.reproduction import claims
-from experiments.bench.reproduction.page import cards
-from experiments.bench.reproduction.readings import _SIDES, NOT_RUN, Evidence, chapters
+from experiments.bench.reproduce import other_readings
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.clips import ASSUMED, compared, paper_claims
@@ -17,9 +16,16 @@ from experiments.bench.stats.judging import FALLING
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes
-from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.counts import ClaimCell, Counts
+from experiments.bench.studies.grid import Point
 from experiments.bench.studies.registry import find as find_study
-from experiments.claims.readings import READINGS, SPEEDS_IN_PX_PER_SECOND, START_ACCELERATION, bears_on
+from experiments.claims.readings import (
+    READINGS,
+    SPEEDS_IN_PX_PER_SECOND,
+    START_ACCELERATION,
+    TAU_S_RISES_WITH_SPACING,
+    bears_on,
+)
 from experiments.clutter_frames import OF, prefix
 from experiments.clutter_speed import EXPERIMENT as SPEED
 from experiments.studies.sensitivity import STUDY as ON_ROBOT
@@ -31,7 +37,6 @@ from tests.helpers.paper import first
 
 CLAIMS = paper_claims()
 
-SUDDEN, SOFT = "sudden starts, 100 cm/s2", "soft starts, 10 cm/s2"
 COUNTS = {2.0: 10, 4.0: 30, 6.0: 60, 10.0: 40}
 """Spikes of a crossing: C15 holds of them."""
 
@@ -66,30 +71,21 @@ def evidence():
     fails = [row for row in rows if row["trial"] < second]
     holds = [row for row in rows if row["trial"] >= second]
     rows = peaked(fails, FALLING, {**COUNTS, 10.0: 90}) + peaked(holds, FALLING, COUNTS)
-    every = every_of(cases, rows)
     c8 = enough("C8")
-    shows = [frames([*({**row, "peak_vs": 0.3} for row in c8[:1]), *c8[1:]], c8)]
-    moved = {SUDDEN: {"C13": Outcome("fails", "m", n=20, decided="9 of 10 fire"), "C19": Outcome("holds", "m", n=50)}}
-    verdicts = claims.verdicts(every, [])
-    return Evidence({verdict.id: verdict for verdict in verdicts}, every, shows, moved), verdicts
+    return every_of(cases, rows), [frames([*({**row, "peak_vs": 0.3} for row in c8[:1]), *c8[1:]], c8)]
 
 
-def row_of(reading_chapters, reading, claim):
-    return next(
-        row
-        for chapter in reading_chapters
-        if chapter.reading.id == reading
-        for row in chapter.rows
-        if row.claim == claim
-    )
+def read(every, shows, *moved):
+    """(claim, other reading) -> what the claim came to under it."""
+    return {(row["claim"], row["under"]): row["came_to"] for row in other_readings(every, shows, moved)}
 
 
 def test_every_other_reading_has_a_source():
-    """A level of a study of sensitivity, by its name, or what `_SIDES` names; and the claim is judged there."""
+    """A level of a study of sensitivity, by its name, or clips and trials of its own; and the claim is judged there."""
     levels = {level.label for study in (ON_ROBOT, ON_CLIPS) for axis in study.axes for level in axis.levels}
     on = {claim for study in (ON_ROBOT, ON_CLIPS) for claim in study.claims}
     for reading in READINGS:
-        if reading.id not in _SIDES:
+        if reading.id not in ("tau_s_rises_with_spacing", "speeds_in_px_per_second", "whole_crossing"):
             assert set(reading.others) <= levels
             assert set(bears_on(reading)) - on <= ({"C12", "C21", "C25", "C30", "C31"} if reading.of_all else set())
     assert bears_on(SPEEDS_IN_PX_PER_SECOND) == tuple(
@@ -109,48 +105,32 @@ def test_the_clips_in_px_a_frame_are_those_of_the_claims_in_that_unit():
 
 
 def test_both_readings_of_the_delays_are_judged_in_every_replicate(evidence):
-    row = row_of(chapters(evidence[0]), "tau_s_rises_with_spacing", "C15")
-    assert (row.taken.verdict, row.taken.held) == ("holds", "held in 2 of 2 replicates")
-    (falling,) = row.others
-    assert (falling.verdict, falling.held) == ("fails", "held in 1 of 2 replicates")
-    assert falling.decided.startswith("60.0 spikes at 6 cm/s, -30.0 against 90.0 at 10")
-    assert falling.n == row.taken.n > 0, "the same design: the paper's four speeds"
+    (falling,) = TAU_S_RISES_WITH_SPACING.others
+    text = read(*evidence)["C15", falling]
+    assert "1 of 2 replicates" in text and "60.0 spikes at 6 cm/s, -30.0 against 90.0 at 10" in text
 
 
 def test_a_lost_trial_of_the_variant_leaves_its_replicate_unjudged(evidence):
-    whole, _ = evidence
-    first = dataclasses.replace(whole.replicates[0], lost={("ensembles", FALLING): 1})
-    lost = dataclasses.replace(whole, replicates=[first, whole.replicates[1]])
-    (falling,) = row_of(chapters(lost), "tau_s_rises_with_spacing", "C15").others
-    assert falling.verdict == "not shown" and "not judged in 1" in falling.held
+    (one, other), shows = evidence
+    (falling,) = TAU_S_RISES_WITH_SPACING.others
+    lost = dataclasses.replace(one, lost={("ensembles", FALLING): 1})
+    assert "1 of 1 replicate; not judged in 1" in read([lost, other], shows)["C15", falling]
 
 
 def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
-    reading_chapters = chapters(evidence[0])
-    (c8,) = row_of(reading_chapters, "speeds_in_px_per_second", "C8").others
-    assert c8.verdict == "fails" and c8.held.startswith("held in 1 of 2 replicates") and "0.300" in c8.decided
-    (c7,) = row_of(reading_chapters, "speeds_in_px_per_second", "C7").others
-    assert c7.verdict == "not shown", "no clip of the model of 2017"
-    (c6,) = row_of(reading_chapters, "speeds_in_px_per_second", "C6").others
-    assert c6.verdict == NOT_RUN, "no clip of clutter-translation"
+    found, (other,) = read(*evidence), SPEEDS_IN_PX_PER_SECOND.others
+    assert "1 of 2 replicates" in found["C8", other] and "0.300" in found["C8", other]
+    assert "not judged" in found["C7", other], "no clip of the model of 2017"
+    assert ("C6", other) not in found, "no clip of clutter-translation"
 
 
-def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evidence):
-    c13 = row_of(chapters(evidence[0]), "start_acceleration", "C13")
-    sudden, soft = c13.others
-    assert (sudden.verdict, sudden.held, sudden.n) == ("fails", "held in 0 of 1 replicate", 20)
-    assert sudden.decided == "9 of 10 fire" and soft.verdict == NOT_RUN
-    assert set(START_ACCELERATION.others) == {SUDDEN, SOFT}
-
-
-def test_every_claim_has_a_mechanism_and_those_about_other_models_what_is_assumed(evidence):
-    for claim in evidence[1]:
-        assert all(cards.mechanism_of(claim, ["ensembles"], {}))
-        assert bool(cards.assumptions_text(claim.id, {})) == (claim.id in comparing())
-        assert claim.outcome.n > 0 or claim.outcome.verdict == "not shown"
-    by_id = {claim.id: cards.mechanism_of(claim, ["ensembles"], {}) for claim in evidence[1]}
-    assert list(by_id) == list(claim_ids(PAPER)) and by_id["C15"][0] == "ensembles"
-    assert by_id["C17"][0] == "angular-approach", "approach-mechanism is not there"
+def test_moves_are_read_off_the_studies_of_sensitivity_where_they_were_run(evidence):
+    sudden, soft = START_ACCELERATION.others
+    outcome = Outcome("fails", "m", n=20, decided="9 of 10 fire")
+    cell = ClaimCell(Point((("moved", sudden),)), "dsnn", "C13", "general", (outcome,))
+    found = read(*evidence, SimpleNamespace(cells=[cell]))
+    assert "9 of 10 fire" in found["C13", sudden]
+    assert ("C13", soft) not in found and ("C19", sudden) not in found
 
 
 # Constants of other models.

@@ -5,8 +5,7 @@ import dataclasses
 import pytest
 
 from experiments import Claim, Outcome
-from experiments.bench import registry
-from experiments.bench.reproduction import claims, replicates
+from experiments.bench import registry, reproduce
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.robot_claims import outcome, paper_claims
 from experiments.bench.stats import clips as clips_claims
@@ -182,16 +181,16 @@ def test_the_count_has_replicate_0_and_the_rate_all_trials():
     cases, rows = planned_rows(3)
     one = next(row for row in rows if row["experiment"] == "general" and row["angle_deg"] == 0.0)
     one["spikes"] = 2  # in replicate 0
-    verdicts = {claim.id: claim for claim in claims.verdicts(every(cases, rows), [])}
-    c13, whole = verdicts["C13"], claims.pooled(every(cases, rows))
+    verdicts = {claim.id: claim for claim in reproduce.verdicts(every(cases, rows), [])}
+    c13, whole = verdicts["C13"], reproduce.pooled(every(cases, rows))
     assert (c13.outcome.verdict, c13.count) == ("fails", Count(2, 1))
     low, high = proportion_interval(1, 60)
-    share = replicates.rate("C13", whole["C13"])
+    share = reproduce.rate("C13", whole["C13"])
     assert share == f"1 of 60 trials break it, 1.7% (exact 95 % interval {low:.1%} to {high:.1%})"
     assert whole["C13"].verdict == "fails"
     assert c13.outcome.n == 20, "the straight trials of replicate 0, of three experiments"
     assert c13.experiment == "general, angular-approach, angular-recession"
-    assert not replicates.rate("C15", whole["C15"]), "a claim about means has no such rate"
+    assert not reproduce.rate("C15", whole["C15"]), "a claim about means has no such rate"
     assert all(claim.count.replicates == 3 for claim in verdicts.values() if claim.experiment)
     assert set(whole) == {claim.id for claim in verdicts.values() if claim.experiment}
     assert "lgmd1" in verdicts["C21"].outcome.measured
@@ -205,14 +204,14 @@ def test_c13_is_of_every_straight_trial_of_a_replicate(experiment):
         there = [row for row in rows if row["experiment"] == experiment and row["angle_deg"] == angle]
         if there:
             spiking = [{**row, "spikes": 1} if row is there[0] else row for row in rows]
-            (c13,) = [claim for claim in claims.verdicts(every(cases, spiking), []) if claim.id == "C13"]
+            (c13,) = [claim for claim in reproduce.verdicts(every(cases, spiking), []) if claim.id == "C13"]
             assert c13.outcome.verdict == verdict
 
 
 def test_a_silent_model_s_c13_is_judged_in_no_replicate():
     cases, rows = planned_rows(2)
     silent = [{**row, "spikes": 0} for row in rows]
-    verdicts = {claim.id: claim for claim in claims.verdicts(every(cases, silent), [])}
+    verdicts = {claim.id: claim for claim in reproduce.verdicts(every(cases, silent), [])}
     assert verdicts["C13"].count == Count(0, 0, {"silent model": 2})
 
 
@@ -221,7 +220,7 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
     cases, rows = planned_rows(2)
     lost = next(row for row in rows if row["experiment"] == "general" and row["motion"] == "translation")
     kept = [row for row in rows if row is not lost]
-    whole, part = ({c.id: c for c in claims.verdicts(every(cases, r), [])} for r in (rows, kept))
+    whole, part = ({c.id: c for c in reproduce.verdicts(every(cases, r), [])} for r in (rows, kept))
     assert part["C13"].count.unjudged == {"not shown": 1}
     assert "1 trials of general failed" in part["C13"].outcome.measured
     assert part["C13"].count.holds == whole["C13"].count.holds - 1
@@ -232,7 +231,7 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
 def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_other(failing, lost):
     cases, rows = planned_rows(1)
     flat = [{**row, "spikes": 1} if row["model"] == failing else row for row in rows if row["model"] != lost]
-    (c21,) = [claim for claim in claims.verdicts(every(cases, flat), []) if claim.id == "C21"]
+    (c21,) = [claim for claim in reproduce.verdicts(every(cases, flat), []) if claim.id == "C21"]
     assert c21.outcome.verdict == "fails" and f"{lost} not shown" in c21.outcome.measured
 
 

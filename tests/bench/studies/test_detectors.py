@@ -1,14 +1,13 @@
 """C21 of every looming detector: what is counted, what the row of a detector says, and the presets."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
 from dsnn import MODELS
 from experiments.bench import registry
-from experiments.bench.reproduction.page.cards import detectors_text
-from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.run.runs import Resources
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
@@ -162,12 +161,4 @@ def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path):
     lgmd1, hybrid = first.tables["Detectors"][:2]
     assert lgmd1["spikes at 0, 15, 30"] == hybrid["spikes at 0, 15, 30"], "the hybrid's looming is the LGMD1's"
     assert lgmd1["peak potential"] == hybrid["peak potential"]
-    section = study_section(studies(tmp_path)["detectors"])
-    assert [name for name, _ in section.rows] == [
-        f"{arena}, {label}" for arena in ("bright", "dim") for label in ("lgmd1", "hybrid")
-    ]
-    assert [table.title for table in section.tables] == list(first.tables)
-    assert detectors_text(tmp_path).startswith(
-        "Held, by detector and preset, in the bright arena, of 1 replicates: lgmd1 "
-    )
-    assert detectors_text(tmp_path / "none") == "" and studies(tmp_path / "none") == {}
+    assert studies(tmp_path)["detectors"]["tables"] == json.loads(before)["tables"]

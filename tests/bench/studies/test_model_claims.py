@@ -6,10 +6,10 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
-from experiments.bench.reproduction.models import run as running
-from experiments.bench.reproduction.models.clips import GROUPS, names
+from experiments.bench.reproduce import asked, judge_models
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
+from experiments.claims.model_clips import GROUPS, names
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
@@ -97,17 +97,17 @@ def test_the_way_is_that_of_the_strongest_potential():
 
 
 def test_settings_go_to_every_variant_of_a_model():
-    variants = running.asked(["si-lgmd1:preset=firmware", "lplc2-gf"])
+    variants = asked(["si-lgmd1:preset=firmware", "lplc2-gf"])
     assert {variant.than for variant in variants} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
     assert {variant.label for variant in variants} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
-    assert {variant.asked for variant in running.asked(["all"])} == set(model_claims())
+    assert {variant.name for variant in asked(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--model emd: no claims"):
-        running.asked(["emd"])
+        asked(["emd"])
 
 
 def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
     """And goes on where it stopped: a second call shows nothing again."""
-    verdicts, failures = running.run(tmp_path / "out", ["si-lgmd1"], 0, Resources(0, quiet=True))
+    verdicts, failures = judge_models(tmp_path / "out", ["si-lgmd1"], 0, Resources(0, quiet=True))
     assert not failures and [verdict.id for verdict in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
     assert {verdict.outcome.verdict for verdict in verdicts if verdict.outcome.n} <= {"holds", "fails", "silent model"}
     assert [verdict.outcome.verdict for verdict in verdicts if not verdict.outcome.n] == ["not shown"]

@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.reproduction import replicates, reproduce
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
+from experiments.bench import reproduce
+from experiments.bench.reproduce import FULL, QUICK, USUAL, planned
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point
@@ -80,22 +80,25 @@ def test_series_are_those_of_the_trial():
 
 def test_the_full_scale_shows_it_beside_the_float_network_and_changes_no_other_trial():
     full_plan = planned(FULL, 0)
-    for spec in full_plan.others.specs:
+    for spec in full_plan.studies["replicates"].specs:
         labels = [model.label for model in spec.settings.models]
-        assert (BEST.label in labels) == (spec.experiment in replicates.single_model_experiments())
-    compared_labels = {model.label for run_plan in full_plan.plans for model in run_plan.settings.models}
+        assert (BEST.label in labels) == (spec.experiment in reproduce.single_model_experiments())
+    compared_labels = {model.label for run_plan in full_plan.robot for model in run_plan.settings.models}
     assert BEST.label not in compared_labels, "comparisons of replicate 0 are of as many models as before"
     for scale in (QUICK, USUAL):
-        labels = {model.label for s in planned(scale, 0).others.specs for model in s.settings.models}
+        labels = {model.label for s in planned(scale, 0).studies["replicates"].specs for model in s.settings.models}
         assert BEST.label not in labels
 
 
 def test_a_reproduction_s_table_takes_replicate_0_from_the_moves():
     whole_plan = planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
-    rows = [{**row, HS: None, SPIKES: None} for row in rows_of(whole_plan.others.specs)]
-    (second,) = Counts(whole_plan.others, rows).replicates(Point(), EVERY_MODEL)
-    moved = Counts(whole_plan.moves, [{**row, HS: None, SPIKES: None} for row in rows_of(whole_plan.moves.specs)])
-    counts = reproduce._onboard(whole_plan, [second, second], moved)
+    rows = [{**row, HS: None, SPIKES: None} for row in rows_of(whole_plan.studies["replicates"].specs)]
+    (second,) = Counts(whole_plan.studies["replicates"], rows).replicates(Point(), EVERY_MODEL)
+    moved = Counts(
+        whole_plan.studies["sensitivity"],
+        [{**row, HS: None, SPIKES: None} for row in rows_of(whole_plan.studies["sensitivity"].specs)],
+    )
+    counts = reproduce.onboard(whole_plan, [second, second], moved)
     assert [model for _, model in counts.plan.judged] == [MODEL, BEST.label]
     best = counts.cell("C13", BEST.label).count
     assert (best.holds, best.replicates) == (2, 2)

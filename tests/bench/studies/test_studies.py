@@ -7,10 +7,8 @@ import json
 import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
+from experiments.bench import reproduce
 from experiments.bench.cli import main
-from experiments.bench.reproduction import plan as reproduction_plan
-from experiments.bench.reproduction import replicates
-from experiments.bench.reproduction.plan import USUAL
 from experiments.bench.run.errors import UsageError
 from experiments.bench.stats.clips import paper_claims
 from experiments.bench.studies import figure, registry, run
@@ -150,18 +148,18 @@ def test_moves_of_clips_are_those_of_the_network_and_leave_its_rivals():
 
 def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
     """The first row of the table of sensitivity, of trials whose answers differ with their seeds."""
-    reproduction = reproduction_plan.planned(dataclasses.replace(USUAL, repeats=5), 3, robot_only=True)
+    plans = reproduce.planned(dataclasses.replace(reproduce.USUAL, repeats=5), 3, robot_only=True)
 
     def answered(specs):
         rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
         return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
 
-    specs = [spec for run_plan in reproduction.paper() for spec in run_plan.specs()]
-    first = replicate(specs, [row for run_plan in reproduction.paper() for row in answered(run_plan.specs())])
-    counts = Counts(reproduction.moves, answered(reproduction.moves.specs))
-    for cell in counts.cells[: len(reproduction.moves.claims)]:
+    specs = [spec for run_plan in plans.paper() for spec in run_plan.specs()]
+    first = replicate(specs, [row for run_plan in plans.paper() for row in answered(run_plan.specs())])
+    counts = Counts(plans.studies["sensitivity"], answered(plans.studies["sensitivity"].specs))
+    for cell in counts.cells[: len(plans.studies["sensitivity"].claims)]:
         assert (dict(cell.point.values), cell.model) == ({"moved": DEFAULTS}, "dsnn")
-        assert cell.outcomes == (replicates.judged(cell.claim, first),)
+        assert cell.outcomes == (reproduce.judge(cell.claim, first),)
 
 
 def test_what_is_not_moved_somewhere_is_run_once():

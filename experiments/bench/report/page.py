@@ -1,0 +1,232 @@
+"""The report of a reproduction, one page: the robot's figure, a line for each claim, its evidence, every figure."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from colias_sim.gl import is_software
+from colias_sim.reference import KNOWN
+from experiments.bench.engine.templates import render
+from experiments.bench.figures import plotting
+from experiments.bench.report import style
+from experiments.bench.report.robot import PAPER, panels
+from experiments.bench.reproduce import FULL, Reproduction, rate
+from experiments.bench.stats.claim import title_of, words
+from experiments.bench.stats.clips import ASSUMED, paper_claims
+from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
+from experiments.bench.stats.excitation import described
+from experiments.bench.stats.verdict import Verdict
+from experiments.bench.store import provenance
+from experiments.bench.store.description import NAME, PIXELS, RENDERERS, read_description
+from experiments.bench.store.files import TABLE, Files, drawn_from
+from experiments.bench.store.rows import Failure, in_words
+from experiments.bench.studies import figure
+from experiments.bench.studies.constants import STUDIES as CONSTANTS
+from experiments.bench.studies.constants import compares_with, constants_text, outcomes
+from experiments.bench.studies.stored import studies
+from experiments.bench.studies.study import WHOLE
+from experiments.claims.readings import READINGS, used_to_choose
+
+NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
+SILENT = "The model hardly responds to translations either, so that it satisfies the claim by being silent."
+UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
+UNKNOWN_FRAME = "not known: numbers may differ from the documented ones"
+GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
+"""Headings of the claims, in order."""
+MOST_FAILURES = 5
+"""Failures of one part that the page shows; ``failures.json`` of the part has all."""
+
+
+def write(result: Reproduction) -> Path:
+    """Write ``report.html``, the robot's panels and the figures of studies into a folder; return the page's path."""
+    trials = {run.folder.name: run.rows for run in result.runs if run.rows and run.folder.name in PAPER}
+    if trials:
+        tables = [result.folder / name / TABLE for name in trials]
+        style.save(panels(trials), result.folder / "panels", drawn_from(tables))
+    for counts in result.studies:
+        plotting.save(figure.draw(counts), result.folder, counts.plan.study.name)
+    Files(result.folder).write_text("report.html", page(result))
+    return result.folder / "report.html"
+
+
+def page(result: Reproduction) -> str:
+    """Return the page of a reproduction: HTML without scripts that needs nothing from outside."""
+    claims = verdicts(result)
+    sections = list(_sections(result))
+    chapters: dict[str, list[dict[str, Any]]] = {}
+    for section in sections:
+        chapters.setdefault(section["chapter"], []).append(section)
+    return render(
+        "report/page.html.j2",
+        summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in result.claims])],
+        scale=result.plans.scale, seed=result.plans.seed, amount=result.plans.amount(), whole=WHOLE,
+        full=FULL.replicates, least=LEAST_JUDGED,
+        panels=data_uri(result.folder / "panels.svg"),
+        groups=claims.group_by("group", maintain_order=True), chapters=chapters,
+        anchors={section["name"] for section in sections},
+        common=[reading.name for reading in READINGS if reading.of_all],
+        meanings=[(SIGNS[kind], meaning) for kind, meaning in MEANINGS.items()], reasons=REASONS,
+        versions=provenance.versions(), drawn=_drawn(result.folder),
+    )  # fmt: skip
+
+
+def verdicts(result: Reproduction) -> pl.DataFrame:
+    """Return the table of verdicts, a row for each claim of the paper and of ours.
+
+    Returns
+    -------
+    polars.DataFrame
+        ``id``, ``title``, ``kind``, ``sign``, what became of it in words (``held``), in one line why it does not hold
+        or was not judged (``why``), its ``evidence`` (headings and texts), and the ``figures`` that show
+        it. Claims that fail come first, by ``group``.
+    """
+    name = result.plans.scale.name
+    rows = [_row(claim, result, name) for claim in result.claims]
+    rows += [_row(claim, result, "replicate") for claim in result.own_claims]
+    order = pl.col("group").replace_strict({group: place for place, group in enumerate(GROUPS)})
+    return pl.DataFrame(rows, infer_schema_length=None).sort(order, maintain_order=True)
+
+
+def _row(claim: Verdict, result: Reproduction, name: str) -> dict[str, Any]:
+    count = claim.count
+    broken = count.fails and count.word != "holds"
+    held = count.sentence(name) if claim.experiment else "not judged"
+    experiments = [part for part in claim.experiment.split(", ") if part]
+    return {
+        "group": GROUPS[2 if count.kind == "unjudged" else 0 if broken else 1],
+        "id": claim.id, "title": title_of(claim), "kind": count.kind, "sign": SIGNS[count.kind],
+        "held": f"{count.word}: {held}" if count.word and count.random else held,
+        "why": why(claim),
+        "evidence": [{"heading": name, "text": text} for name, text in _evidence(claim, result).items() if text],
+        "figures": list(dict.fromkeys(filter(None, [*experiments, words(claim.id).mechanism[0]]))),
+    }  # fmt: skip
+
+
+def why(claim: Verdict) -> str:
+    """Return in one line why a claim does not hold everywhere, or was not judged; empty where it holds."""
+    count = claim.count
+    if count.word == "holds":
+        return ""
+    if count.half is not None and not count.fails:
+        return UNKNOWN
+    if count.fails:
+        return words(claim.id).cause or NO_CAUSE
+    if set(count.unjudged) <= {"not shown"}:
+        return "" if count.judged else claim.outcome.deciding
+    return SILENT
+
+
+def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
+    """Return everything that is known of a claim: heading -> text, empty where there is nothing."""
+    asked, count, outcome, name = words(claim.id), claim.count, claim.outcome, result.plans.scale.name
+    whole = result.pooled.get(claim.id)
+    evidence = {
+        "The claim": f"{claim.says} ({claim.source})" if claim.source else claim.says,
+        "The equations imply it": asked.implied,
+    }
+    if claim.experiment:
+        number = f"replicate 0, {outcome.verdict}, n = {outcome.n}, {claim.experiment}"
+        evidence |= {
+            "Decided by": f"{outcome.deciding}; {number}",
+            "Measured in replicate 0": "; ".join(filter(None, (outcome.measured, outcome.effect))),
+            "Interval": _interval(claim),
+            "All replicates together": f"{whole.verdict}: {whole.measured}" if whole and count.replicates > 1 else "",
+            "Rate": rate(claim.id, whole) if whole else "",
+            "The DSNN's half": f"{asked.of_dsnn}: {count.half.sentence(name)}" if count.half else "",
+            "On equal terms": _equal(claim, name),
+            "What was tried": "" if count.word == "holds" or not count.fails else asked.tried,
+            "Mechanism": _mechanism(claim, result),
+        }
+    chosen = ", ".join(reading.name for reading in used_to_choose(claim.id) if not reading.of_all)
+    others = [row for row in result.readings if row["claim"] == claim.id]
+    return evidence | {
+        "Used to choose": f"{chosen}: the claim is no test of what it was used to choose" if chosen else "",
+        **{f"With {row['under']}": row["came_to"] for row in others},
+        "With the robot's own eye and wheels": asked.eye,
+        "Assumed of the other model": _assumed(claim, result),
+    }
+
+
+def _interval(claim: Verdict) -> str:
+    if claim.count.interval is None:
+        return ""
+    low, high = claim.count.interval
+    return f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
+
+
+def _equal(claim: Verdict, name: str) -> str:
+    """Say what a claim came to with its rivals on equal terms."""
+    if claim.equal is None or claim.outcome.equal is None:
+        return ""
+    terms = ", ".join(f"{equal} for {label}" for label, equal in paper_claims()[claim.id].equal_terms.items())
+    again = claim.outcome.equal
+    return f"{terms}: {claim.equal.sentence(name)}; replicate 0, {again.verdict}: {again.deciding}"
+
+
+def _mechanism(claim: Verdict, result: Reproduction) -> str:
+    """Say which figure shows why a claim comes out as it does; of excitation and inhibition also the numbers."""
+    experiment, drawn = words(claim.id).mechanism
+    courses = [course for run in result.runs if run.folder.name == experiment for course in run.courses]
+    numbers = f"; means in units of HS where E + I is largest: {described(courses)}" if courses else ""
+    return f"{experiment}: {drawn}{numbers}" if experiment else ""
+
+
+def _assumed(claim: Verdict, result: Reproduction) -> str:
+    """Say what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
+    other = compares_with(claim.id)
+    texts = [ASSUMED[other]] if other else []
+    trials = {run.folder.name: run.rows for run in result.runs if run.rows and run.folder.name in PAPER}
+    if trials:
+        tables = [result.folder / name / TABLE for name in trials]
+        style.save(panels(trials), result.folder / "panels", drawn_from(tables))
+    for counts in result.studies:
+        if counts.plan.study.name in CONSTANTS and any(asked.id == claim.id for asked, _ in counts.plan.claims):
+            texts.append(f"in replicate 0 {constants_text(outcomes(counts, claim.id))}")
+    return "; ".join(texts)
+
+
+def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
+    """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
+    robot = zip(result.plans.robot, result.runs, strict=True)
+    experiments: list[tuple[str, Any, Any]] = [("Robot trials", part.experiment, run) for part, run in robot]
+    experiments += [("Clips", show.plan.experiment, show) for show in result.offline]
+    for chapter, experiment, run in experiments:
+        beware = f" Beware: {run.flaws}." if getattr(run, "flaws", "") else ""
+        text = f"{experiment.summary}.{beware}"
+        yield _section(chapter, experiment.name, text, run.folder / "figure.svg", run.failures)
+    for played in result.behaviours:
+        text = f"The measures of each behaviour in {played.env}."
+        yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", played.failures)
+    for name, study in studies(result.folder).items():
+        repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
+        text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
+        path = next(result.folder.glob(f"**/{name}.svg"), result.folder)
+        yield _section("What the claims survive", name, text, path, result.failures.get(name, ()))
+
+
+def _section(chapter: str, name: str, text: str, path: Path, failures: Sequence[Failure]) -> dict[str, Any]:
+    shown = in_words(failures)[:MOST_FAILURES]
+    return {"chapter": chapter, "name": name, "text": text[0].upper() + text[1:], "figure": data_uri(path),
+            "failed": len(failures), "failures": shown}  # fmt: skip
+
+
+def data_uri(path: Path) -> str:
+    """Return an SVG file as a data URI; empty where there is none."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}" if path.is_file() else ""
+
+
+def _drawn(folder: Path) -> Mapping[str, str]:
+    """Return what drew the frames, in words -> the parts of a reproduction that were drawn so."""
+    parts: dict[str, list[str]] = {}
+    for path in sorted(folder.glob(f"*/{NAME}")):
+        description = read_description(path.parent)
+        names = [f"{name}{' (in software)' if is_software(name) else ''}" for name in description.get(RENDERERS, ())]
+        frames = [f"reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})" for mark in description.get(PIXELS, ())]
+        if names or frames:
+            parts.setdefault("; ".join([*names, *frames]), []).append(path.parent.name)
+    return {drawn: ", ".join(names) for drawn, names in parts.items()}

@@ -1,0 +1,682 @@
+"""Reproduction of the paper: its experiments in replicates, clips and behaviours are run, and every claim is judged.
+
+The claims of the models' own papers are judged here too, on clips of their own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments import OFFLINE
+from experiments.bench import offline, registry
+from experiments.bench.closed_loop import claims as behaviour_claims
+from experiments.bench.closed_loop import figure as behaviour_figure
+from experiments.bench.closed_loop import run as behaviour_run
+from experiments.bench.closed_loop.run import BehaviourPlan, Played
+from experiments.bench.engine.pictures import Pictures
+from experiments.bench.engine.terminal import error_console
+from experiments.bench.footage import claims as footage_claims
+from experiments.bench.offline import OfflinePlan, OfflineReport
+from experiments.bench.robot import run as robot_run
+from experiments.bench.robot.summary import Report, conclude
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import look_up, shown_models
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
+from experiments.bench.sources import robot_claims
+from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.stats import clips as clip_claims
+from experiments.bench.stats import stored
+from experiments.bench.stats.claim import PAPER, claim_ids, words
+from experiments.bench.stats.count import LEAST_JUDGED, count
+from experiments.bench.stats.judging import FALLING, ROBOT_SPEEDS
+from experiments.bench.stats.tests import proportion_interval
+from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.store import provenance
+from experiments.bench.store.description import THRESHOLDS, plain
+from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import REPRODUCTION
+from experiments.bench.store.record import begin_whole
+from experiments.bench.store.rows import Failure, mixture
+from experiments.bench.studies import registry as study_registry
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.clips import points_of_run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.grid import Point
+from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
+from experiments.bench.studies.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
+from experiments.bench.studies.study import WHOLE, Study
+from experiments.bench.trials import Plan, describe, plan
+from experiments.claims import model_clips
+from experiments.claims.models import ModelClaim, clip_claim, model_claims
+from experiments.claims.readings import READINGS, bears_on
+from experiments.clutter_frames import OF, prefix
+from experiments.studies.onboard import BEST, FORMATS, series_of
+from experiments.studies.onboard import STUDY as ONBOARD
+from experiments.studies.sensitivity import DEFAULTS
+from experiments.studies.sensitivity import STUDY as SENSITIVE
+from experiments.studies.sensitivity_clips import STUDY as SENSITIVE_ON_CLIPS
+
+BESIDE = ("dsn2017",)
+"""The models shown beside the DSNN unless others are named."""
+SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
+"""Experiments without claims that the report shows, at the first seed alone."""
+SHORT = (
+    "clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone",
+)  # fmt: skip
+"""The off-line experiments without grids of long clips."""
+READ_OFF = ("background", "constants-2017", "constants-emd")
+"""The studies whose points are clips of an off-line experiment of the same name."""
+REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
+"""Folders of the trials beside those of replicate 0."""
+
+
+# What is run.
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """The scale of a reproduction: how much of each part is run.
+
+    Parameters
+    ----------
+    replicates
+        Of the experiments with the robot; 1 or more. Replicate r has the seed of the run plus r.
+    repeats
+        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
+    moves
+        Whether to run one replicate with each thing moved that the studies of sensitivity name, and clips so too.
+    offline_replicates
+        Of the off-line experiments in which anything is random. Of the others one says all.
+    episodes
+        Of each behaviour.
+    steps
+        Frames of an episode at most; otherwise the env's own number.
+    offline
+        The off-line experiments to run.
+    onboard
+        Whether the network in the robot's own arithmetic watches the other replicates too.
+    """
+
+    replicates: int
+    repeats: int
+    moves: bool
+    offline_replicates: int
+    episodes: int
+    steps: int | None = None
+    offline: tuple[str, ...] = OFFLINE
+    onboard: bool = False
+
+    @property
+    def name(self) -> str:
+        """Return what a replicate with the robot is called: one with fewer repeats than the paper's is a short one."""
+        return "replicate" if self.repeats >= WHOLE else "short replicate"
+
+
+QUICK = Scale(2, robot_claims.EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
+USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
+FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Plans:
+    """All that a reproduction runs, checked.
+
+    Parameters
+    ----------
+    scale, seed
+        How much is run, and the first seed.
+    robot
+        The paper's experiments with the robot in replicate 0, then those that are shown alone.
+    clips, behaviours
+        The off-line experiments, and the behaviours of each env.
+    studies
+        Folder -> a study: the other replicates, and the moves.
+    """
+
+    scale: Scale
+    seed: int
+    robot: list[Plan]
+    clips: list[OfflinePlan]
+    behaviours: list[BehaviourPlan]
+    studies: dict[str, StudyPlan]
+
+    def paper(self) -> list[Plan]:
+        """Return the plans of the paper's experiments: replicate 0."""
+        return self.robot[: len(registry.paper_experiments())]
+
+    def amount(self) -> str:
+        """Say how many trials, clips and episodes there are."""
+        trials = sum(len(part.specs()) for part in self.robot)
+        trials += sum(len(part.specs) for part in self.studies.values() if part.things == "trials")
+        clips = sum(len(part.trials) for part in self.clips)
+        clips += sum(len(part.specs) for part in self.studies.values() if part.things == "clips")
+        episodes = sum(len(part.specs()) for part in self.behaviours)
+        return f"{trials} trials with the robot, {clips} clips, {episodes} episodes"
+
+
+def planned(
+    scale: Scale, seed: int, models: Sequence[str] = BESIDE, extra: Sequence[str] = (), robot_only: bool = False,
+    only: bool = False, pictures: Pictures | None = None,
+) -> Plans:  # fmt: skip
+    """Plan a reproduction.
+
+    Parameters
+    ----------
+    scale, seed
+        How much to run, and the first seed.
+    models
+        Models that see the experiments' frames beside the DSNN, on which the claims are judged.
+    extra
+        Experiments, names or files, that are run and shown too.
+    robot_only
+        Whether to leave out clips and behaviours.
+    only
+        Whether to leave out the looming detectors; the claim about them is then not judged.
+    pictures
+        One for each replicate, behind the objects of clips and on the arena's wall; not in the envs of behaviours.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+    """
+    labels = [MODEL, *(name for name in models if name != MODEL)]
+    robot = [
+        plan(registry.load(name), labels if only else _models(name, labels), (), scale.repeats, seed, pictures)
+        for name in (*registry.paper_experiments(), *SHOWN, *extra)
+    ]
+    names = [part.experiment.name for part in robot]
+    for name in names:
+        if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE):
+            raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
+    studies = {}
+    if scale.replicates > 1:
+        others = pictures and dataclasses.replace(pictures, first=1)
+        among = labels if only else None
+        studies[REPLICATES] = replicates_plan(
+            scale.replicates - 1, scale.repeats, seed + 1, among, onboard=scale.onboard, pictures=others
+        )
+    if scale.moves:
+        moves = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
+        studies[SENSITIVITY] = study_run.planned(moves, seed, pictures=pictures)
+    if scale.moves and not robot_only:
+        studies[SENSITIVITY_CLIPS] = study_run.planned(SENSITIVE_ON_CLIPS, seed, pictures=pictures)
+    return Plans(
+        scale, seed, robot,
+        clips=[] if robot_only else [_clips(name, scale, seed, pictures) for name in scale.offline],
+        behaviours=[] if robot_only else behaviour_claims.plans(scale.episodes, seed, scale.steps),
+        studies=studies,
+    )  # fmt: skip
+
+
+def _models(experiment: str, labels: Sequence[str]) -> list[str]:
+    """Return the models of one experiment: its own, those of all, and the looming detectors where a claim needs them.
+
+    An experiment that compares variants of the DSNN, or is shown for its mechanism, has its own alone.
+    """
+    declared = registry.load(experiment)
+    if len(declared.models) > 1 or experiment in SHOWN:
+        return list(declared.models)
+    return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
+
+
+def _clips(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> OfflinePlan:
+    experiment = registry.find(name)
+    assert isinstance(experiment, OfflineExperiment)
+    repeats = scale.offline_replicates if experiment.repeats > 1 else None  # with one repeat nothing is random
+    return offline.plan(experiment, (), (), repeats, seed, pictures=pictures)
+
+
+def single_model_experiments() -> tuple[str, ...]:
+    """Return those of the paper's experiments that show one model: not those that compare moves of the network."""
+    return tuple(name for name in registry.paper_experiments() if len(registry.load(name).models) == 1)
+
+
+def replicates_plan(
+    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False,
+    pictures: Pictures | None = None,
+) -> StudyPlan:  # fmt: skip
+    """Plan replicates of the paper's experiments with the robot: a study without a grid.
+
+    Parameters
+    ----------
+    replicates, repeats, seed
+        How many replicates, trials of each condition in one, and the seed of the first.
+    among
+        Models to be shown; ``None``: all that the claims are about.
+    onboard
+        Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+    pictures
+        The wall of the arena has one of them in each replicate.
+    """
+    beside = (BEST.label,) if onboard else ()
+    models = {
+        name: [
+            *(model for model in asked_models(registry.load(name)) if among is None or model in among),
+            *(beside if name in single_model_experiments() else ()),
+        ]
+        for name in registry.paper_experiments()
+    }
+    study = Study(
+        REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
+        experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
+        probe=series_of((MODEL, BEST.label)) if onboard else None,
+    )  # fmt: skip
+    return study_run.planned(study, seed, models, pictures)
+
+
+def design(plans: Plans) -> dict[str, Any]:
+    """Return what ``design.json`` holds: scale and seed, the versions, and a digest of all that decides the numbers.
+
+    The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
+    of versions and code. Two reproductions with one digest should differ in no number.
+    """
+    runs = [
+        *map(describe, plans.robot),
+        *(part.describe() for part in plans.clips),
+        *(part.describe() for part in plans.behaviours),
+    ]
+    computes = (*provenance.KEYS, "form", THRESHOLDS, "kind")
+    parts = {
+        "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
+        "studies": [(part.study.name, part.specs) for part in plans.studies.values()],
+        "claims": {claim: (words(claim).says, words(claim).source) for claim in claim_ids(PAPER)},
+        "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
+                  {claim.id: claim.conditions for claim in clip_claims.paper_claims().values()},
+                  clip_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, behaviour_claims.LEAST_SEEDS],
+        "bounds": [robot_claims.SPEED_TOLERANCE, robot_claims.PATH_TOLERANCE_MM],
+    }  # fmt: skip
+    digest = hashlib.sha256(json.dumps(parts, default=plain).encode()).hexdigest()
+    scale = dataclasses.asdict(plans.scale)
+    return {"seed": plans.seed, "scale": scale, "digest": digest, "versions": provenance.versions()}
+
+
+# Running and judging.
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """Everything that the report shows.
+
+    Parameters
+    ----------
+    folder, plans
+        Where it is, and what was run.
+    claims, own_claims
+        Verdicts on the paper's claims, and on ours about behaviours.
+    pooled
+        Claim about the robot -> its outcome on the trials of all replicates together.
+    readings
+        What claims came to under other readings of the paper: see `other_readings`.
+    runs, offline, behaviours
+        Results of the experiments with the robot, of the off-line ones and of the episodes in each env.
+    studies
+        Counts of the moves, of the constants of other models and of the robot's arithmetic.
+    failures
+        Folder -> the trials, clips or episodes that failed there.
+    """
+
+    folder: Path
+    plans: Plans
+    claims: list[Verdict]
+    own_claims: list[Verdict]
+    pooled: Mapping[str, Outcome]
+    readings: list[dict[str, str]]
+    runs: list[Report]
+    offline: list[OfflineReport]
+    behaviours: list[Played]
+    studies: list[Counts]
+    failures: Mapping[str, Sequence[Failure]]
+
+
+def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
+    """Run what is missing in a folder, judge every claim, and write the verdicts there.
+
+    Parameters
+    ----------
+    folder
+        A new one, or one that holds a part of this reproduction.
+    plans
+        From `planned`.
+    resources
+        Workers, or a cluster.
+    """
+    if not resources.quiet:
+        error_console.print(f"{plans.amount()}, {resources.where()}, into {folder}", soft_wrap=True, markup=False)
+    begin_whole(folder, REPRODUCTION)
+    counts, failures = {}, {}
+    with ExitStack() as locks:  # a run with the robot stays locked until it is judged
+        with resources.pool() as pool:
+            filled = [_robot_trials(part, folder, pool, resources, locks) for part in plans.robot]
+            shows = [_shown(part, folder, pool, resources) for part in plans.clips]
+            played = [_played(part, folder, pool, resources) for part in plans.behaviours]
+            for name, part in plans.studies.items():
+                batch = study_run.batch(part, name)
+                with closing(batch.open(folder / name, resources)) as run:
+                    failures[name] = batch.fill(run, pool, resources)
+                    counts[name] = Counts(part, run.rows(), failures[name])
+        runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
+    results: list[Report | OfflineReport | Played] = [*runs, *shows, *played]
+    failures |= {done.folder.name: done.failures for done in results}
+    specs = [spec for part in plans.paper() for spec in part.specs()]
+    every = [replicate(specs, [row for report in runs for row in report.rows])]
+    if REPLICATES in counts:
+        every += counts.pop(REPLICATES).replicates(Point(), EVERY_MODEL)
+    studies = [*_read_off(shows), *counts.values()]
+    if plans.scale.onboard and SENSITIVITY in counts:
+        studies.append(onboard(plans, every, counts[SENSITIVITY]))
+    paper = verdicts(every, shows)
+    own = behaviour_claims.judge(behaviour_claims.episodes(played)) if played else []
+    readings = list(other_readings(every, shows, list(counts.values()), plans.scale.name))
+    result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, shows, played, studies, failures)
+    _write(result)
+    return result
+
+
+def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources, locks: ExitStack) -> Any:
+    batch = robot_run.batch(part, robot_run.Keep())
+    run = batch.open(folder / part.experiment.name, resources)
+    locks.callback(run.close)
+    batch.fill(run, pool, resources)
+    return run
+
+
+def _shown(part: OfflinePlan, folder: Path, pool: Workers, resources: Resources) -> OfflineReport:
+    experiment = part.experiment
+    return offline.run(part, folder / experiment.name, pool, resources, recordings=experiment.recorded)
+
+
+def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> Played:
+    env = part.settings[0].env.partition("/")[2].partition("-")[0].lower()
+    done = behaviour_run.run(part, folder / f"behave-{env}", pool, resources)
+    behaviour_figure.write(done)
+    return done
+
+
+def _read_off(shows: Sequence[OfflineReport]) -> Iterator[Counts]:
+    """Yield the counts of the studies whose points are clips of off-line experiments."""
+    for show in shows:
+        if show.plan.experiment.name in READ_OFF:
+            study = study_registry.find(show.plan.experiment.name)
+            yield Counts(points_of_run(study, show.plan), show.rows)
+
+
+def onboard(plans: Plans, every: Sequence[Replicate], moved: Counts) -> Counts:
+    """Count the claims in the robot's own arithmetic, on the reproduction's own replicates.
+
+    It watched replicate 0 beside the moves of the network, whose seed is the same.
+    """
+    labels = tuple(form.label for form in FORMATS[:2])
+    study = dataclasses.replace(ONBOARD, models=labels, repeats=plans.scale.repeats, replicates=len(every))
+    defaults = Point((("moved", DEFAULTS),))
+    given = {(Point(), model): [moved.replicate(defaults, model, 0), *every[1:]] for model in (MODEL, BEST.label)}
+    return Counts(study_run.planned(study, plans.seed), given=given)
+
+
+def _write(result: Reproduction) -> None:
+    files = Files(result.folder)
+    files.write_json("design.json", design(result.plans))
+    files.write_json("claims.json", stored.document(result.claims))
+    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in result.pooled.items()})
+    files.write_json("readings.json", result.readings)
+    for counts in result.studies:
+        files.write_json(f"{counts.plan.study.name}.json", counts.described())
+    if result.own_claims:
+        files.write_json("behaviours.json", stored.document(result.own_claims))
+
+
+def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list[Verdict]:
+    """Judge every claim of the paper, in its order; one that nothing here judges says what it would take.
+
+    Parameters
+    ----------
+    every
+        The experiments with the robot, in each replicate, replicate 0 first.
+    shows
+        The off-line experiments. A claim that a silent network would satisfy is held against the clips of all.
+    """
+    rows = [row for show in shows for row in show.rows]
+    by_clips = {verdict.id: verdict for show in shows for verdict in offline.verdicts(show.plan, show.rows, rows)}
+    return [_verdict(claim, every, by_clips.get(claim)) for claim in claim_ids(PAPER)]
+
+
+def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> Verdict:
+    place = registry.answering().get(claim, "")
+    if clips is not None and place:  # the clips at their first seed are a part of each replicate with the robot
+        parts = [{"clips": clips.outcome, "the robot": judge(claim, part)} for part in every]
+        experiment = f"{clips.experiment}, {place}"
+        return robot_claims.find(claim).verdict(*map(Outcome.together, parts), experiment=experiment)
+    if clips is not None:
+        return clips
+    if not _about_the_robot(claim):
+        return Verdict.of((claim, words(claim).says, words(claim).source), [Outcome.unjudged(_needs(claim))])
+    asked, rows = robot_claims.find(claim), [row for part in every for row in part.rows]
+    places = places_of(asked, place, {row["experiment"] for row in rows})
+    first, *others = (judge(claim, part) for part in every)
+    noted = first.noting([mixture([row for row in rows if row["experiment"] in places])])
+    return asked.verdict(noted, *others, experiment=", ".join(places))
+
+
+def _about_the_robot(claim: str) -> bool:
+    """Return whether trials with the robot alone answer for a claim."""
+    return claim in registry.answering() and claim not in clip_claims.paper_claims() and claim != footage_claims.CLAIM
+
+
+def _needs(claim: str) -> str:
+    """Say what it would take to judge a claim."""
+    if claim in clip_claims.paper_claims():
+        return "its off-line experiment was not run (--quick and --robot-only leave some out)"
+    if claim == footage_claims.CLAIM:
+        return "needs footage of your own: colias watch FILE --judge"
+    return "none of the experiments here declares this claim"
+
+
+def judge(claim: str, trials: Replicate) -> Outcome:
+    """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
+    return judged(robot_claims.find(claim), trials, registry.answering()[claim])
+
+
+def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
+    """Judge each claim about the robot on the trials of all replicates together."""
+    rows = tuple(row for part in every for row in part.rows)
+    lost = sum((Counter(part.lost) for part in every), Counter[tuple[str, str]]())
+    together = Replicate(rows, lost, every[0].thresholds, every[0].looming)
+    return {claim: judge(claim, together) for claim in claim_ids(PAPER) if _about_the_robot(claim)}
+
+
+def rate(claim: str, whole: Outcome) -> str:
+    """Say which share of all trials breaks a claim about every single one; empty of other claims.
+
+    Parameters
+    ----------
+    claim
+        The claim's id.
+    whole
+        The claim on the trials of all replicates.
+    """
+    if whole.broken is None or not robot_claims.find(claim).of_every_trial or not whole.n:
+        return ""
+    low, high = proportion_interval(whole.broken, whole.n)
+    share = f"{whole.broken / whole.n:.1%} (exact 95 % interval {low:.1%} to {high:.1%})"
+    return f"{whole.broken} of {whole.n} trials break it, {share}"
+
+
+def other_readings(
+    every: Sequence[Replicate], shows: Sequence[OfflineReport], moved: Sequence[Counts], name: str = "replicate"
+) -> Iterator[dict[str, str]]:
+    """Yield what claims came to under other readings of the paper than those taken, as far as any was run.
+
+    Parameters
+    ----------
+    every, shows
+        The experiments with the robot in each replicate, and the off-line ones.
+    moved
+        The studies of sensitivity, whose levels have the names of the other readings.
+    name
+        What a replicate with the robot is called.
+
+    Yields
+    ------
+    dict of str to str
+        ``reading``, ``claim``, the other reading in ``under``, and what it ``came_to``.
+    """
+    levels = {
+        (cell.point.values[0][1], cell.claim): cell.outcomes
+        for counts in moved
+        for cell in counts.cells
+        if cell.model == MODEL
+    }
+    for reading in READINGS:
+        for claim in bears_on(reading):
+            for other in reading.others:
+                outcomes: Sequence[Outcome] = levels.get((other, claim), ())
+                if reading.id == "tau_s_rises_with_spacing":
+                    outcomes = [_with_falling_delays(claim, part) for part in every]
+                elif reading.id == "speeds_in_px_per_second":
+                    outcomes = _by_frame(claim, shows)
+                elif reading.id == "whole_crossing":
+                    outcomes = [judge("C29", part) for part in every]  # C29 says the same of one time window
+                if outcomes:
+                    held = count(outcome.verdict for outcome in outcomes).sentence(name)
+                    came_to = f"{held}; decided by: {outcomes[0].deciding}"
+                    yield {"reading": reading.name, "claim": claim, "under": other, "came_to": came_to}
+
+
+def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
+    """Judge a claim on the variant of ensembles whose delays fall with spacing, at the paper's speeds."""
+    rows = [row for row in trials.of(FALLING) if row["experiment"] == "ensembles"]
+    rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
+    if not rows:
+        return Outcome.unjudged(f"ensembles was not shown to {FALLING}")
+    outcome = robot_claims.outcome(claim, rows, trials.thresholds[FALLING])
+    lost = trials.lost.get(("ensembles", FALLING), 0)
+    return outcome.withheld(f"{lost} trials failed") if lost else outcome
+
+
+def _by_frame(claim: str, shows: Sequence[OfflineReport]) -> list[Outcome]:
+    """Judge a claim at every seed, on those clips of clutter-frames that are its own in pixels a frame."""
+    begins = next(prefix(experiment) for experiment in OF if claim in experiment.claims)
+    outcomes = []
+    for show in (show for show in shows if show.plan.experiment.name == "clutter-frames"):
+        rows = [row for row in show.rows if row["clip"].startswith(begins)]
+        for repeat in sorted({row["repeat"] for row in rows}):
+            of_seed = [row for row in rows if row["repeat"] == repeat]
+            outcomes.append(clip_claims.judge(claim, of_seed, show.plan.thresholds, show.rows))
+    return outcomes
+
+
+# The claims of the models' own papers.
+
+SEEDS = 5
+"""Seeds of those clips of the models' claims in which anything is random."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A claim of a model's own paper for one variant of the model: its name, and the labels of both models shown."""
+
+    claim: ModelClaim
+    name: str
+    label: str
+    than: str
+
+
+def asked(models: Sequence[str]) -> list[Asked]:
+    """Return the claims of models, with settings or without; ``all`` are all models that have some.
+
+    Raises `UsageError` for a model whose paper has no claim here.
+    """
+    names = dict.fromkeys(name for model in models for name in (model_claims() if model == "all" else (model,)))
+    found = []
+    for name in names:
+        base, _, settings = name.partition(":")
+        if base not in model_claims():
+            known = ", ".join(model_claims())
+            raise UsageError(f"--model {name}: no claims of its own paper are written down; they are of {known}, all")
+        for claim in model_claims()[base]:
+            found.append(Asked(claim, name, _with(claim.model, settings), _with(claim.than, settings)))
+    return found
+
+
+def _with(label: str, settings: str) -> str:
+    """Add settings to a model's label."""
+    return f"{label}{',' if ':' in label else ':'}{settings}" if label and settings else label
+
+
+def judge_models(
+    folder: Path, models: Sequence[str], seed: int, resources: Resources
+) -> tuple[list[Verdict], list[Failure]]:
+    """Show models the clips that the claims of their own papers are about, judge, and write ``model_claims.json``.
+
+    Parameters
+    ----------
+    folder
+        A new one, or one that holds a part of this run.
+    models
+        As of `asked`.
+    seed
+        Of the first replicate.
+    resources
+        Workers, or a cluster.
+
+    Returns
+    -------
+    list of Verdict, list of Failure
+        A verdict for each claim and model, and the clips that failed.
+    """
+    wanted = asked(models)
+    labels = tuple(dict.fromkeys(label for question in wanted for label in (question.label, question.than) if label))
+    look_up(labels, "offline")  # an unknown parameter is named before anything runs
+    groups = dict.fromkeys(group for question in wanted for group in question.claim.groups)
+    rows: dict[str, list[dict[str, Any]]] = {"even": [], "gratings": []}
+    failures: list[Failure] = []
+    thresholds: dict[str, float | None] = {}
+    with resources.pool() as pool:
+        for name, repeats in (("even", 1), ("gratings", SEEDS)):
+            chosen = [group for group in groups if (group in model_clips.RANDOM) == (name == "gratings")]
+            clips = tuple(clip for group in chosen for clip in model_clips.GROUPS[group])
+            if clips:
+                summary = "clips of the models' own claims"
+                shown = OfflineExperiment(name, summary, clips, labels, repeats=repeats, recorded=False)
+                part = offline.plan(shown, (), (), None, seed)
+                thresholds |= part.thresholds
+                batch = offline.batch(part, frames=False)
+                with closing(batch.open(folder / name, resources)) as run:
+                    failures += batch.fill(run, pool, resources)
+                    rows[name] = run.rows()
+    found = [_model_verdict(question, rows, thresholds) for question in wanted]
+    Files(folder).write_json("model_claims.json", stored.document(found))
+    return found, failures
+
+
+def _model_verdict(
+    question: Asked, rows: Mapping[str, list[dict[str, Any]]], thresholds: Mapping[str, float | None]
+) -> Verdict:
+    """Judge a claim at each seed of the clips that differ; once, where nothing in it is random."""
+    claim = clip_claim(question.claim, question.label, question.than)
+    random = bool(set(question.claim.groups) & set(model_clips.RANDOM))
+    outcomes = []
+    for repeat in range(SEEDS if random else 1):
+        of_seed = [*rows["even"], *(row for row in rows["gratings"] if row["repeat"] == repeat)]
+        if question.claim.check == "not shown":
+            outcomes.append(Outcome.unjudged(question.claim.why))
+        else:
+            outcomes.append(clip_claims.judge(claim, of_seed, thresholds))
+    return claim.verdict(*outcomes, random=random, model=question.name, experiment="clips")
+
+
+def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
+    """Return the models that ``--model`` and ``--only`` ask for; `UsageError` without the DSNN."""
+    names = shown_models((MODEL, *BESIDE), given, only)
+    if MODEL not in names:
+        raise UsageError(f"--only: the claims are about {MODEL}: give --model {MODEL} too")
+    return names

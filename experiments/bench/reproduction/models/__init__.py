@@ -1,1 +1,0 @@
-"""The claims of the models' own papers, on clips."""
