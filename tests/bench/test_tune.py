@@ -206,7 +206,7 @@ def test_numbers_do_not_depend_on_workers_and_tables_read_back(tmp_path):
 
 def test_tune_shows_a_model_of_one_s_own_resumes_and_refuses_other_curves(colias):
     (colias.folder / "my_model.py").write_text(user_files.MODEL)
-    arguments = ("tune", "--only", "--model", "my_model.py", "--model", "dsnn", "--out", "out", "--workers", "0")
+    arguments = ("tune", "--only", "--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
     done = colias(*arguments, "--curve", "size")
     assert done.returncode == 0 and "gradient" in done.stdout and "out/size.png" in done.stdout, done.stderr
     before = (colias.folder / "out/trials.parquet").read_bytes(), (colias.folder / "out/tuning.csv").read_bytes()

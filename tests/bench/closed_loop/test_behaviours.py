@@ -3,8 +3,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -43,9 +41,7 @@ from experiments.bench.closed_loop.scores import (
 from experiments.bench.closed_loop.seen import response
 from experiments.bench.closed_loop.steering import Steering
 from experiments.bench.run.errors import UsageError
-from tests.conftest import Colias, one_core
-from tests.helpers.answering import write_model
-from tests.helpers.chapters import titled
+from tests.conftest import Colias
 from tests.helpers.episodes import gaze, outcomes, rows
 
 SILENT = Response()
@@ -412,44 +408,6 @@ def test_numbers_do_not_depend_on_workers(played, tmp_path):
     assert done.returncode == 0 and done.stdout == "" and done.stderr == ""
     one = pq.read_table(colias.folder / "run" / "trials.parquet").to_pylist()[:2]
     assert pq.read_table(colias.folder / "alone" / "trials.parquet").to_pylist() == one
-
-
-def test_the_reflex_of_the_documentation_scores_itself(tmp_path):
-    """docs/behaviours-and-training.md as a script; `tests.docs.test_docs_behaviours` runs all else there."""
-    script = tmp_path / "my_reflex.py"
-    script.write_text(titled("my_reflex.py"))
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
-        check=False, preexec_fn=one_core,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "collisions/m " in done.stdout
-
-
-EDITED = """
-import pathlib
-from experiments import Behaviour
-GAIN = 0.3
-made = []
-
-def make(rng):
-    made.append(rng)
-    if len(made) == 2:
-        path = pathlib.Path(__file__).with_name("eye.py")
-        path.write_text(path.read_text().replace("hs=0.5", "hs=-0.9"))
-    return lambda seen: (GAIN * seen.hs, -GAIN * seen.hs)
-
-BEHAVIOUR = Behaviour("edits", "edits its model before the second episode", "Fixation", make, model="eye.py")
-"""
-
-
-def test_a_model_that_is_edited_meanwhile_is_one_model_in_all_episodes(tmp_path):
-    write_model(tmp_path, "eye", "Response(hs=0.5)")
-    (tmp_path / "edits.py").write_text(EDITED)
-    edited = load_behaviour(str(tmp_path / "edits.py"))
-    same = Behaviour.reflex("same", "", "Fixation", lambda seen: (0.15, -0.15))
-    assert score(edited, episodes=2, quiet=True) == score(same, episodes=2, quiet=True)
-    assert "hs=-0.9" in (tmp_path / "eye.py").read_text()
 
 
 def test_scoring_needs_an_episode():

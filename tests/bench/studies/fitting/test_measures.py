@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from experiments.bench import tune
 from experiments.bench.cli import main
 from experiments.bench.studies.fitting import figure, run, table
 from experiments.bench.studies.fitting.box import Box, Range
@@ -165,7 +166,8 @@ def test_the_front_has_just_the_settings_that_none_betters(values):
             assert any((signed[number] == row).all() for number in chosen)
 
 
-def test_numbers_of_tuning_curves_are_goals_and_the_run_goes_on(folder):
+def test_numbers_of_tuning_curves_are_goals_and_the_run_goes_on(folder, monkeypatch):
+    monkeypatch.setattr(tune, "FAMILIES", {"direction": tune.FAMILIES["direction"]})
     words = ("--maximise", "vs_dsi", "--minimise", "error_deg", "--over", "dsnn.w_i=0.5..1", "--trials", "2")
     small = ("--share", "1", "--sample", "1", "--held-out", "1")
     arguments = ["fit", "tuning", *words, *small, "--out", str(folder / "curves"), "-q", "--workers", "0"]
