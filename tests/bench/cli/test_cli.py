@@ -166,7 +166,7 @@ WRONG = {
     "model": (("run", "speed", "--model", "dsn"), "nearest: dsnn"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
     "twice": (("run", "speed", "--set", "experiment.speeds_cm_s=6,6"), "is there twice"),
-    "top speed": (("run", "speed", "--set", "robot.max_speed_cm_s=10"), "up to 9.5 cm/s"),
+    "top speed": (("run", "speed", "--set", "robot.max_speed_cm_s=10"), "at most 9.5"),
     "touch": (("run", "distance", "--set", "experiment.distances_cm=3", "--set", "camera.forward_cm=0.5"), "touch"),
     "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
     "file": (("run", "absent.py"), "no such file"),
