@@ -22,10 +22,9 @@ GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 
 
 LONGEST = (
-    "test_golden", "test_reproduce", "test_resume", "test_interrupts", "test_streams", "test_envs",
-    "test_run_folder_checks", "test_cli", "test_firmware", "test_native",
-    "test_docs", "test_public", "test_model_option", "test_every_figure", "test_numbers",
-    "test_pool", "test_docs_behaviours", "test_leaderboard", "test_map", "test_behaviours", "test_tuning",
+    "test_reproduce", "test_page", "test_golden", "test_native", "test_docs", "test_public", "test_behaviours",
+    "test_cli", "test_docs_behaviours", "test_map", "test_firmware", "test_answers", "test_model_option", "test_envs",
+    "test_fit", "test_interrupts", "test_leaderboard", "test_measured", "test_docs_arena", "test_run_folder_checks",
 )  # fmt: skip
 """The files of tests that take longest, the longest first."""
 

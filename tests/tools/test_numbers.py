@@ -1,8 +1,10 @@
 """The measured figures of README.md and docs/ are those of docs/results.json, of the design that the code has now."""
 
+import contextlib
 import copy
 import dataclasses
 import functools
+import io
 import json
 import math
 import re
@@ -30,7 +32,7 @@ from experiments.bench.studies.counts import FORM
 from experiments.bench.tune import FAMILIES
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.numbers import CELLS, PAGES, RESULTS, ROOT, STALE, SUMMARY, blocks, renewed, stale, unfit
+from tools.numbers import CELLS, PAGES, RESULTS, ROOT, STALE, SUMMARY, blocks, main, renewed, stale, unfit
 
 CLAIMS = paper_claims()
 
@@ -85,8 +87,7 @@ def test_the_hash_of_rows_is_of_what_they_say_and_not_of_the_time_they_took(tmp_
 
 
 def test_a_release_is_refused_while_figures_are_stale():
-    done = subprocess.run([sys.executable, "-m", "tools.numbers", "--check"], cwd=ROOT, capture_output=True, text=True,
-                          timeout=120, check=False)  # fmt: skip
+    done = called("--check")
     why = unfit(results())
     assert (done.returncode, done.stderr) == ((2, f"numbers: {why}\n") if why else (0, ""))
 
@@ -171,9 +172,20 @@ def run(tmp_path):
     return folder
 
 
+def called(*arguments):
+    """Do what ``python -m tools.numbers`` does, in this process."""
+    status, out, err = 0, io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["numbers", *map(str, arguments)])
+        try:
+            main()
+        except SystemExit as end:
+            status = end.code
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
+
+
 def take(run):
-    command = [sys.executable, "-m", "tools.numbers", str(run), "--root", str(run.parent)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    return called(run, "--root", run.parent)
 
 
 def pages(run):
@@ -324,6 +336,5 @@ def test_without_a_run_the_pages_alone_are_renewed(run):
     assert take(run).returncode == 0
     texts = pages(run)
     (run.parent / "README.md").write_text("<!-- measured: summary -->\nold\n<!-- end of measured -->\n")
-    command = [sys.executable, "-m", "tools.numbers", "--root", str(run.parent)]
-    assert subprocess.run(command, cwd=ROOT, timeout=60, check=False).returncode == 0
+    assert called("--root", run.parent).returncode == 0
     assert "\nold\n" not in pages(run)["README.md"] and pages(run)["docs/results.md"] == texts["docs/results.md"]
