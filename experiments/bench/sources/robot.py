@@ -65,7 +65,7 @@ class RobotTrial(Trial):
         What its apparatus is set to.
     """
 
-    models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False)
+    models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False, compare=False)
     settings: Settings
 
     def __post_init__(self) -> None:
