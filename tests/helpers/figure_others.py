@@ -11,12 +11,11 @@ from typing import get_args
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.bench.figures.palette import colours
 from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
-from experiments.bench.run.record import rgb
+from experiments.bench.report.video import Canvas, Reel
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.verdict import Judged, Outcome
 from experiments.bench.studies import figure as study_figure
@@ -29,9 +28,6 @@ from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.scores import Score
 from experiments.bench.studies.registry import find as find_study
 from experiments.bench.studies.study import Study
-from experiments.bench.video.layout import lay_out
-from experiments.bench.video.reading import Reel, Trace, Track
-from experiments.bench.video.still import still_of
 from tests.helpers.figure_rows import wave
 
 # --- the chip ---------------------------------------------------------------------------------------------------------
@@ -95,19 +91,15 @@ def studied(name: str) -> Counts:
 
 
 def video(models: Sequence[str]) -> Figure:
-    """A short recording, whose traces are drawn whole: two eyes, the plan from above, potentials and spikes."""
-    tints = {model: rgb(colour) for model, colour in colours(models).items()}
+    """A short recording: the plan from above, potentials and spikes."""
     time_s = np.arange(len(wave(models[0]))) / 30.0
-    traces = []
+    reel = Reel(Path("trial.rrd"), "speed")
     for place, model in enumerate(models):
         potential = wave(model, phase=0.2 * place)
-        traces.append(Trace("potential", "HS", tints[model], time_s, potential, model=model))
-        traces.append(Trace("spikes", "HS", tints[model], time_s, (potential > 0.1).astype(np.float64), model=model))
-    tracks = tuple(Track(name, (90, 90, 90), time_s, np.zeros((len(time_s), 3))) for name in ("observer", "mover1"))
-    eyes = ("world/observer/camera/image", "world/observer/camera_ov7670/image")
-    reel = Reel(Path("trial.rrd"), "speed", time_s, tuple(traces), tracks, (0.16, -0.16), eyes, 70.0, {})
-    layout = lay_out(reel, [99 / 72] * len(eyes), 1280, 720)
-    return still_of(reel, layout, "speed: trial 0, rightward at 6 cm/s").figure
+        reel.values[model] = {"hs": np.vstack([time_s, potential]), "spikes/hs": np.vstack([time_s, potential > 0.1])}
+        reel.levels[model] = [0.16, -0.16]
+    reel.tracks = {name: np.vstack([time_s, np.zeros((3, len(time_s)))]) for name in ("observer", "mover1")}
+    return Canvas(reel, (1280, 720), "speed: trial 0, rightward at 6 cm/s").figure
 
 
 def fit(models: Sequence[str]) -> Figure:

@@ -38,7 +38,6 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.training": 6,
     "experiments.bench.reproduce": 6,
     "experiments.bench.public": 6,
-    "experiments.bench.video": 6,
     "experiments.bench.live": 7,
     "experiments.bench.cli": 8,
 }

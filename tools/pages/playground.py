@@ -32,8 +32,7 @@ from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.claim import words
-from experiments.bench.video.pictures import pictures
-from experiments.bench.video.reading import read
+from experiments.bench.store.pictures import pictures
 from experiments.claims.robot import PAIRS
 
 ROOT = Path(__file__).parents[2]
@@ -154,8 +153,7 @@ def _recorded(run: experiments.Run, source_run: Shown) -> Iterable[tuple[dict[st
 
 def camera_frames(recording: Path) -> npt.NDArray[np.uint8]:
     """Read the frames of the first eye of a recording, (T, R, C); trials and clips have them without loss."""
-    entity = read(recording).eyes[0]
-    return np.stack([picture[..., 0] for _, picture in pictures(recording, entity)])
+    return next(iter(pictures(recording).values()))
 
 
 def packed(film: npt.NDArray[np.uint8]) -> bytes:

@@ -16,8 +16,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.record import Content, Model, encoded, model_part, packed, page, views
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.store.pictures import CAMERA, chunks
-from experiments.bench.store.record import recordings_in
-from experiments.bench.video.source import recording
+from experiments.bench.store.record import recording, recordings_in
 
 PROPERTIES = "__properties/"
 EQUAL = {"trial": ("seed", *CONDITION_COLUMNS), "episode": ("reset seed", "env")}

@@ -117,25 +117,21 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     from experiments.bench.engine.terminal import count, progress, show_places
+    from experiments.bench.report.video import make, read, require_encoder
     from experiments.bench.store.places import replacing_folder
-    from experiments.bench.video.choice import with_models
-    from experiments.bench.video.encoding import require_encoder
-    from experiments.bench.video.make import Film, make
-    from experiments.bench.video.reading import read
 
     require_encoder("--to mp4:")
     recordings, reels = _recordings(run, trial, "--to mp4"), {}
     with progress("read", len(recordings), quiet, "recordings") as advance:
         for inside, path in recordings.items():
-            reels[inside] = with_models(read(path))
+            reels[inside] = read(path).with_models()
             advance()
-    with replacing_folder(place) as part:
-        films = {inside: Film(part / inside.with_name(f"{inside.name}.mp4")) for inside in reels}
-        whole = sum(len(films[inside].times(reel)) for inside, reel in reels.items())
-        with progress("videos", whole, quiet, "frames") as advance:
-            for inside, reel in reels.items():
-                films[inside].out.parent.mkdir(parents=True, exist_ok=True)
-                make(reel, films[inside], advance)
+    count_frames = sum(len(reel.time_s) for reel in reels.values())
+    with replacing_folder(place) as part, progress("videos", count_frames, quiet, "frames") as advance:
+        for inside, reel in reels.items():
+            film = part / inside.with_name(f"{inside.name}.mp4")
+            film.parent.mkdir(parents=True, exist_ok=True)
+            make(reel, film, advance=advance)
     if not quiet:
         show_places({"videos": f"{place}  ({count(len(reels), 'recording')})"})
 
@@ -164,8 +160,7 @@ def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
     """Map the place of a recording's output, inside the new folder, to the recording; of one trial, or of all."""
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.store.record import Record
-    from experiments.bench.video.source import recording
+    from experiments.bench.store.record import Record, recording
 
     recordings = [recording(run, trial)] if trial is not None else Record.read(run).all_recordings()
     if not recordings:

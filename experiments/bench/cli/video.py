@@ -42,7 +42,7 @@ def video(
     caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
     quiet: Quiet = False,
 ) -> int:
-    r"""Show a recording in one picture: the world, the camera, what changed, potentials with thresholds, spikes.
+    r"""Show a recording in one picture: what is seen, what changed, robots from above, potentials, spikes.
 
     It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
     H.264, which browsers and slides play; WebP is a picture that moves, for pages. A strip has some moments side by
@@ -54,8 +54,8 @@ def video(
         from experiments.bench.run.errors import UsageError
 
         raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
-    from experiments.bench.video.encoding import require_encoder
-    from experiments.bench.video.source import recording
+    from experiments.bench.report.video import film_times, make, read, require_encoder, strip
+    from experiments.bench.store.record import recording
 
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
@@ -63,21 +63,17 @@ def video(
     from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.figures.plotting import without_glyph
     from experiments.bench.run.errors import printable
-    from experiments.bench.video.choice import with_models
-    from experiments.bench.video.make import Film, make, not_shown
-    from experiments.bench.video.reading import read
-    from experiments.bench.video.strip import make_strip
 
-    reel = with_models(read(path), model or ())
+    reel = read(path).with_models(model or ())
     if out.suffix == ".png":
-        make_strip(reel, out, 6 if frames is None else frames, width_height, caption)
+        strip(reel, out, 6 if frames is None else frames, width_height, caption)
     else:
-        film = Film(out, *(width_height or ((640, 360) if out.suffix == ".gif" else (1280, 720))), caption, fps, speed)
-        with progress(out.name, len(film.times(reel)), quiet, "frames") as advance:
-            make(reel, film, advance)
+        count = len(film_times(reel, fps, speed, out.suffix)[0]) if speed > 0 and (fps or 1) > 0 else 0
+        with progress(out.name, count, quiet, "frames") as advance:
+            make(reel, out, width_height, caption, fps, speed, advance)
     if not quiet:
         if reel.hidden:
-            error_console.print(f"note: {not_shown(reel)}: --model chooses", markup=False, soft_wrap=True)
+            error_console.print(f"note: {reel.not_shown()}: --model chooses", markup=False, soft_wrap=True)
         if missing := without_glyph(caption or ""):
             listed = " ".join(printable(character) or ascii(character)[1:-1] for character in missing)
             note = f"note: --caption: the font has no {listed}: an empty box stands there"

@@ -43,8 +43,7 @@ def view(
     """
     from experiments.bench.cli import viewer
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.store.record import recordings_in
-    from experiments.bench.video.source import recording
+    from experiments.bench.store.record import recording, recordings_in
     from experiments.bench.viewer import require_screen
     from scenes import ARENA_ENDINGS, ARENAS
 
@@ -73,7 +72,7 @@ def _screenshot(paths: list[Path], trial: int | None, place: Path) -> int:
     from experiments.bench.cli import viewer
     from experiments.bench.cli.beside import side_by_side
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.video.source import recording
+    from experiments.bench.store.record import recording
 
     if place.suffix != ".png":
         raise UsageError(f"--screenshot {place}: the file's name should end in .png")

@@ -8,10 +8,10 @@ import pytest
 
 from experiments import Condition, Experiment, Leg, Path, Translation, load, run
 from experiments.bench.cli import main
+from experiments.bench.report.video import read
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.course import nominal
 from experiments.bench.trials import plan
-from experiments.bench.video.reading import read
 
 OWN = """
 from experiments import Experiment, Translation

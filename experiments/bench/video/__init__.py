@@ -1,1 +1,0 @@
-"""Videos, GIFs, moving pictures and strips of pictures, made from recordings."""

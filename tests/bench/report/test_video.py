@@ -1,0 +1,152 @@
+"""Videos and strips: they show what was recorded, when it was, and no file is left that is not whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from experiments.bench.cli import main
+from experiments.bench.closed_loop.episode import play_entry
+from experiments.bench.closed_loop.find import load_behaviour
+from experiments.bench.closed_loop.recording import record as record_episode
+from experiments.bench.report import video
+from experiments.bench.report.video import Canvas, changes, film_times, frames, make, pictures, read, strip
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import choose
+from experiments.bench.run.record import OFF, ON, STILL
+from tests.bench.robot.test_trial import spec
+from tests.bench.run.test_record import CONTENT, written
+from tests.helpers.h264 import decoded
+from tests.helpers.played import Played
+
+SIZE = 640, 360
+SEEN = "world/observer/camera/image"
+
+
+@pytest.fixture(scope="module")
+def trial(tmp_path_factory):
+    """A finished trial, and its recording."""
+    result = Played(spec(models=(choose("dsnn"),)), maps=True)
+    path = tmp_path_factory.mktemp("video") / "trial-0007.rrd"
+    path.write_bytes(result.recording)
+    return result, path
+
+
+def test_a_trial_is_read_back_as_it_was(trial):
+    result, path = trial
+    reel, series = read(path), result.answers[0].series
+    for name, values in (("hs", series.hs), ("vs", series.vs), ("spikes/hs", series.hs_spikes)):
+        np.testing.assert_array_equal(reel.values["dsnn"][name][1], values)
+    assert reel.levels == {"dsnn": pytest.approx([-0.2, 0.2])}
+    np.testing.assert_allclose(reel.time_s, result.columns.sim_time_s, atol=1e-8)
+    columns = result.columns
+    poses = np.vstack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
+    np.testing.assert_allclose(reel.tracks["stimulus"][1:], poses, atol=1e-5)
+    np.testing.assert_array_equal([picture for _, picture in pictures(path, SEEN)], result.media.pictures[""])
+
+
+def test_an_episode_is_read_back_as_it_was(tmp_path):
+    episode = play_entry(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, steps=8, images=True)
+    (tmp_path / "episode.rrd").write_bytes(record_episode(episode))
+    reel = read(tmp_path / "episode.rrd")
+    assert len(list(pictures(reel.path, SEEN))) == len(reel.time_s) == 8
+    for name, poses in episode.paths.items():
+        np.testing.assert_allclose(reel.tracks[name][1:3].T, poses[:, :2], atol=1e-4)
+        turned = np.angle(np.exp(1j * (reel.tracks[name][3] - np.radians(poses[:, 2]))))
+        np.testing.assert_allclose(turned, 0.0, atol=1e-4)
+
+
+def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
+    result, path = trial
+    reel = read(path)
+    canvas = Canvas(reel, SIZE, "caption")
+    panels, (lane,) = dict(canvas._panels), canvas._lanes
+    for k in (2, result.frames // 2, result.frames - 1):
+        (frame,) = frames(reel, [float(reel.time_s[k])], SIZE, "caption")
+        left, top, right, bottom = canvas._box(panels[SEEN])
+        expected = cv2.resize(result.media.pictures[""][k], (right - left, bottom - top), interpolation=0)
+        np.testing.assert_array_equal(frame[top:bottom, left:right, 0], expected)
+        x, y, heading = reel.tracks["stimulus"][1:, k]
+        across, down = canvas._pixel(panels["plan"], x - 1.2 * np.cos(heading), y - 1.2 * np.sin(heading))
+        np.testing.assert_array_equal(frame[round(down), round(across)], video.OTHER)
+        left, top, right, bottom = canvas._box(lane)
+        now = min(round(canvas._pixel(lane, float(reel.time_s[k]), 0.0)[0]), right)
+        np.testing.assert_array_equal(frame[top:bottom, left : now - 1], canvas.whole[top:bottom, left : now - 1])
+        np.testing.assert_array_equal(frame[top:bottom, now + 1 : right], canvas.faint[top:bottom, now + 1 : right])
+    assert (canvas.whole != canvas.faint).any(), "a trace that is over is told from one to come"
+
+
+def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
+    """A bar that moves to the right by a column: brighter where it left, darker where it came to."""
+    dark = np.full((2, 4, 6), 200, np.uint8)
+    dark[0, :, 2:4], dark[1, :, 3:5] = 20, 20
+    (_, first), (_, second) = changes(iter([(0.0, dark[0]), (0.1, dark[1])]))
+    assert (first == STILL).all(), "before the second picture nothing has changed"
+    np.testing.assert_array_equal(second[0], [STILL, STILL, ON, STILL, OFF, STILL])
+
+
+def test_the_picture_shown_is_the_last_one_that_was_taken():
+    seen = iter([(0.0, 0), (0.5, 1), (1.0, 2)])
+    assert list(video._latest(seen, [-0.1, 0.0, 0.49, 0.5, 7.0])) == [None, 0, 0, 1, 2]
+
+
+def test_models_are_those_asked_for_otherwise_the_first(tmp_path):
+    reel = read(written(tmp_path / "many.rrd"))
+    labels = [model.label for model in CONTENT.models]
+    assert list(reel.values) == labels
+    assert list(reel.with_models().values) == labels[: video.MOST_MODELS] and reel.with_models().not_shown()
+    assert list(reel.with_models(["a/b@c", "emd"]).values) == ["a/b@c", "emd"]
+    with pytest.raises(UsageError, match="emd"):
+        reel.with_models(["emdd"])
+
+
+def test_times_of_a_film(trial):
+    reel = read(trial[1])
+    times, rate = film_times(reel)
+    assert rate == pytest.approx(30.0) and np.array_equal(times, reel.time_s)
+    slow, _ = film_times(reel, speed=0.5)
+    assert np.allclose(np.diff(slow), 0.5 / 30) and slow[-1] == pytest.approx(reel.time_s[-1], abs=0.02)
+    assert film_times(reel, ending=".gif")[1] == video.GIF_RATE
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".gif", ".webp"])
+def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial, tmp_path, ending):
+    pytest.importorskip("imageio_ffmpeg")
+    reel, out = read(trial[1]), tmp_path / f"trial{ending}"
+    count = make(reel, out, SIZE, rate=10.0)
+    if ending == ".mp4":
+        assert len(decoded(out)) == count
+    out.unlink()
+
+    def fail() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make(reel, out, SIZE, rate=10.0, advance=fail)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
+    result, path = trial
+    strip(read(path), tmp_path / "strip.png", 3)
+    picture = cv2.imread(str(tmp_path / "strip.png"))
+    canvas = Canvas(read(path), picture.shape[1::-1], "", read(path).time_s[[0, result.frames // 2, -1]].tolist())
+    assert picture.shape[1] == 1800 and len([kind for kind, _ in canvas._panels if kind == SEEN]) == 3
+
+
+@pytest.mark.parametrize(
+    "options", [("--size", "100x100"), ("--size", "321x240"), ("--fps", "0"), ("--speed", "0"), ("--frames", "3")]
+)
+def test_wrong_uses_are_refused(trial, tmp_path, options):
+    with pytest.raises(UsageError):
+        main.command(["video", str(trial[1]), "--out", str(tmp_path / "a.mp4"), *options])
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_makes_a_strip(trial, tmp_path):
+    place = Path(tmp_path / "strip.png")
+    assert main.command(["video", str(trial[1]), "--out", str(place), "--frames", "2", "--quiet"]) == 0
+    assert cv2.imread(str(place)) is not None
