@@ -213,7 +213,7 @@ def test_the_command_takes_figures_over(run):
         in behaviours
     )
     assert (
-        "- B3 failed in 1 of 1 replicate: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
+        "- B3 failed: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
         in behaviours
     )
     kept = json.loads((run.parent / "docs" / "results.json").read_text())

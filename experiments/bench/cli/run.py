@@ -119,7 +119,7 @@ def _show_clips(report: OfflineReport, recorded: bool) -> None:
     """Print the peaks of every clip at the first seed, the verdicts, and where everything is."""
     from rich.table import Table
 
-    from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
+    from experiments.bench.engine.terminal import count, out_console, show_files, show_table, show_verdicts
 
     table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
                   pad_edge=False)  # fmt: skip
@@ -131,7 +131,7 @@ def _show_clips(report: OfflineReport, recorded: bool) -> None:
         table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", spikes)
     show_table(table)
     out_console.print()
-    for verdict in report.verdicts:
-        show_verdict(verdict, model=False)
+    show_verdicts(report.verdicts, model=False)
     names = [*(["figure.png"] if report.rows else []), "trials.parquet", *(["claims.json"] if report.verdicts else [])]
-    show_files(report.folder, names, bool(recorded and report.rows))
+    done = count(len({row["trial"] for row in report.rows}), "clip")
+    show_files(report.folder, names, bool(recorded and report.rows), done)

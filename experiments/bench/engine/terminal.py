@@ -26,6 +26,8 @@ from rich.text import Text
 from experiments.bench.stats.count import Count, Kind
 from experiments.bench.stats.verdict import Outcome, Verdict
 
+BEGAN = time.monotonic()
+"""When the command began, nearly."""
 LINE_EVERY_S = 60.0
 """Seconds between lines of progress where there is no terminal to draw a bar on."""
 MINUTES_FROM_S = 150.0
@@ -155,6 +157,27 @@ def _show_records(table: Table) -> None:
             show_line(Text.assemble(" " * RECORD_INDENT if place else "", line), RECORD_INDENT)
 
 
+def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str = "") -> None:
+    """Print verdicts, a sentence each; those on too few trials together, with the option that helps.
+
+    Parameters
+    ----------
+    verdicts
+        The verdicts.
+    model, provenance
+        As of `show_verdict`.
+    """
+    skipped: dict[str, int] = {}
+    for verdict in verdicts:
+        if few := re.search(r"needs at least (\d+) trials", verdict.outcome.deciding):
+            skipped[verdict.id] = int(few[1])
+        else:
+            show_verdict(verdict, model=model, provenance=provenance)
+    if skipped:
+        names, most = ", ".join(skipped), max(skipped.values())
+        show_line(f"{count(len(skipped), 'claim')} skipped ({names}): need --repeats {most} or more", RECORD_INDENT)
+
+
 def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None:
     """Print a verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
 
@@ -212,8 +235,8 @@ def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
     return bool(lines)
 
 
-def show_files(folder: Path, names: Iterable[str], recordings: bool) -> None:
-    """Print where a run is, which files of it are read first, and the command that shows its recordings.
+def show_files(folder: Path, names: Iterable[str], recordings: bool, done: str) -> None:
+    """Print the command that shows a run's recordings, then what was done, in what time, and where it is.
 
     Parameters
     ----------
@@ -223,11 +246,13 @@ def show_files(folder: Path, names: Iterable[str], recordings: bool) -> None:
         Of files in it.
     recordings
         Whether it has any.
+    done
+        What was done: ``4 trials``.
     """
-    places: dict[str, object] = {"files": f"{folder}: {', '.join(names)}"}
     if recordings:
-        places["recordings"] = f"colias view {shlex.quote(str(folder))}"
-    show_places(places)
+        show_places({"recordings": f"colias view {shlex.quote(str(folder))}"})
+    took = f"{done} in {time.monotonic() - BEGAN:.0f} s"
+    out_console.print(f"{took}, in {folder}: {', '.join(names)}", soft_wrap=True, markup=False)
 
 
 def show_places(places: Mapping[str, object]) -> None:

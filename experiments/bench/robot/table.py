@@ -10,19 +10,20 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.engine.terminal import out_console, show_files, show_table, show_verdict
+from experiments.bench.engine.terminal import count, out_console, show_files, show_table, show_verdicts
 from experiments.bench.robot.summary import Report
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.rows import varying
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import LEVEL, Summary, least_of_pairs, summarise
-from experiments.bench.store.rows import group
+from experiments.bench.store.rows import RECORDING, group
 
 SHORT = {
     "speed_cm_s": "cm/s", "distance_cm": "cm", "far_cm": "far cm", "angle_deg": "deg", "shell_grey": "shell",
     "wall_contrast": "wall", "observer_speed_cm_s": "own cm/s", "observer_turn_deg_s": "own deg/s",
     "acceleration_cm_s2": "cm/s2",
 }  # fmt: skip
+Rows = Sequence[Mapping[str, Any]]
 OF_LOOMING = "looming detectors: their own spikes and peak"
 """A detector has no lowest potential: at rest it is at 0.5."""
 
@@ -39,15 +40,25 @@ def show(report: Report, recordings: bool) -> None:
         show_table(_driven_table(report))
         out_console.print(report.open_loop)
     out_console.print()
-    for verdict in report.verdicts:
-        show_verdict(verdict, model=several, provenance=report.provenance)
+    show_verdicts(report.verdicts, model=several, provenance=report.provenance)
+    for model in _silent(report.rows):
+        text = f"{model} is silent: all its potentials are 0. Frames are grey levels from 0 to 255, dark is 0"
+        out_console.print(text, markup=False)
     if report.comparisons:
         show_table(_comparisons_table(report))
     if report.flaws:
         out_console.print(Text.assemble("\n", ("beware", "red"), f": {report.flaws}"))
     names = [*(["figure.png"] if report.rows else []), "trials.parquet", *(["claims.json"] if report.verdicts else []),
              *(["failures.json"] if report.failures else [])]  # fmt: skip
-    show_files(report.folder, names, bool(recordings and report.rows))
+    done = count(len({row["trial"] for row in report.rows}), "trial")
+    show_files(report.folder, names, bool(recordings and report.rows), done)
+
+
+def _silent(rows: Rows) -> list[str]:
+    """Return the models whose potentials are 0 in every frame of every trial."""
+    ends = ("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
+    by_model = group(rows, "model").items()
+    return [model for (model,), of_model in by_model if not any(row[end] for row in of_model for end in ends)]
 
 
 def _comparisons_table(report: Report) -> Table:
@@ -115,6 +126,9 @@ def _conditions_table(report: Report) -> Table:
         pad_edge=False,
     )
     names = varying(report.rows, report.varies)
+    without = {failure.model for failure in report.failures} - {row["model"] for row in report.rows} - {"", RECORDING}
+    if without and "model" not in names:
+        names = ["model", *names]
     for name in names:
         text = name in ("model", "motion", "direction")
         table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
@@ -132,10 +146,9 @@ def _conditions_table(report: Report) -> Table:
             *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
             *measured.values(),
         )
+    for model in sorted(without):
+        table.add_row(model, *[""] * (len(names) - 1), Text("failed", "red"))
     return table
-
-
-Rows = Sequence[Mapping[str, Any]]
 
 
 def _spikes(rows: Rows, counted: str, *, rate: bool) -> dict[str, str]:

@@ -172,11 +172,11 @@ class Count:
         if not self.judged:
             whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} {name}s"
             return "; ".join([whole, *(REASONS[reason] for reason in self.unjudged)])
-        if self.random:
+        if self.random and self.replicates > 1:
             first = f"{'held' if self.holds else 'failed'} in {self.holds or self.fails} of {self.judged} {name}"
             first += "s" * (self.judged != 1)
         else:
-            first = f"{'failed' if self.fails else 'held'}; nothing in it is random"
+            first = f"{'failed' if self.fails else 'held'}{'' if self.random else '; nothing in it is random'}"
         return "; ".join([first, *reasons])
 
     def __str__(self) -> str:
