@@ -127,7 +127,7 @@ def recording_table() -> Table:
                 trials.fill(folder, Workers(0), resources)
                 wall[recordings].append(time.perf_counter() - began)
                 work[recordings].append(time.process_time() - worked)
-                frames = folder.frames().num_rows
+                frames = folder.frames().height
                 size = sum(file.stat().st_size for file in folder.recordings.iterdir())
     table = Table(title="Recording, a frame")
     for heading in ("added wall time, ms", "added work, ms", "KB"):

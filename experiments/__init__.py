@@ -9,7 +9,7 @@ Examples
 --------
 >>> import experiments
 >>> run = experiments.run("speed", repeats=2, settings={"dsnn.n_con": 6})
->>> run.claims.to_pylist()
+>>> run.claims
 """
 
 NAMES = (

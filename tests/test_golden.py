@@ -10,7 +10,7 @@ from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import colias_sim  # noqa: F401
@@ -96,7 +96,7 @@ def rows(path):
     if path.suffix == ".csv":
         with path.open() as file:
             return list(csv.DictReader(file))
-    return pq.read_table(path).to_pylist()
+    return pl.read_parquet(path).to_dicts()
 
 
 @pytest.mark.parametrize("name", RUNS)

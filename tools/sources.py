@@ -22,8 +22,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
+import polars as pl
 from PIL import Image
 
 from experiments.bench.cli.main import command
@@ -216,22 +215,20 @@ def _source(picture: Path) -> str:
         return str(opened.info.get("Source", ""))
 
 
-def first_trial(path: Path) -> pa.Table:
+def first_trial(path: Path) -> pl.DataFrame:
     """Return the rows of trial 0 in a table."""
-    table = read_parquet(path)
-    repeatable = [name for name in table.schema.names if name not in UNREPEATABLE]
-    return table.filter(pc.equal(table["trial"], pa.scalar(0))).select(repeatable)
+    return read_parquet(path).filter(pl.col("trial") == 0).drop(UNREPEATABLE, strict=False)
 
 
-def digest(rows: pa.Table) -> dict[str, Any]:
+def digest(rows: pl.DataFrame) -> dict[str, Any]:
     """Return what is noted of a first trial: the hash of its rows, their columns, a few numbers of the first row."""
     numbers = {
-        name: value for name, value in rows.slice(0, 1).to_pylist()[0].items()
+        name: value for name, value in rows.row(0, named=True).items()
         if isinstance(value, float) and value % 1.0  # a measured one is hardly ever whole
     }  # fmt: skip
     return {
         "rows": hash_of(rows),
-        "columns": " ".join(rows.schema.names),
+        "columns": " ".join(rows.columns),
         "numbers": {name: numbers[name] for name in list(numbers)[:READABLE]},
     }
 
@@ -278,13 +275,13 @@ def difference(source: Mapping[str, Any], folder: Path) -> str:
         return f"its command is refused now: {error}"
     rows, then = first_trial(tables_of(folder)[0]), source["first"]
     columns = then["columns"].split()  # a column that came since is no difference
-    if gone := [column for column in columns if column not in rows.schema.names]:
+    if gone := [column for column in columns if column not in rows.columns]:
         return f"the column {gone[0]} is gone"
-    if not rows.num_rows:
+    if rows.is_empty():
         return "trial 0 failed"
     if hash_of(rows.select(columns)) == then["rows"]:
         return ""
-    numbers = [(name, rows[name][0].as_py(), was) for name, was in then["numbers"].items()]
+    numbers = [(name, rows[name][0], was) for name, was in then["numbers"].items()]
     other = [f"{name} is {now} and was {was}" for name, now, was in numbers if now != was]
     return f"trial 0 has other rows: {'; '.join(other) or 'equal in ' + ', '.join(then['numbers'])}"
 

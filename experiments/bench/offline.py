@@ -180,7 +180,7 @@ def run(
     work = batch(plan, recordings=recordings)
     with closing(work.open(out, resources)) as folder:
         failures = work.fill(folder, pool, resources)
-        rows = folder.rows()
+        rows = folder.trials().to_dicts()
         judged = verdicts(plan, rows)
         folder.write_json("claims.json", stored.document(judged))
         if rows:
@@ -192,7 +192,7 @@ def _draw(plan: OfflinePlan, folder: RunFolder, rows: Sequence[Mapping[str, Any]
     from experiments.bench.report import clips as clips_figure  # not before: matplotlib takes its time to load
     from experiments.bench.report import style
 
-    trials, frames = pl.DataFrame(rows, infer_schema_length=None), pl.DataFrame(folder.frames())
+    trials, frames = pl.DataFrame(rows, infer_schema_length=None), folder.frames()
     title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
     drawn = clips_figure.draw(plan.experiment.figure, trials, frames, plan.thresholds, title)
     style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))

@@ -363,7 +363,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
                 batch = study_run.batch(part, name)
                 with closing(batch.open(folder / name, resources)) as run:
                     failures[name] = batch.fill(run, pool, resources)
-                    counts[name] = Counts(part, run.rows(), failures[name])
+                    counts[name] = Counts(part, run.trials().to_dicts(), failures[name])
         runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
     results: list[Report | OfflineReport | Played] = [*runs, *shows, *played]
     failures |= {done.folder.name: done.failures for done in results}
@@ -652,7 +652,7 @@ def judge_models(
                 batch = offline.batch(part, frames=False)
                 with closing(batch.open(folder / name, resources)) as run:
                     failures += batch.fill(run, pool, resources)
-                    rows[name] = run.rows()
+                    rows[name] = run.trials().to_dicts()
     found = [_model_verdict(question, rows, thresholds) for question in wanted]
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

@@ -257,7 +257,7 @@ def run(
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
     with closing(batch.open(out, resources)) as folder:
         failures = batch.fill(folder, workers, resources)
-        points = responses(plan, pl.DataFrame(folder.frames()))
+        points = responses(plan, folder.frames())
         rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
         if rows:
             folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())

@@ -15,7 +15,7 @@ from experiments.bench.studies.replicates import Replicate
 from experiments.bench.studies.study import Probe, Tables
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    import polars as pl
 
     from experiments.bench.sources.robot import RobotTrial
     from experiments.bench.store.rows import TrialRecord
@@ -78,20 +78,20 @@ THRESHOLDS = tuple(round(0.52 + 0.02 * step, 2) for step in range(24))
 """Thresholds on the potential, 0.52 to 0.98, at which frames are counted."""
 
 
-def schema() -> "pa.Schema":
+def schema() -> "pl.Schema":
     """Return the columns of a row of ``trials.parquet``, and those that `work` keeps beside them.
 
     These are the frames in which the detector announces a collision; the cells that changed by more than `EDGE`, over
     the trial; the frames with at least each of `EDGE_LEVELS` such cells; the frames whose potential reaches each of
     `THRESHOLDS`. Cells are the same for every detector.
     """
-    import pyarrow as pa
+    import polars as pl
 
     from experiments.bench.sources.rows import TRIAL_SCHEMA
 
-    counts, lists = pa.int64(), pa.list_(pa.int64())
-    columns = {"collision_frames": counts, "edge_cells": counts, "edge_frames": lists, "frames_above": lists}
-    return pa.schema([*TRIAL_SCHEMA, *(pa.field(name, kind) for name, kind in columns.items())])
+    lists = pl.List(pl.Int64)
+    columns = {"collision_frames": pl.Int64(), "edge_cells": pl.Int64(), "edge_frames": lists, "frames_above": lists}
+    return TRIAL_SCHEMA | pl.Schema(columns)
 
 
 def spikes_in_a_row(network: Any) -> int:

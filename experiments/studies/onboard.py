@@ -11,7 +11,7 @@ from experiments.bench.studies.replicates import MODEL, Replicate
 from experiments.bench.studies.study import Probe, Tables
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    import polars as pl
 
     from experiments.bench.sources.robot import RobotTrial
     from experiments.bench.store.rows import TrialRecord
@@ -78,14 +78,13 @@ def series(spec: "RobotTrial", *, labels: Sequence[str]) -> "TrialRecord":
     return drawn_here(replace(record, rows=rows))
 
 
-def series_schema() -> "pa.Schema":
+def series_schema() -> "pl.Schema":
     """Return the columns of a row of ``trials.parquet``, and those of `series` beside them."""
-    import pyarrow as pa
+    import polars as pl
 
     from experiments.bench.sources.rows import TRIAL_SCHEMA
 
-    fields = [pa.field(HS, pa.list_(pa.float32())), pa.field(SPIKES, pa.list_(pa.int32()))]
-    return pa.schema([*TRIAL_SCHEMA, *fields])
+    return TRIAL_SCHEMA | pl.Schema({HS: pl.List(pl.Float32), SPIKES: pl.List(pl.Int32)})
 
 
 def series_of(labels: Sequence[str]) -> Probe:

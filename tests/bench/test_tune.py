@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import polars as pl
-import pyarrow.csv as pa_csv
 import pytest
 
 from dsnn import EMD, EMDParams
@@ -193,10 +192,10 @@ def test_numbers_do_not_depend_on_workers_and_tables_read_back(tmp_path):
             points, preferences, failures = tune.run(plan, folder, pool, Resources(workers, quiet=True))
         tune.draw(plan, folder, points, preferences)
         assert not failures
-        read = pl.DataFrame(pa_csv.read_csv(folder / "tuning.csv").to_pylist())
+        read = pl.DataFrame(pl.read_csv(folder / "tuning.csv").to_dicts())
         assert read.rows() == points.drop("x", "y").rows()
         assert read["size_px"].to_list() == [x if c == "size" else None for c, x in points["curve", "x"].rows()]
-        rows = pa_csv.read_csv(folder / "preferences.csv").to_pylist()
+        rows = pl.read_csv(folder / "preferences.csv").to_dicts()
         assert [row["model"] for row in rows] == ["dsnn", "lgmd1"]
         assert rows[1]["size_px_low"] == preferences[1]["size_px_low"] > 3.0
     for name in ("tuning.csv", "preferences.csv", "size.svg"):

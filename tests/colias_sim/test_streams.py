@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pyarrow.parquet as pq
+import polars as pl
 
 from tests.helpers.processes import QUICK
 
@@ -33,7 +33,7 @@ def test_a_user_without_a_home_gets_rows(tmp_path):
         command, cwd=tmp_path, env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
-    assert pq.read_table(tmp_path / "out" / "trials.parquet").num_rows
+    assert pl.read_parquet(tmp_path / "out" / "trials.parquet").height
     assert len(json.loads((tmp_path / "out" / "run.json").read_text())["reference_frames"][0]) == 12
 
 
@@ -48,7 +48,7 @@ def test_one_episode_has_no_interval_and_a_robot_at_rest_a_gain_of_0(colias):
                    "--out", "still", "--workers", "0")  # fmt: skip
     assert still.returncode == 0, still.stderr
     assert re.search(r"still +0 ", still.stdout), still.stdout
-    assert pq.read_table(colias.folder / "still" / "trials.parquet")["optomotor_gain"].to_pylist() == [0.0] * 3
+    assert pl.read_parquet(colias.folder / "still" / "trials.parquet")["optomotor_gain"].to_list() == [0.0] * 3
 
 
 def test_one_repeat_leaves_empty_cells_in_a_map(colias):
@@ -63,7 +63,7 @@ def test_recordings_are_those_of_the_behaviour_itself(colias):
     done = colias("behave", "still", "--env", "Fixation", "--episodes", "2", "--out", "out", "--workers", "1")
     assert done.returncode == 0, done.stderr
     assert "; those of still are recorded" in done.stderr and "(the episodes of still)" in done.stdout
-    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     recordings = {f"trial-{row['trial']:04d}.rrd" for row in rows if row["model"] == "still"}
     assert len(rows) > 2
     assert {path.name for path in (colias.folder / "out" / "recordings").iterdir()} == recordings

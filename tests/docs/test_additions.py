@@ -6,7 +6,7 @@ Each imports from `experiments`, `dsnn` and `colias_sim` alone. (Envs: tests/col
 import ast
 import json
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import experiments
@@ -123,10 +123,10 @@ def test_a_model_in_an_experiment_with_a_claim(folder):
         "mine.py", models=["my_model.py"], settings={"mean.gain": 2}, workers=0, recordings=False, quiet=True, out="out"
     )
     assert run.models == ["dsnn", "mean"]
-    verdicts = {(row["id"], row["model"]): row["outcome"] for row in run.claims.to_pylist()}
+    verdicts = {(row["id"], row["model"]): row["outcome"] for row in run.claims.to_dicts()}
     assert verdicts[("both-ways", "dsnn")] == "holds"
     assert {claim for claim, _ in verdicts} == {"C14", "both-ways"}
-    rows = pq.read_table(folder / "out" / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(folder / "out" / "trials.parquet").to_dicts()
     assert {(row["model"], row["mean.gain"]) for row in rows} == {("dsnn", None), ("mean", 2.0)}
     document = json.loads((folder / "out" / "run.json").read_text())
     user_claim = {"id": "both-ways", "says": "it spikes both ways", "source": "me"}
@@ -140,16 +140,16 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
     done = colias("run", "mine.py", *quick, "--out", "out")
     assert done.returncode == 0, done.stderr
     assert "both-ways held: it spikes both ways" in " ".join(done.stdout.split())
-    before = pq.read_table(colias.folder / "out" / "trials.parquet")
+    before = pl.read_parquet(colias.folder / "out" / "trials.parquet")
     again = colias("run", "mine.py", *quick, "--out", "out")
     assert again.returncode == 0 and "2 of them done already" in again.stderr, again.stderr
-    assert pq.read_table(colias.folder / "out" / "trials.parquet") == before
+    assert pl.read_parquet(colias.folder / "out" / "trials.parquet").equals(before)
 
 
 def test_clips_with_a_claim(folder):
     run = experiments.run("clips.py", models=["my_model.py"], workers=0, recordings=False, quiet=True)
     assert run.folder.parent.name == "runs" and run.kind.name == "clips"
-    claims = {row["id"]: row for row in run.claims.to_pylist()}
+    claims = {row["id"]: row for row in run.claims.to_dicts()}
     assert set(claims) == {"C2", "sees"} and claims["sees"]["outcome"] in ("holds", "fails")
     assert claims["sees"]["holds"] + claims["sees"]["fails"] == 1 and claims["sees"]["n"] == 1
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import gymnasium as gym
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import colias_sim  # noqa: F401  (registers the envs)
@@ -51,7 +51,7 @@ def options(folder: Path, *models: str) -> list[str]:
 
 def rows_of(folder: Path, model: str, table: str = "trials") -> list[dict]:
     """The rows of one model, without what a clock or another model decides."""
-    rows = pq.read_table(folder / f"{table}.parquet").to_pylist()
+    rows = pl.read_parquet(folder / f"{table}.parquet").to_dicts()
     return [{k: v for k, v in row.items() if k not in ("wall_s", "code")} for row in rows if row["model"] == model]
 
 
@@ -83,7 +83,7 @@ def test_bad_models_lose_their_own_part_alone(declared, folder, colias, tmp_path
     for table in ("trials", "frames"):
         whole = rows_of(tmp_path / "both", "dsnn", table)
         assert whole and whole == rows_of(tmp_path / "out", "dsnn", table)
-        assert {row["model"] for row in pq.read_table(tmp_path / "both" / f"{table}.parquet").to_pylist()} == {"dsnn"}
+        assert {row["model"] for row in pl.read_parquet(tmp_path / "both" / f"{table}.parquet").to_dicts()} == {"dsnn"}
 
 
 def test_what_a_model_is_is_what_its_entry_declares(colias, tmp_path):
@@ -135,8 +135,8 @@ def test_watch_goes_on_without_the_models_that_go_wrong(colias, tmp_path):
     assert done.stderr.count("failed:") == len(BAD), done.stderr
     for name, (_, reason) in BAD.items():
         assert f"{name} failed" in done.stderr and reason in done.stderr
-    assert pq.read_table(tmp_path / "alone.parquet").to_pylist() == [
-        row for row in pq.read_table(tmp_path / "all.parquet").to_pylist() if row["model"] == "dsnn"
+    assert pl.read_parquet(tmp_path / "alone.parquet").to_dicts() == [
+        row for row in pl.read_parquet(tmp_path / "all.parquet").to_dicts() if row["model"] == "dsnn"
     ]
     assert "rightward" in done.stdout and "60 HS" not in done.stdout
 

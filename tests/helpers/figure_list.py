@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-import pyarrow as pa
 from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
@@ -114,13 +113,13 @@ def behaviours(env: str, episodes: int = 20) -> Callable[[Sequence[str]], Figure
             for episode in range(episodes):
                 trial, turn = place * episodes + episode, np.linspace(0.0, 2.0 + 0.1 * place, FRAMES)
                 x, y = 30 * np.cos(turn + episode) - 5, 28 * np.sin(turn + episode)
-                steps.append(pa.table({"trial": [trial] * FRAMES, "x_cm": x, "y_cm": y}))
+                steps.append(pl.DataFrame({"trial": [trial] * FRAMES, "x_cm": x, "y_cm": y}))
                 columns = {m.column: 0.1 * episode for m in ENVS[env].all_measures}
                 rows.append({**columns, "trial": trial, "touched": episode % 3 == 0, "seed": episode})
             standings.append(measured(env, name, rows))
         starts = {"observer": (0.0, 0.0, 0.0), "mover1": (20.0, 5.0, 0.0), "parked1": (-15.0, 22.0, 0.0)}
         options = (("camera", {"preset": "ov7670"}), ("robots", 5))
-        played = Played(Path(), env, standings, pa.concat_tables(steps), [], options, starts)
+        played = Played(Path(), env, standings, pl.concat(steps), [], options, starts)
         return closed_loop_figure.draw(played)
 
     return draw

@@ -77,7 +77,7 @@ def run(file: Path, out: Path | None, **more: Any) -> Run:
 
 
 def peaks(finished_run: Run) -> dict[str, float]:
-    return {row["model"]: row["peak_hs"] for row in finished_run.trials.to_pylist()}
+    return {row["model"]: row["peak_hs"] for row in finished_run.trials.to_dicts()}
 
 
 def hashes(finished_run: Run) -> dict[str, str]:

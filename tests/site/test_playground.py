@@ -15,7 +15,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import experiments
@@ -172,7 +172,7 @@ def test_golden_vectors_have_their_bits_in_chromium(tab, cases, data):
 @needs_chromium
 @pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
 def test_counts_are_those_of_the_runs(tab, data, phone):
-    tables = {run.name: pq.read_table(RUNS / run.name / "trials.parquet").to_pylist() for run in playground.RUNS}
+    tables = {run.name: pl.read_parquet(RUNS / run.name / "trials.parquet").to_dicts() for run in playground.RUNS}
     window = {"width": 390, "height": 844, "phone": True, "dark": True} if phone else {}
     for run in playground.RUNS:
         spikes = {row["trial"]: row["spikes"] for row in tables[run.name]}
@@ -225,7 +225,7 @@ def test_the_command_does_the_same(tab, tmp_path, trial):
     given = playground.arguments(text(tab, "command"))
     assert given["settings"].keys() >= {"dsnn.w_i", "dsnn.k_sp", "dsnn.tau_s", "dsnn.fdsr"}
     run = experiments.run(**given, out=tmp_path / "run", recordings=False, quiet=True, workers=0)
-    (row,) = run.trials.to_pylist()
+    (row,) = run.trials.to_dicts()
     assert row["spikes"] == count(tab) > 0
 
 

@@ -12,8 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from experiments import Check
@@ -79,7 +78,7 @@ def test_figures_of_another_design_say_so_and_are_no_release():
 
 def test_the_hash_of_rows_is_of_what_they_say_and_not_of_the_time_they_took(tmp_path):
     def written(name, **columns):
-        pq.write_table(pa.table({"spikes": [1, 2], "wall_s": [0.1, 0.2]} | columns), tmp_path / name)
+        pl.DataFrame({"spikes": [1, 2], "wall_s": [0.1, 0.2]} | columns).write_parquet(tmp_path / name)
         return rows_hash(tmp_path / name)
 
     first = written("a")

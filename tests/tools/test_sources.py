@@ -2,7 +2,7 @@
 
 import json
 
-import pyarrow as pa
+import polars as pl
 import pytest
 from matplotlib.figure import Figure
 
@@ -112,10 +112,9 @@ def test_a_run_that_comes_out_otherwise_now_is_refused(docs, tmp_path):
 def test_a_first_trial_with_another_value_in_any_column_is_refused(column, run, docs, capsys):
     """A few numbers are noted in full; the digest tells the others."""
     rows = first_trial(run / "trials.parquet")
-    value = rows[column][0].as_py()
+    value = rows[column][0]
     other = value + "s" if isinstance(value, str) else value + (1e-12 if isinstance(value, float) else 1)
-    place = rows.schema.get_field_index(column)
-    changed = rows.set_column(place, rows.schema.field(place), pa.array([other], rows.schema.field(place).type))
+    changed = rows.with_columns(pl.lit(other, rows.schema[column]).alias(column))
     notes = sources(docs)
     notes["fast"]["first"] = digest(changed)
     (docs / SOURCES).write_text(json.dumps(notes))
@@ -188,4 +187,4 @@ def test_a_batch_is_cut_after_its_first_jobs_and_keeps_them(tmp_path):
     fast = {"experiment.speeds_cm_s": "20"}
     with first(2), pytest.raises(Enough, match="2 of 3 trials"):
         experiments.run("speed", repeats=3, settings=fast, out=tmp_path / "cut", workers=0, quiet=True)
-    assert set(read_parquet(tmp_path / "cut" / "trials.parquet")["trial"].to_pylist()) == {0, 1}
+    assert set(read_parquet(tmp_path / "cut" / "trials.parquet")["trial"].to_list()) == {0, 1}

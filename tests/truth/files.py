@@ -12,7 +12,7 @@ from unittest.mock import patch
 import cv2
 import mujoco
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 from mujoco.rendering.classic import gl_context
 from rerun.chunk import RrdReader
 
@@ -69,7 +69,7 @@ def recorded(path: Path) -> Recorded:
             elif name in (BUFFER, BLOB):
                 entity[name] = [row.values.flatten().to_numpy() for row in values]
             else:
-                entity[name] = values.to_pylist()
+                entity[name] = values.to_dicts()
     pictures = columns[IMAGES]
     if BLOB in pictures:
         images = np.array([cv2.imdecode(blob, cv2.IMREAD_GRAYSCALE) for blob in pictures[BLOB]])
@@ -90,14 +90,14 @@ class Trial:
 
 def trials(folder: Path) -> list[Trial]:
     """Read a run of one model whose trials are all recorded."""
-    frames = pq.read_table(folder / "frames.parquet")
+    frames = pl.read_parquet(folder / "frames.parquet")
     names = ("frame", "sim_time_s", "hs", "vs", "hs_spikes", "vs_spikes", "stimulus_bearing_deg", "stimulus_x_cm",
              "stimulus_y_cm")  # fmt: skip
     found = []
-    for row in pq.read_table(folder / "trials.parquet").to_pylist():
-        own = frames.filter(np.asarray(frames["trial"]) == row["trial"])
+    for row in pl.read_parquet(folder / "trials.parquet").to_dicts():
+        own = frames.filter(trial=row["trial"])
         path = folder / "recordings" / f"trial-{row['trial']:04d}.rrd"
-        series = {name: own[name].to_numpy() for name in names if name in own.column_names}
+        series = {name: own[name].to_numpy() for name in names if name in own.columns}
         found.append(Trial(row, series, recorded(path)))
     return found
 

@@ -140,7 +140,7 @@ def arguments(command: str) -> dict[str, Any]:
 
 def _recorded(run: experiments.Run, source_run: Shown) -> Iterable[tuple[dict[str, Any], npt.NDArray[np.uint8]]]:
     """Yield what the page tells of each trial, and its frames, (T, R, C)."""
-    rows = {row["trial"]: row for row in run.trials.to_pylist()}
+    rows = {row["trial"]: row for row in run.trials.to_dicts()}
     (model,) = run.description.get("settings", run.description)["models"]
     for index, (name, group, title, note) in source_run.trials.items():
         film = camera_frames(run.recordings[index])

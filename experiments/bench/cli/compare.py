@@ -39,7 +39,7 @@ def compare(
     for name, value in lines.items():
         if str(value):
             show_line(f"{name:<12}{value}", 12)
-    if comparison.parameters.num_rows:
+    if comparison.parameters.height:
         show_table(_parameters(comparison))
     else:
         out_console.print("\nno parameter differs")
@@ -56,7 +56,7 @@ def _parameters(comparison: Comparison) -> Table:
     table = Table(title="\nparameters", title_justify="left", box=None, header_style="bold", pad_edge=False)
     for name in ("parameter", "first", "second"):
         table.add_column(name)
-    for row in comparison.parameters.to_pylist():
+    for row in comparison.parameters.to_dicts():
         values = ("-" if row[name] is None else row[name] for name in ("first", "second"))
         table.add_row(row["parameter"], *(v if len(v) <= LONGEST else f"{v[: LONGEST - 3]}..." for v in values))
     return table
@@ -67,13 +67,13 @@ def _results(comparison: Comparison) -> Table:
 
     from experiments.bench.stats.tests import LEVEL, least_of_pairs
 
-    rows = comparison.results.to_pylist()
+    rows = comparison.results.to_dicts()
     tests = "; ".join(sorted({row["test"] for row in rows}))
     paired = all(row["test"].startswith("Wilcoxon") for row in rows)
     which = "equal trials" if paired else "independent trials of equal conditions"
     title = f"\nspikes a trial on {which}, first less second ({tests}; p after Holm)"
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
-    conditions = comparison.results.column_names[: comparison.results.column_names.index("model")]
+    conditions = comparison.results.columns[: comparison.results.columns.index("model")]
     names = [name for name in conditions if len({row[name] for row in rows}) > 1] or conditions[:1]
     several = len({(row["model"], row["against"]) for row in rows}) > 1 or rows[0]["model"] != rows[0]["against"]
     for name in (

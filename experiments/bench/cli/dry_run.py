@@ -55,7 +55,7 @@ def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: 
     reconciled(folder, description, other_code)
     if not has_tables(folder):
         return 0
-    return len(set(read_table(folder, "trials", ["trial"])["trial"].to_pylist()))
+    return read_table(folder, "trials", ["trial"])["trial"].n_unique()
 
 
 def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:

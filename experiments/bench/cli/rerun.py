@@ -62,7 +62,7 @@ def rerun(
     if difference := repeat.first_difference(there, here):
         out_console.print(f"differs: {difference}", soft_wrap=True, markup=False)
         return EXIT_FAILED
-    counts = " and ".join(f"{table.num_rows:,} of {name}" for name, table in here.tables().items())
+    counts = " and ".join(f"{table.height:,} of {name}" for name, table in here.tables().items())
     out_console.print(f"equal: every row of {run}, bit for bit ({counts})", soft_wrap=True, markup=False)
     return status
 

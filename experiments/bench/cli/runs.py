@@ -26,7 +26,7 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     from experiments.bench.engine.terminal import error_console, show_table
     from experiments.bench.public.listing import runs as listed
 
-    rows = listed(folder).to_pylist()
+    rows = listed(folder).to_dicts()
     table = Table(box=None, header_style="bold", pad_edge=False)
     imported = any(row["provenance"] not in (None, "simulated") for row in rows)
     columns = ("run", "begun", "experiment", "seed", "trials", "models", "changed", "verdicts", "commit")

@@ -9,7 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import pyarrow.compute as pc
+import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -153,13 +153,13 @@ def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None
             face = PARKED if name.startswith("parked") else DRIVING
             axes.add_patch(Circle((x, y), 100 * HULL_RADIUS, fc=face, ec=PARKED, lw=0.9, zorder=2))
     for place, row in reversed(list(enumerate(standing.rows))):
-        steps = played.steps.filter(pc.equal(played.steps["trial"], row["trial"]))
-        x, y = steps["x_cm"].to_numpy(), steps["y_cm"].to_numpy()
+        steps = played.steps.filter(pl.col("trial") == row["trial"])
+        xs, ys = steps["x_cm"].to_numpy(), steps["y_cm"].to_numpy()
         width, alpha = (1.5, 1.0) if place == 0 else (0.6, 0.5)
-        axes.plot(x, y, lw=width, color=colour, alpha=alpha, zorder=3)
-        axes.plot(x[:1], y[:1], "o", ms=3.5, mfc="white", mec=colour, mew=0.9, zorder=4)
+        axes.plot(xs, ys, lw=width, color=colour, alpha=alpha, zorder=3)
+        axes.plot(xs[:1], ys[:1], "o", ms=3.5, mfc="white", mec=colour, mew=0.9, zorder=4)
         if row["touched"]:
-            axes.plot(x[-1:], y[-1:], "x", color=COLLISION, ms=5, mew=1.4, zorder=5)
+            axes.plot(xs[-1:], ys[-1:], "x", color=COLLISION, ms=5, mew=1.4, zorder=5)
     axes.set(xlim=(-SHOWN_CM, SHOWN_CM), ylim=(-SHOWN_CM, SHOWN_CM), aspect="equal")
     axes.tick_params(labelsize=8)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import pyarrow as pa
+import polars as pl
 from gymnasium.envs.registration import load_env_creator
 from threadpoolctl import threadpool_limits
 
@@ -87,7 +87,7 @@ class Played:
     env: str
     standings: list[Standing]
     """Each behaviour's scores, the one asked for first."""
-    steps: pa.Table
+    steps: pl.DataFrame
     """A row per frame, `STEP_SCHEMA`."""
     failures: list[Failure]
     options: tuple[tuple[str, Any], ...] = ()
@@ -266,7 +266,7 @@ def run(plan: BehaviourPlan, out: Path, pool: Workers, resources: Resources, *, 
     episodes = batch(plan, recordings)
     with closing(episodes.open(out, resources)) as folder:
         failures = episodes.fill(folder, pool, resources)
-        standings = _standings(plan, folder.rows())
+        standings = _standings(plan, folder.trials().to_dicts())
         folder.write_rows("scores.csv", table(plan.settings[0].env, standings))
         first = plan.settings[0]
         drawn = standings and ENVS[first.env].draws_paths

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
+import polars as pl
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.closed_loop.episode import Episode
@@ -61,7 +61,7 @@ class StepRow(FrameRow):
 
 COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for entry in ENVS.values() for column in entry.columns}
 """Every column that an env declares, by name."""
-EPISODE_SCHEMA = pa.schema([*schema_of(EpisodeRow), *(pa.field(name, pa.float64()) for name in COLUMNS)])
+EPISODE_SCHEMA = schema_of(EpisodeRow) | pl.Schema(dict.fromkeys(COLUMNS, float))
 STEP_SCHEMA = schema_of(StepRow)
 
 
@@ -196,14 +196,13 @@ def scores(rows: Sequence[Row], env: str) -> dict[str, Score | None]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _steps(episode: Episode, index: int) -> pa.Table:
+def _steps(episode: Episode, index: int) -> pl.DataFrame:
     observer = next(iter(episode.paths.values()))
-    count, series = episode.steps, episode.series
     columns: dict[str, Any] = {
-        "trial": [index] * count,
-        "model": [episode.name] * count,
-        "frame": range(count),
-        "robot": [OBSERVER] * count,
+        "trial": index,
+        "model": episode.name,
+        "frame": range(episode.steps),
+        "robot": OBSERVER,
         "sim_time_s": episode.time_s,
         "x_cm": observer[:, 0],
         "y_cm": observer[:, 1],
@@ -213,5 +212,5 @@ def _steps(episode: Episode, index: int) -> pa.Table:
         "reward": episode.rewards,
     }
     for name in ("hs", "vs", "looming", "azimuth", "hs_spikes", "vs_spikes", "looming_spikes"):
-        columns[name] = [None] * count if series is None else getattr(series, name)
-    return pa.table(columns).select(STEP_SCHEMA.names).cast(STEP_SCHEMA)
+        columns[name] = None if episode.series is None else getattr(episode.series, name)
+    return pl.DataFrame(columns).select(STEP_SCHEMA.names()).cast(STEP_SCHEMA)

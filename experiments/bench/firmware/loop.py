@@ -62,7 +62,7 @@ def compare(folder: Path) -> Loop:
     """Compare the two forms' answers in ``frames.parquet`` of a finished run, every frame of every trial."""
     table = read_table(folder, "frames", ["trial", "model", "frame", *CHANNELS])
     rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, NAME: {}}
-    for row in table.to_pylist():
+    for row in table.to_dicts():
         rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in CHANNELS)
     host, chip = rows[MODEL], rows[NAME]
     trials = len({trial for trial, _ in host})

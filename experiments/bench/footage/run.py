@@ -103,7 +103,7 @@ def _outputs(
         if wanted.record is not None:
             yield stack.enter_context(closing(LiveLog.to_file(wanted.record, chosen, size)))
     if wanted.table is not None:
-        yield stack.enter_context(closing(FrameTable(wanted.table, [model.label for model in chosen])))
+        yield stack.enter_context(closing(FrameTable([model.label for model in chosen], wanted.table)))
 
 
 @contextmanager

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pyarrow as pa
+import polars as pl
 
 from dsnn.stimuli.looming import Looming
 from experiments.bench import offline
@@ -186,7 +185,7 @@ class _Done:
     """Results of a batch; ``frames`` has a row for each frame and model, where they are kept."""
 
     rows: list[dict[str, Any]]
-    frames: pa.Table
+    frames: pl.DataFrame
     failures: list[Failure]
 
 
@@ -194,7 +193,7 @@ def _run(batch: Batch[Any], out: Path, pool: Workers, resources: Resources) -> _
     """Do what is missing of a batch."""
     with closing(batch.open(out, resources)) as folder:
         failures = batch.fill(folder, pool, resources)
-        return _Done(folder.rows(), folder.frames(), failures)
+        return _Done(folder.trials().to_dicts(), folder.frames(), failures)
 
 
 def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> OfflinePlan:
@@ -214,13 +213,11 @@ def _times(
 def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
     """Return every clip of a plan as each looming model answered it."""
     trials = {trial.index: trial for trial in plan.trials}
-    trial, name = done.frames["trial"].to_numpy(), np.asarray(done.frames["model"])
-    spikes = done.frames["looming_spikes"].to_numpy()
-    clips = []
-    for row in done.rows:
-        start, end = np.searchsorted(trial, (row["trial"], row["trial"] + 1))  # trials stand in order
-        clips.append(_answered(trials[row["trial"]], row, spikes[start:end][name[start:end] == row["model"]]))
-    return clips
+    frames = done.frames.partition_by("trial", "model", as_dict=True)
+    return [
+        _answered(trials[row["trial"]], row, frames[row["trial"], row["model"]]["looming_spikes"].to_numpy())
+        for row in done.rows
+    ]
 
 
 def _answered(trial: Trial, row: Row, spikes: Any) -> ShownClip:

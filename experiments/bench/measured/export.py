@@ -53,20 +53,20 @@ def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], No
     """
     if not run.kind.robot:
         raise UsageError(f"{run.folder}: --to log: legal is a run of trials with the robot, not {run.kind.what}")
-    rows = run.trials.to_pylist()
+    rows = run.trials.to_dicts()
     channels = _channels(run.description, rows)
     header = [*INDEX, *CONDITION_COLUMNS, TIME]
     header += [name for channel, spikes in CHANNELS.items() for name in (channel, spikes)
                if name and any(channel in model_rows for model_rows in channels.values())]  # fmt: skip
     header += POSES if tracked else ()
     out.mkdir(parents=True, exist_ok=True)
-    model_rows = group(run.frames.to_pylist(), "trial", "model")
+    model_rows = run.frames.partition_by("trial", "model", as_dict=True)
     with (out / LOG).open("w", newline="", encoding="utf-8") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(header)
         for row in rows:
             lines.writerows(
-                _lines(header, row, model_rows.get((row["trial"], row["model"]), ()), channels[row["model"]])
+                _lines(header, row, model_rows[row["trial"], row["model"]].to_dicts(), channels[row["model"]])
             )
     there = {path.stem: path for path in run.recordings}
     for trial in dict.fromkeys(row["trial"] for row in rows):

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-import pyarrow as pa
 
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
@@ -26,7 +25,7 @@ from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.origin import COLUMN
 from experiments.bench.store.rows import OBSERVER
 
-MEASURED_SCHEMA = TRIAL_SCHEMA.append(pa.field(COLUMN, pa.string()))
+MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
 RATE_TOLERANCE = 0.001
 """Share by which a log's frame rate may differ from the camera's setting and still be taken for it."""
 
@@ -109,7 +108,7 @@ def trial_row(
     frames = pl.DataFrame({**dataclasses.asdict(given.series), "sim_time_s": trial.time_s, **(trial.poses or {})})
     parts = {} if trial.poses is None else windows(trial.condition, camera, frames)
     row = {
-        **dict.fromkeys(TRIAL_SCHEMA.names), "experiment": experiment, "trial": trial.index, "repeat": repeat,
+        **dict.fromkeys(TRIAL_SCHEMA), "experiment": experiment, "trial": trial.index, "repeat": repeat,
         "seed": trial.seed, "model": given.model, "robot": OBSERVER, **trial.condition.columns(),
         **spike_counts(given.chosen, given.series), **responses(given.chosen, frames, parts, rate),
         "frames": len(trial.time_s), COLUMN: given.provenance,
@@ -125,16 +124,14 @@ def trial_row(
     return row
 
 
-def frame_table(trial: LoggedTrial, given: Given) -> pa.Table:
+def frame_table(trial: LoggedTrial, given: Given) -> pl.DataFrame:
     """Return the frames of a trial as one model answered them, of the schema of simulated frames."""
-    count = len(trial.time_s)
     columns: dict[str, Any] = {
-        "trial": [trial.index] * count, "model": [given.model] * count, "frame": range(count),
-        "robot": [OBSERVER] * count, "sim_time_s": trial.time_s,
+        "trial": trial.index, "model": given.model, "frame": range(len(trial.time_s)), "robot": OBSERVER,
+        "sim_time_s": trial.time_s,
     }  # fmt: skip
     columns |= {field.name: getattr(given.series, field.name) for field in dataclasses.fields(ResponseSeries)}
     for channel in given.unknown:
-        columns |= {name: [None] * count for name in (channel, CHANNELS[channel]) if name}
-    columns |= {name: [None] * count if trial.poses is None else trial.poses[name] for name in POSES}
-    arrays = [pa.array(columns[field.name], field.type) for field in FRAME_SCHEMA]
-    return pa.Table.from_arrays(arrays, schema=FRAME_SCHEMA)
+        columns |= {name: None for name in (channel, CHANNELS[channel]) if name}
+    columns |= {name: None if trial.poses is None else trial.poses[name] for name in POSES}
+    return pl.DataFrame(columns).select(FRAME_SCHEMA.names()).cast(FRAME_SCHEMA)

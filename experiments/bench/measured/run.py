@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.engine.terminal import error_console, progress
 from experiments.bench.measured.frames import FrameFolder
@@ -271,7 +271,7 @@ def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
         recorded = recording_of(partial(record, plan.plan.experiment.name, trial, answers, frames))
     camera, name = plan.plan.settings.camera, plan.plan.experiment.name
     rows = tuple(trial_row(name, repeat, trial, answer, camera) for answer in answers)
-    table = pa.concat_tables([frame_table(trial, answer) for answer in answers])
+    table = pl.concat([frame_table(trial, answer) for answer in answers])
     return TrialRecord(trial.index, rows, table, recorded, tuple(failures))
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
@@ -23,15 +23,14 @@ from experiments.bench.stats.tests import Test, contrast, holm, paired
 from experiments.bench.store import provenance
 from experiments.bench.store.description import BEGUN, COMMAND, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.store.kinds import CLIPS
-from experiments.bench.store.rows import group
+from experiments.bench.store.rows import group, table
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
-PARAMETER_SCHEMA = pa.schema({name: pa.string() for name in ("parameter", "first", "second")})
-_TESTED = {
-    "model": pa.string(), "against": pa.string(), "n": pa.int64(), "mean_first": pa.float64(),
-    "mean_second": pa.float64(), "mean_difference": pa.float64(), "rank_biserial": pa.float64(), "test": pa.string(),
-    "p": pa.float64(), "p_holm": pa.float64(),
-}  # fmt: skip
+PARAMETER_SCHEMA = pl.Schema(dict.fromkeys(("parameter", "first", "second"), str))
+_TESTED = pl.Schema({
+    "model": str, "against": str, "n": int, "mean_first": float, "mean_second": float, "mean_difference": float,
+    "rank_biserial": float, "test": str, "p": float, "p_holm": float,
+})  # fmt: skip
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -62,20 +61,20 @@ class Comparison:
 
     first: Run
     second: Run
-    parameters: pa.Table
-    results: pa.Table
+    parameters: pl.DataFrame
+    results: pl.DataFrame
     note: str = ""
     code: str = ""
 
     def __repr__(self) -> str:
-        count = f"{self.parameters.num_rows} parameters differ"
-        result = self.note or f"{self.results.num_rows} paired tests"
+        count = f"{self.parameters.height} parameters differ"
+        result = self.note or f"{self.results.height} paired tests"
         return f"<Comparison {self.first.folder} with {self.second.folder}: {count}; {result}>"
 
     def _repr_html_(self) -> str:
         parts = [f"<p>{html.escape(repr(self)[1:-1])}</p>"]
-        for table in (self.parameters, self.results):
-            rows = [table.column_names, *(list(row.values()) for row in table.to_pylist())]
+        for shown in (self.parameters, self.results):
+            rows = [shown.columns, *shown.rows()]
             cells = ("".join(f"<td>{html.escape(_said(cell))}</td>" for cell in row) for row in rows)
             parts.append(f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>")
         return "".join(parts)
@@ -110,20 +109,18 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
     --------
     >>> from experiments import compare, run
     >>> usual, changed = run("speed"), run("speed", settings={"dsnn.n_con": 6})
-    >>> compare(usual, changed).results.to_pylist()
+    >>> compare(usual, changed).results
     """
     one, other = _run("first", first), _run("second", second)
     differing = [
         {"parameter": name, "first": _json(here), "second": _json(there)}
         for name, here, there in _parameters(one, other)
     ]
-    columns, table = (CLIP_COLUMNS, TRIALS) if one.kind is CLIPS else (CONDITION_COLUMNS, TRIAL_SCHEMA)
+    columns, kinds = (CLIP_COLUMNS, TRIALS) if one.kind is CLIPS else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results, note = _results(one, other, columns)
-    schema = pa.schema({**{name: table.field(name).type for name in columns}, **_TESTED})
-    return Comparison(
-        one, other, pa.Table.from_pylist(differing, PARAMETER_SCHEMA), pa.Table.from_pylist(results, schema), note,
-        _code(one, other),
-    )  # fmt: skip
+    schema = pl.Schema({name: kinds[name] for name in columns}) | _TESTED
+    differences, tests = table(differing, PARAMETER_SCHEMA), table(results, schema)
+    return Comparison(one, other, differences, tests, note, _code(one, other))
 
 
 def _run(name: str, value: Any) -> Run:
@@ -219,18 +216,18 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
         return [], f"nothing to pair: {(other if one.done else one).folder} has no finished trial"
     tables = [run.trials for run in (one, other)]
     needed = {"model", "seed", "spikes", *columns[:2]}
-    for run, table in zip((one, other), tables, strict=True):
-        lacking = sorted(needed - set(table.column_names))
+    for run, trials in zip((one, other), tables, strict=True):
+        lacking = sorted(needed - {*trials.columns})
         if lacking:
             kinds = f"{one.name} and {other.name}" if one.name != other.name else one.name
             return [], f"nothing to pair: {run.folder} has no column {lacking[0]} ({kinds})"
-    columns = [name for name in columns if all(name in table.column_names for table in tables)]
+    columns = [name for name in columns if all(name in trials.columns for trials in tables)]
     needed |= set(columns)
     pairs = _pairs(one, other)
     if not pairs:
         labels = f"{', '.join(one.models)} and {', '.join(other.models)}"
         return [], f"nothing to pair: the runs share no model, and have more than one ({labels})"
-    rows = [table.select(sorted(needed)).to_pylist() for table in tables]
+    rows = [trials.select(sorted(needed)).to_dicts() for trials in tables]
     results = [row for pair in pairs for row in _of_models(rows[0], rows[1], pair, columns)]
     if not results and {one.provenance, other.provenance} != {"simulated"}:
         results = [row for pair in pairs for row in _independent(rows[0], rows[1], pair, columns)]

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numbers
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
-import pyarrow as pa
+import polars as pl
 from threadpoolctl import threadpool_limits
 
-from dsnn import Response
 from experiments.bench.engine.terminal import progress
-from experiments.bench.footage.rows import SCHEMA, frame_row
+from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher
 from experiments.bench.footage.watch import watch as watch_pictures
@@ -23,13 +22,11 @@ from experiments.bench.public.arguments import flag, is_path, model_texts
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import rate_notes, shown_models
 from experiments.bench.run.settings import assignments, watchers
+from experiments.bench.store.rows import table
 
-MOTION_SCHEMA = pa.schema(
-    {
-        "model": pa.string(), "direction": pa.string(), "start_s": pa.float64(), "end_s": pa.float64(),
-        "frames": pa.int64(), "peak": pa.float64(), "spikes": pa.int64(),
-    }
-)  # fmt: skip
+MOTION_SCHEMA = pl.Schema(
+    {"model": str, "direction": str, "start_s": float, "end_s": float, "frames": int, "peak": float, "spikes": int}
+)
 
 
 @dataclass(frozen=True)
@@ -53,32 +50,17 @@ class Watched:
         What is to be known of the footage: that it ended early, say.
     """
 
-    motions: pa.Table
-    frames: pa.Table
+    motions: pl.DataFrame
+    frames: pl.DataFrame
     size: tuple[int, int]
     seconds: float
     troubles: Mapping[str, str]
     notes: tuple[str, ...]
 
     def __repr__(self) -> str:
-        amount = f"{self.motions.num_rows} intervals of motion in {self.seconds:.1f} s"
+        amount = f"{self.motions.height} intervals of motion in {self.seconds:.1f} s"
         failed = (f"{label} failed: {trouble}" for label, trouble in self.troubles.items())
         return f"<Watched {'; '.join([f'{amount}, seen at {self.size[0]}x{self.size[1]}', *self.notes, *failed])}>"
-
-
-class _Collected:
-    """Keeps a row per frame and model."""
-
-    note = ""
-
-    def __init__(self, labels: Sequence[str]) -> None:
-        self._labels = labels
-        self.rows: list[tuple[int | float | str, ...]] = []
-
-    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
-        """Take a frame and the models' answers to it; a model that went wrong has no row."""
-        pairs = zip(self._labels, answers, strict=True)
-        self.rows += [frame_row(picture, label, answer) for label, answer in pairs if answer is not None]
 
 
 def watch(
@@ -126,7 +108,7 @@ def watch(
     Examples
     --------
     >>> from experiments import watch
-    >>> watch("street.mp4", models=["hybrid"]).motions.to_pylist()
+    >>> watch("street.mp4", models=["hybrid"]).motions
     """
     if not is_path(source):
         raise UsageError(f"watch: source={short(source)}: legal is the path of a video file")
@@ -143,7 +125,7 @@ def watch(
     try:
         seen_size = wanted or usual_size(film.size)
         watching = [Watcher(model, seen_size[::-1]) for model in chosen]
-        kept, seen = _Collected([model.label for model in chosen]), Seen()
+        kept, seen = FrameTable([model.label for model in chosen]), Seen()
         cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
         with threadpool_limits(1):
             watch_pictures(_counted(film, seen_size, seconds, quiet), watching, [kept], seen)
@@ -153,12 +135,11 @@ def watch(
     finally:
         film.close()
     motions = [
-        {"model": watcher.chosen.label, **{name: getattr(motion, name) for name in MOTION_SCHEMA.names[1:]}}
+        {"model": watcher.chosen.label, **{name: getattr(motion, name) for name in MOTION_SCHEMA.names()[1:]}}
         for watcher in watching for motion in watcher.motions()
     ]  # fmt: skip
     return Watched(
-        pa.Table.from_pylist(motions, MOTION_SCHEMA),
-        pa.Table.from_pylist([dict(zip(SCHEMA.names, row, strict=True)) for row in kept.rows], SCHEMA),
+        table(motions, MOTION_SCHEMA), kept.table(),
         seen_size, seen.until_s,
         {watcher.chosen.label: watcher.trouble for watcher in watching if watcher.trouble}, notes,
     )  # fmt: skip

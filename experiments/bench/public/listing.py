@@ -2,42 +2,40 @@
 
 from __future__ import annotations
 
-import datetime
 import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.public import arguments
 from experiments.bench.public.result import load
 from experiments.bench.run.errors import UsageError
 from experiments.bench.store.description import begun
 from experiments.bench.store.record import Record, part_folders
+from experiments.bench.store.rows import table
 
-SCHEMA = pa.schema(
+SCHEMA = pl.Schema(
     {
-        "run": pa.string(),
-        "when": pa.timestamp("s", tz="UTC"),
-        "experiment": pa.string(),
-        "seed": pa.int64(),
-        "models": pa.string(),
-        "changed": pa.string(),
-        "done": pa.int64(),
-        "planned": pa.int64(),
-        "failures": pa.int64(),
-        "verdicts": pa.string(),
-        "provenance": pa.string(),
-        "commit": pa.string(),
-        "trouble": pa.string(),
+        "run": pl.String(),
+        "when": pl.Datetime("us", "UTC"),
+        "experiment": pl.String(),
+        "seed": pl.Int64(),
+        "models": pl.String(),
+        "changed": pl.String(),
+        "done": pl.Int64(),
+        "planned": pl.Int64(),
+        "failures": pl.Int64(),
+        "verdicts": pl.String(),
+        "provenance": pl.String(),
+        "commit": pl.String(),
+        "trouble": pl.String(),
     }
 )
 
-EARLIEST = datetime.datetime.min.replace(tzinfo=datetime.UTC)
 
-
-def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
+def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
     """List the runs in a folder, oldest first.
 
     Parameters
@@ -47,7 +45,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
 
     Returns
     -------
-    pyarrow.Table
+    polars.DataFrame
         ``run``: its folder. ``when``: when it was begun; null where another version made it. ``experiment``,
         ``seed``, ``models``: what ran. ``changed``: the parameters that are not at their defaults. ``done`` of
         ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: what claims came
@@ -64,13 +62,12 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     Examples
     --------
     >>> import experiments
-    >>> experiments.runs("runs").select(["run", "changed", "verdicts"]).to_pylist()
+    >>> experiments.runs("runs").select("run", "changed", "verdicts")
     """
     path = arguments.folder("folder", folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
-    rows = [_row(place) for place in _found(path)]
-    return pa.Table.from_pylist(sorted(rows, key=lambda row: (row.get("when") or EARLIEST, row["run"])), SCHEMA)
+    return table([_row(place) for place in _found(path)], SCHEMA).sort("when", "run")
 
 
 def _found(folder: Path) -> Iterator[Path]:
@@ -96,7 +93,7 @@ def _row(folder: Path) -> dict[str, Any]:
         run = load(folder)
         return {
             **row, "when": run.begun, "experiment": run.name, "seed": run.seed, "models": ", ".join(run.models),
-            "changed": run.changed, "planned": run.planned, "done": run.done, "failures": run.failures.num_rows,
+            "changed": run.changed, "planned": run.planned, "done": run.done, "failures": run.failures.height,
             "verdicts": run.verdicts, "provenance": run.provenance, "commit": run.commit,
         }  # fmt: skip
     except UsageError as error:

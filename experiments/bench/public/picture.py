@@ -6,7 +6,6 @@ import io
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import polars as pl
 from matplotlib.figure import Figure
 
 from dsnn.model import SPIKING
@@ -33,7 +32,7 @@ def draw(run: Record) -> Figure:
         raise UsageError(
             f"{run.folder}: the figure of {run.kind.what} is not drawn from its tables; see the pictures there"
         )
-    rows = run.trials.to_pylist()
+    rows = run.trials.to_dicts()
     if not rows:
         raise UsageError(f"{run.folder}: no trial of it is finished")
     try:
@@ -47,10 +46,9 @@ def draw(run: Record) -> Figure:
 def _of_clips(run: Record, rows: list[Any]) -> Figure:
     """Return the figure of clips."""
     declared = run.description["experiment"]
-    trials, frames = pl.DataFrame(rows, infer_schema_length=None), pl.DataFrame(run.frames)
     thresholds = _thresholds(run, run.description["models"])
     title = clips_figure.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
-    return clips_figure.draw(Drawing(**declared["figure"]), trials, frames, thresholds, title)
+    return clips_figure.draw(Drawing(**declared["figure"]), run.trials, run.frames, thresholds, title)
 
 
 def _of_robot(run: Record, rows: list[Any]) -> Figure:

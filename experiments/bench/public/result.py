@@ -9,34 +9,30 @@ import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.public import arguments
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.record import Record
-from experiments.bench.store.rows import Failure
+from experiments.bench.store.rows import Failure, schema_of, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_COUNTED = ("trial", "seed")
-CLAIM_SCHEMA = pa.schema(
+CLAIM_SCHEMA = pl.Schema(
     {
-        **dict.fromkeys(("id", "model", "word", "count"), pa.string()),
-        **dict.fromkeys(("holds", "fails", "unjudged"), pa.int64()),
-        "random": pa.bool_(),
-        **dict.fromkeys(("interval_low", "interval_high"), pa.float64()),
-        **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), pa.string()),
-        "n": pa.int64(),
-        "trouble": pa.string(),
-        "equal_terms": pa.string(),
-        "provenance": pa.string(),
+        **dict.fromkeys(("id", "model", "word", "count"), str),
+        **dict.fromkeys(("holds", "fails", "unjudged"), int),
+        "random": bool,
+        **dict.fromkeys(("interval_low", "interval_high"), float),
+        **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), str),
+        "n": int,
+        "trouble": str,
+        "equal_terms": str,
+        "provenance": str,
     }
-)
-FAILURE_SCHEMA = pa.schema(
-    {field.name: pa.int64() if field.name in _COUNTED else pa.string() for field in dataclasses.fields(Failure)}
 )
 
 
@@ -44,8 +40,8 @@ FAILURE_SCHEMA = pa.schema(
 class Run(Record):
     """A run of any kind, finished or not, as its files say; made by `run` and `load`.
 
-    The tables are `pyarrow.Table` objects: ``run.trials.to_pandas()`` needs pandas, which is not installed with this
-    project, and ``run.trials.to_pylist()`` gives plain rows. Each is read once, when it is first asked for.
+    The tables are polars ``DataFrame`` objects, and are read when they are first asked for. ``run.trials.to_dicts()``
+    gives plain rows; ``run.trials.to_pandas()`` needs pandas and PyArrow, and this project installs no pandas.
 
     Attributes
     ----------
@@ -59,7 +55,7 @@ class Run(Record):
     """
 
     @cached_property
-    def summary(self) -> pa.Table:
+    def summary(self) -> pl.DataFrame:
         """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean.
 
         Of other kinds the table that sums up the run: ``scores.csv`` of episodes, ``leaderboard.csv``, ``counts.csv``.
@@ -74,7 +70,7 @@ class Run(Record):
         return of_clips(self.trials) if self.kind is CLIPS else read(self)
 
     @cached_property
-    def comparisons(self) -> pa.Table:
+    def comparisons(self) -> pl.DataFrame:
         """A row per condition and pair of models that saw the same trials: a paired test of their spikes.
 
         The condition's columns; ``model`` and ``against``; ``n`` trials; ``mean_difference``, spikes a trial of the
@@ -92,7 +88,7 @@ class Run(Record):
         return comparisons(self)
 
     @cached_property
-    def claims(self) -> pa.Table:
+    def claims(self) -> pl.DataFrame:
         """A row per claim, and with the robot per model.
 
         ``id``, ``model``; ``word`` and ``count``: what all replicates came to; ``holds``, ``fails``, ``unjudged``: in
@@ -102,16 +98,16 @@ class Run(Record):
         with the models that it compares with on equal terms, empty without; ``provenance``: of the run.
         """
         rows = [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self._verdicts]
-        return pa.Table.from_pylist(rows, CLAIM_SCHEMA)
+        return table(rows, CLAIM_SCHEMA)
 
     @cached_property
-    def failures(self) -> pa.Table:
+    def failures(self) -> pl.DataFrame:
         """A row per trial that failed: trial, model, condition, seed, reason.
 
         Where a model failed in a trial, or its recording could not be written, ``model`` says so.
 
         """
-        return pa.Table.from_pylist(self._json("failures.json") or [], FAILURE_SCHEMA)
+        return table(self._json("failures.json") or [], schema_of(Failure))
 
     @property
     def verdicts(self) -> str:
@@ -211,7 +207,8 @@ def load(folder: str | os.PathLike[str]) -> Run:
 
     Examples
     --------
+    >>> import polars as pl
     >>> from experiments import load
-    >>> load("runs/speed-20260801-120000").trials.select(["speed_cm_s", "spikes"]).to_pylist()
+    >>> load("runs/speed-20260801-120000").trials.group_by("speed_cm_s").agg(pl.col("spikes").mean())
     """
     return Run.read(arguments.folder("folder", folder))

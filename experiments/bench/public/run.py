@@ -249,7 +249,7 @@ def run(
     --------
     >>> from experiments import run
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
-    >>> speed.claims.select(["id", "model", "count"]).to_pylist()
+    >>> speed.claims.select("id", "model", "count")
     """
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared, name = experiment, f"experiment {experiment.name}"

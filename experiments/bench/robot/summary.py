@@ -65,7 +65,7 @@ class Report:
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
     """Write summary, claims and figure of the trials in ``folder``."""
-    rows = folder.rows()
+    rows = folder.trials().to_dicts()
     admitted = [text for text in (mixture(rows), in_short(rows)) if text]
     verdicts = [
         _noting(judge(claim, model_rows, model.threshold, model.label), plan.experiment.name, lost, admitted)

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-import pyarrow as pa
+import polars as pl
 from filelock import FileLock, Timeout
 
 from experiments.bench.run.errors import UsageError
@@ -34,7 +32,7 @@ from experiments.bench.store.description import (
 from experiments.bench.store.description import NAME as DESCRIPTION
 from experiments.bench.store.files import Files, read_parquet
 from experiments.bench.store.parameters import Parameters, of_model, with_columns
-from experiments.bench.store.rows import RECORDING, Failure, TrialRecord, mixture, recording_name
+from experiments.bench.store.rows import RECORDING, Failure, TrialRecord, mixture, recording_name, table
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
@@ -60,7 +58,7 @@ def has_tables(folder: Path) -> bool:
     return (folder / "trials.parquet").is_file() or bool(_in_parts(folder))
 
 
-def read_table(folder: Path, name: str, columns: Sequence[str] | None = None) -> pa.Table:
+def read_table(folder: Path, name: str, columns: list[str] | None = None) -> pl.DataFrame:
     """Read a table of a run, joined or not, in the order of its trials.
 
     Parameters
@@ -85,18 +83,20 @@ def read_table(folder: Path, name: str, columns: Sequence[str] | None = None) ->
     return _read(folder, name, columns)
 
 
-def _read(folder: Path, name: str, columns: Sequence[str] | None) -> pa.Table:
+def _read(folder: Path, name: str, columns: list[str] | None) -> pl.DataFrame:
     parts, whole = _in_parts(folder), folder / f"{name}.parquet"
     if not parts:
         return read_parquet(whole, columns)
     wanted = None if columns is None else list(dict.fromkeys(["trial", *columns]))
     tables = [read_parquet(_part(folder, trial, name), wanted) for trial in parts]
     if whole.is_file():
-        joined = read_parquet(whole, wanted)
-        tables.append(joined.filter(pa.array(~np.isin(joined["trial"].to_numpy(), parts), pa.bool_())))
-    table = pa.concat_tables(tables)
-    table = table.take(np.argsort(table["trial"].to_numpy(), kind="stable"))
-    return table if columns is None else table.select(list(columns))
+        tables.append(read_parquet(whole, wanted).filter(~pl.col("trial").is_in(parts)))
+    table = pl.concat(tables).sort("trial", maintain_order=True)
+    return table if columns is None else table.select(columns)
+
+
+def _by_trial(table: pl.DataFrame) -> dict[int, pl.DataFrame]:
+    return {trial: rows for (trial,), rows in table.partition_by("trial", as_dict=True).items()}
 
 
 class RunFolder(Files):
@@ -107,7 +107,7 @@ class RunFolder(Files):
     folder
         Where they are. It is made if need be.
     trial_schema, frame_schema
-        Of ``trials.parquet`` and ``frames.parquet``.
+        Columns of ``trials.parquet`` and ``frames.parquet``.
     parameters
         Those that have columns of their own in ``trials.parquet``, by key and model.
 
@@ -118,14 +118,15 @@ class RunFolder(Files):
     """
 
     def __init__(
-        self, folder: Path, trial_schema: pa.Schema, frame_schema: pa.Schema, parameters: Parameters | None = None
+        self, folder: Path, trial_schema: pl.Schema, frame_schema: pl.Schema, parameters: Parameters | None = None
     ) -> None:
         super().__init__(folder)
         self._parameters = parameters or {}
-        self._trial_schema, self._frame_schema = with_columns(trial_schema, self._parameters), frame_schema
+        self._no_trials = pl.DataFrame(schema=with_columns(trial_schema, self._parameters))
+        self._no_frames = pl.DataFrame(schema=frame_schema)
         self.recordings = folder / RECORDINGS
-        self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
-        self._frames: dict[int, pa.Table] = {}
+        self._trials: dict[int, pl.DataFrame] = {}
+        self._frames: dict[int, pl.DataFrame] = {}
         self._failures: list[Failure] = []
         self._code = ""
         self._noted: dict[str, list[str]] = {RENDERERS: [], PIXELS: []}
@@ -164,15 +165,10 @@ class RunFolder(Files):
         """Take in the trials that are done; those without any row are to be done again."""
         listed = json.loads(self.path(FAILURES).read_text(encoding="utf-8")) if self.path(FAILURES).exists() else []
         if has_tables(self.folder):
-            for row in read_table(self.folder, "trials").to_pylist():
-                self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
-            frames = read_table(self.folder, "frames")
-            trials: npt.NDArray[np.int64] = frames["trial"].to_numpy()
-            for trial in self._rows:
-                low, high = np.searchsorted(trials, [trial, trial + 1])
-                self._frames[trial] = frames.slice(low, high - low)
+            self._trials = _by_trial(read_table(self.folder, "trials"))
+            self._frames = _by_trial(read_table(self.folder, "frames"))
         failures = [Failure(**item) for item in listed]
-        self._failures = [failure for failure in failures if failure.model and failure.trial in self._rows]
+        self._failures = [failure for failure in failures if failure.model and failure.trial in self._trials]
         self._joined = len(failures) == len(self._failures) and not self.path(PARTS).exists()
 
     def _take(self) -> None:
@@ -194,7 +190,7 @@ class RunFolder(Files):
 
     def done(self) -> frozenset[int]:
         """Return the trials that are finished."""
-        return frozenset(self._rows)
+        return frozenset(self._trials)
 
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
@@ -205,11 +201,9 @@ class RunFolder(Files):
 
         A recording that could not be made is a failure of its own, which names ``condition`` and ``seed``.
         """
-        rows = tuple(
-            {**row, "code": self._code, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows
-        )
+        rows = [{**row, "code": self._code, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows]
         for row in rows:
-            if odd := sorted(set(self._trial_schema.names) ^ row.keys()):
+            if odd := sorted({*self._no_trials.columns} ^ row.keys()):
                 raise ValueError(f"trial {trial.index}: rows and table differ in the columns {', '.join(odd)}")
         known = len(self._failures)
         if isinstance(trial.recording, bytes):
@@ -217,7 +211,7 @@ class RunFolder(Files):
         elif trial.recording:
             self._failures.append(Failure(trial.index, RECORDING, condition, seed, trial.recording))
         self._note(trial)
-        self._rows[trial.index] = rows
+        self._trials[trial.index] = table(rows, self._no_trials.schema)
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
         self.path(PARTS).mkdir(exist_ok=True)
@@ -225,7 +219,7 @@ class RunFolder(Files):
         self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'frames').name}", trial.frames)
         if len(self._failures) > known:
             self._write_failures()
-        self._write_rows(f"{PARTS}/{_part(self.folder, trial.index, 'trials').name}", rows)
+        self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'trials').name}", self._trials[trial.index])
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
@@ -254,7 +248,7 @@ class RunFolder(Files):
             return
         self.write_table("frames.parquet", self.frames())
         self._write_failures()
-        self._write_rows("trials.parquet", self.rows())
+        self.write_table("trials.parquet", self.trials())
         if self.path(PARTS).is_dir():
             for trial in _in_parts(self.folder):
                 _part(self.folder, trial, "trials").unlink()  # its frames are no longer read without
@@ -269,9 +263,13 @@ class RunFolder(Files):
         if self._failures or self.path(FAILURES).exists():
             self.write_json(FAILURES, self.failures())
 
-    def rows(self) -> list[dict[str, Any]]:
+    def trials(self) -> pl.DataFrame:
         """Return the rows so far, in order of trial, then model."""
-        return [row for trial in sorted(self._rows) for row in self._rows[trial]]
+        return pl.concat([self._no_trials, *(self._trials[trial] for trial in sorted(self._trials))])
+
+    def frames(self) -> pl.DataFrame:
+        """Return the per-frame table so far, in the same order."""
+        return pl.concat([self._no_frames, *(self._frames[trial] for trial in sorted(self._frames))])
 
     def notes(self) -> list[str]:
         """Return what is to be known of the tables beside their numbers, a line each."""
@@ -282,39 +280,17 @@ class RunFolder(Files):
                 " so trials of one machine may have other numbers on another; run.json tells what drew"
             )
         notes += [f"{self.folder}: {note}" for note in self._uncounted()]
-        mixed = mixture(self.rows())
+        mixed = mixture(self.trials().iter_rows(named=True))
         return [*notes, *([f"{self.folder}: {mixed}; run.json tells them apart"] if mixed else [])]
 
     def _uncounted(self) -> list[str]:
         """Return a line for each model that spikes in a channel whose count is null, as far as frames are kept."""
-        uncounted = {
-            (row["model"], name): None
-            for trial, rows in self._rows.items()
-            for row in rows
-            for name in SPIKES
-            if name in row and row[name] is None and name in self._frames[trial].column_names
-            and _any(self._frames[trial], row["model"], name)
-        }  # fmt: skip
-        return [
-            f"{model} returns {name} and has no threshold for them, so they are not counted: colias check says more"
-            for model, name in uncounted
-        ]
-
-    def frames(self) -> pa.Table:
-        """Return the per-frame table so far, in the same order."""
-        return joined_frames(self._frames, self._frame_schema)
-
-    def _write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
-        self.write_table(name, pa.Table.from_pylist(list(rows), self._trial_schema))
-
-
-def joined_frames(frames: Mapping[int, pa.Table], schema: pa.Schema) -> pa.Table:
-    """Return the frames of trials as one table, in the order of the trials."""
-    tables = [frames[trial] for trial in sorted(frames)]
-    return pa.concat_tables(tables) if tables else schema.empty_table()
-
-
-def _any(frames: pa.Table, model: str, name: str) -> bool:
-    """Return whether a model has a number other than 0 in a column of a trial's frames."""
-    model_frames = frames.filter(np.asarray(frames["model"]) == model)
-    return bool(np.any(model_frames[name].drop_null().to_numpy()))
+        trials, frames, uncounted = self.trials(), self.frames(), []
+        for name in (name for name in SPIKES if name in trials.columns and name in frames.columns):
+            without = trials.filter(pl.col(name).is_null())
+            spiking = frames.filter(pl.col(name) != 0).join(without, on=["trial", "model"], how="semi")
+            uncounted += [
+                f"{model} returns {name} and has no threshold for them, so they are not counted: colias check says more"
+                for model in spiking["model"].unique(maintain_order=True)
+            ]
+        return uncounted

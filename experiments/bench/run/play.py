@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, ResponseSeries
@@ -58,7 +57,7 @@ class Source(Protocol):
 
     fps: float
     shape: tuple[int, int]
-    frame_columns: pa.Schema
+    frame_columns: pl.Schema
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames in order of time, always the same ones."""
@@ -279,9 +278,9 @@ def tabulate(
                 pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
                 pl.int_range(pl.len()).alias("frame"),
             )  # fmt: skip
-            tables[model.label] = index.select(columns.names).to_arrow().cast(columns)
+            tables[model.label] = index.select(columns.names()).cast(columns)
     labels = [model.label for model in trial.models if model.label in rows]
-    kept = pa.concat_tables([tables[label] for label in labels]) if frames else columns.empty_table()
+    kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)
     failures = tuple(
         Failure(trial.index, label, trial.condition.label(), trial.seed, trouble)
         for showing in showings

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
-import pyarrow as pa
+import polars as pl
 
 from colias_sim import GLUnavailable
 from dsnn import forms
@@ -176,7 +176,7 @@ class Batch(Generic[AnySpec]):
     specs: Sequence[AnySpec]
     work: Callable[[AnySpec], TrialRecord]
     description: Mapping[str, Any]
-    schemas: tuple[pa.Schema, pa.Schema]
+    schemas: tuple[pl.Schema, pl.Schema]
     parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
     amount: Callable[[], str] | None = None

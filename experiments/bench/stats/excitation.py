@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.store.rows import group
 
@@ -135,7 +135,7 @@ class Course:
         return sum(bool((t.spikes_balanced if balanced else t.spikes).any()) for t in self.trials)
 
 
-def courses(rows: Rows, frames: pa.Table, w_i: float) -> list[Course]:
+def courses(rows: Rows, frames: pl.DataFrame, w_i: float) -> list[Course]:
     """Put excitation and inhibition together from a run's tables.
 
     Parameters
@@ -156,7 +156,7 @@ def courses(rows: Rows, frames: pa.Table, w_i: float) -> list[Course]:
     models = group(rows, "trial")
     whole = [row for row in rows if row["model"] == WHOLE]
     usable = [row for row in whole if {model_row["model"] for model_row in models[(row["trial"],)]} >= set(NEEDED)]
-    columns = {name: frames[name].to_numpy(zero_copy_only=False) for name in
+    columns = {name: frames[name].to_numpy() for name in
                ("trial", "model", "sim_time_s", "hs", "hs_spikes")}  # fmt: skip
     return [
         Course(condition_rows[0], _cut([_trial(row["trial"], columns) for row in condition_rows]), w_i)

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
-import pyarrow.csv
+import polars as pl
 
 from experiments.bench.run.errors import UsageError
 from experiments.bench.store.description import short
@@ -20,19 +19,19 @@ LONGEST_FIELD = 63
 """Characters of a field's name in MATLAB."""
 
 
-def read_file(path: Path) -> pa.Table:
+def read_file(path: Path) -> pl.DataFrame:
     """Read one table: a .parquet or .csv file, as ``colias watch --table`` writes them; `UsageError` for another."""
     try:
         if path.suffix == ".csv":
-            return pyarrow.csv.read_csv(path, convert_options=pyarrow.csv.ConvertOptions(strings_can_be_null=True))
+            return pl.read_csv(path, infer_schema_length=None, glob=False)
         if path.suffix != ".parquet":
             raise UsageError(f"{path}: no table: its name should end in .parquet or .csv")
         return read_parquet(path)
-    except pa.ArrowException as error:
+    except pl.exceptions.PolarsError as error:
         raise UsageError(f"{path}: cannot be read ({short(error)})") from None
 
 
-def write(tables: Mapping[str, pa.Table], folder: Path, kind: str) -> list[Path]:
+def write(tables: Mapping[str, pl.DataFrame], folder: Path, kind: str) -> list[Path]:
     """Write tables into a folder.
 
     Parameters
@@ -60,29 +59,27 @@ def write(tables: Mapping[str, pa.Table], folder: Path, kind: str) -> list[Path]
     return paths
 
 
-def array(column: pa.ChunkedArray) -> npt.NDArray[Any]:
+def array(column: pl.Series) -> npt.NDArray[Any]:
     """Return a column as an array of numbers, truth values or texts, never of objects."""
-    if pa.types.is_string(column.type):
-        return np.array([value or "" for value in column.to_pylist()], dtype=np.str_)
-    if column.null_count or pa.types.is_null(column.type):
-        return np.array([np.nan if value is None else value for value in column.to_pylist()], np.float64)
-    return np.asarray(column.to_numpy())
+    if column.dtype == pl.String:
+        return column.fill_null("").to_numpy().astype(np.str_)
+    return column.cast(pl.Float64).to_numpy() if column.has_nulls() else column.to_numpy()
 
 
-def _csv(path: Path, table: pa.Table) -> None:
-    pyarrow.csv.write_csv(table, path)
+def _csv(path: Path, table: pl.DataFrame) -> None:
+    table.write_csv(path)
 
 
-def _npz(path: Path, table: pa.Table) -> None:
-    columns = {name: array(table[name]) for name in table.column_names}
+def _npz(path: Path, table: pl.DataFrame) -> None:
+    columns = {name: array(table[name]) for name in table.columns}
     np.savez_compressed(path, allow_pickle=False, **columns)
 
 
-def _mat(path: Path, table: pa.Table) -> None:
+def _mat(path: Path, table: pl.DataFrame) -> None:
     from scipy import io  # not before: it takes its time to load
 
     columns = {}
-    for name, field in zip(table.column_names, fields(table.column_names), strict=True):
+    for name, field in zip(table.columns, fields(table.columns), strict=True):
         values = array(table[name])
         columns[field] = values.astype(object) if values.dtype.kind == "U" else values  # texts are a cell array
     io.savemat(path, {re.sub(r"\W", "_", path.stem): columns}, long_field_names=True, oned_as="column")

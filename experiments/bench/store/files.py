@@ -5,15 +5,12 @@ from __future__ import annotations
 import datetime
 import hashlib
 import json
-import os
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.csv
-import pyarrow.parquet as pq
+import polars as pl
 
 from experiments.bench.store import provenance
 from experiments.bench.store.description import NAME, to_json
@@ -47,12 +44,11 @@ def rows_hash(table: Path) -> str:
     return hash_of(read_parquet(table))
 
 
-def hash_of(rows: pa.Table) -> str:
+def hash_of(rows: pl.DataFrame) -> str:
     """Return the SHA-256 of rows, columns of `UNREPEATABLE` aside."""
     digest = hashlib.sha256()
-    for name in rows.schema.names:
-        if name not in UNREPEATABLE:
-            digest.update(json.dumps([name, rows[name].to_pylist()], default=str).encode())
+    for column in rows.drop(UNREPEATABLE, strict=False):
+        digest.update(json.dumps([column.name, column.to_list()], default=str).encode())
     return digest.hexdigest()
 
 
@@ -88,35 +84,14 @@ def drawn_from(tables: Sequence[Path]) -> str:
     try:
         source = json.loads((tables[0].parent / NAME).read_text(encoding="utf-8"))["source"]
         rows = tables_hash(tables)
-    except (OSError, ValueError, LookupError, TypeError, pa.ArrowException):
+    except (OSError, ValueError, LookupError, TypeError, pl.exceptions.PolarsError):
         return ""  # a folder of a report, or of a run that is not over
     return f"rows {rows} of {TABLE}, commit {provenance.commit(source) or 'unknown'}"
 
 
-def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """Read a Parquet file, or the named columns of it.
-
-    Arrow opens the file itself, and reads it in this thread. Of a Python file its threads hold references, and one that
-    lets go of its own while the interpreter ends aborts the process ("terminate called without an active exception").
-    A folder called ``a=1`` above the file becomes no column, as it would by the file's path alone.
-
-    Parameters
-    ----------
-    path
-        The file.
-    columns
-        Names of the columns to read; all if left out.
-
-    Raises
-    ------
-    OSError
-        The file cannot be opened.
-    pyarrow.ArrowException
-        It is no table.
-    """
-    with pa.OSFile(os.fspath(path), "rb") as file:
-        opened = pq.ParquetFile(file, pre_buffer=False)
-        return opened.read(columns, use_threads=False)
+def read_parquet(path: Path, columns: list[str] | None = None) -> pl.DataFrame:
+    """Read a Parquet file, or the named columns of it: ``*`` or ``a=1`` in its path are names like any other."""
+    return pl.read_parquet(path, columns=columns, glob=False, hive_partitioning=False)
 
 
 class Files:
@@ -140,12 +115,12 @@ class Files:
     def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows as CSV."""
         with replacing(self.path(name)) as partial:
-            pa.csv.write_csv(pa.Table.from_pylist(list(rows)), partial)
+            pl.DataFrame(rows, infer_schema_length=None).write_csv(partial)
 
-    def write_table(self, name: str, table: pa.Table) -> None:
+    def write_table(self, name: str, table: pl.DataFrame) -> None:
         """Write a table as Parquet."""
         with replacing(self.path(name)) as partial:
-            pq.write_table(table, partial)
+            table.write_parquet(partial)
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Write a file at ``path``, in the folder or below it."""

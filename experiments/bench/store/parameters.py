@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from experiments.bench.run.models import ConfiguredModel, sections
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    import polars as pl
 
 Parameters = Mapping[str, Mapping[str, Any]]
 """Key, as ``--set`` has it -> label of a model -> its value; ``None`` of a model that has no such parameter."""
@@ -79,15 +79,15 @@ def _number(value: Any) -> str:
     return short if not isinstance(value, float) or float(short) == value else str(value)
 
 
-def with_columns(schema: pa.Schema, parameters: Parameters) -> pa.Schema:
+def with_columns(schema: pl.Schema, parameters: Parameters) -> pl.Schema:
     """Return the schema of a table with a column more for each parameter."""
-    import pyarrow as pa  # not before: what only lists studies loads no tables
+    import polars as pl  # not before: what only lists studies loads no tables
 
-    types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
-    for key, values in parameters.items():
-        kind = next((type(value) for value in values.values() if value is not None), str)
-        schema = schema.append(pa.field(key, types.get(kind, pa.string())))
-    return schema
+    kinds = {
+        key: next((type(value) for value in values.values() if value is not None), str)
+        for key, values in parameters.items()
+    }
+    return schema | pl.Schema(kinds)
 
 
 def of_model(parameters: Parameters, model: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import has_tables, read_table
@@ -74,7 +74,7 @@ class Record:
         return cls(path, there, kind)
 
     @cached_property
-    def trials(self) -> pa.Table:
+    def trials(self) -> pl.DataFrame:
         """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``.
 
         Raises
@@ -85,7 +85,7 @@ class Record:
         return self._table("trials")
 
     @cached_property
-    def frames(self) -> pa.Table:
+    def frames(self) -> pl.DataFrame:
         """A row per frame and model."""
         return self._table("frames")
 
@@ -111,12 +111,12 @@ class Record:
         """The runs in its folders, of a leaderboard, a sweep or a reproduction; none of others."""
         return [self.read(folder) for folder in part_folders(self.folder)] if self.kind.parts else []
 
-    def tables(self) -> dict[str, pa.Table]:
+    def tables(self) -> dict[str, pl.DataFrame]:
         """Return the tables of trials and frames.
 
         Returns
         -------
-        dict of str to pyarrow.Table
+        dict of str to polars.DataFrame
             Name -> table; of a whole those of its parts, with the part's folder before the name.
 
         Raises
@@ -157,7 +157,7 @@ class Record:
         """Number of trials that are finished."""
         if self.kind.parts:
             return sum(part.done for part in self.parts)
-        return len(self._table("trials", ["trial"])["trial"].unique()) if has_tables(self.folder) else 0
+        return self._table("trials", ["trial"])["trial"].n_unique() if has_tables(self.folder) else 0
 
     @property
     def begun(self) -> datetime.datetime | None:
@@ -188,7 +188,7 @@ class Record:
         measured = self.description.get("measured")
         return str(measured["provenance"]) if isinstance(measured, Mapping) else "simulated"
 
-    def _table(self, name: str, columns: list[str] | None = None) -> pa.Table:
+    def _table(self, name: str, columns: list[str] | None = None) -> pl.DataFrame:
         if self.kind.parts:
             names = ", ".join(part.folder.name for part in self.parts) or "none"
             raise UsageError(f"{self.folder}: {self.kind.what} has no table of {name} itself; its parts are: {names}")
@@ -198,7 +198,7 @@ class Record:
             raise UsageError(f"{self.folder}: no {name}.parquet there: no trial of it is finished")
         return read_table(self.folder, name, columns)
 
-    def _footage(self, name: str) -> pa.Table:
+    def _footage(self, name: str) -> pl.DataFrame:
         if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":
             raise UsageError(f"{self.folder}: no table of {name} there: colias watch --table writes one of frames")
         return read_file(self.folder)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from itertools import zip_longest
 from typing import Any
 
-import pyarrow as pa
+import polars as pl
 
 from experiments.bench.store.files import UNREPEATABLE
 from experiments.bench.store.record import Record
@@ -39,28 +38,19 @@ def first_difference(there: Record, here: Record) -> str:
     return next(filter(None, differing), "")
 
 
-def _of_table(name: str, there: pa.Table, here: pa.Table) -> str:
-    columns, others = (
-        [column for column in table.schema.names if column not in UNREPEATABLE] for table in (there, here)
-    )
-    if odd := sorted({*columns} ^ {*others}):
-        return f"{name}: the column {odd[0]} is only {'there' if odd[0] in columns else 'here'}"
-    if there.num_rows != here.num_rows:
-        return f"{name}: {there.num_rows} rows there and {here.num_rows} here"
-    rows = {column: row for column in columns if (row := _row(there[column], here[column])) is not None}
-    if not rows:
-        return ""
-    column = min(rows, key=lambda column: rows[column])
-    row = rows[column]
-    where = ", ".join(f"{key} {there[key][row]}" for key in ("trial", "model") if key in columns)
-    before, now = (repr(table[column][row].as_py())[:SHOWN] for table in (there, here))
-    return f"{name}: row {row} ({where}): {column} is {before} there and {now} here"
-
-
-def _row(there: pa.ChunkedArray, here: pa.ChunkedArray) -> int | None:
-    """Return the first row in which two columns differ; ``None`` if none."""
-    pairs = zip_longest(there.to_pylist(), here.to_pylist())
-    return next((row for row, (before, now) in enumerate(pairs) if not _same(before, now)), None)
+def _of_table(name: str, there: pl.DataFrame, here: pl.DataFrame) -> str:
+    there, here = (table.drop(UNREPEATABLE, strict=False) for table in (there, here))
+    if odd := sorted({*there.columns} ^ {*here.columns}):
+        return f"{name}: the column {odd[0]} is only {'there' if odd[0] in there.columns else 'here'}"
+    if there.height != here.height:
+        return f"{name}: {there.height} rows there and {here.height} here"
+    for row, (before, now) in enumerate(zip(there.iter_rows(), here.select(there.columns).iter_rows(), strict=True)):
+        for column, one, other in zip(there.columns, before, now, strict=True):
+            if not _same(one, other):
+                where = ", ".join(f"{key} {there[key][row]}" for key in ("trial", "model") if key in there.columns)
+                values = f"{repr(one)[:SHOWN]} there and {repr(other)[:SHOWN]} here"
+                return f"{name}: row {row} ({where}): {column} is {values}"
+    return ""
 
 
 def _same(before: Any, now: Any) -> bool:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
 
 from experiments.bench.run.user_code import traced
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    import polars as pl
 
 MOST_LISTED = 10
 """Numbers of trials in a message."""
@@ -66,25 +66,28 @@ class ResponseRow(TypedDict):
     azimuth: float
 
 
-_ARROW = {int: "int64", float: "float64", str: "string", bool: "bool_"}
-"""Type of a key -> the name of the function of PyArrow that makes the column's."""
-
-
-def schema_of(*rows: type) -> pa.Schema:
-    """Return the table of typed rows: a column for each key of the ``rows``' types, in their order.
+def schema_of(*rows: type) -> pl.Schema:
+    """Return the columns of typed rows: one for each key of the ``rows``' types, in their order.
 
     A key declared again by a later type keeps its place.
     """
-    import pyarrow as pa  # not before: declarations of claims import this module
+    import polars as pl  # not before: declarations of claims import this module
 
-    columns: dict[str, pa.DataType] = {}
+    columns: dict[str, type] = {}
     for row in rows:
         for name, kind in get_type_hints(row).items():
             kinds = [part for part in get_args(kind) or (kind,) if part is not type(None)]
             kind = str if isinstance(kinds[0], str) else kinds[0]  # of a Literal
-            if kind in _ARROW:  # a condition has paths too, which are no columns
-                columns[name] = getattr(pa, _ARROW[kind])()
-    return pa.schema(columns)
+            if kind in (int, float, str, bool):  # a condition has paths too, which are no columns
+                columns[name] = kind
+    return pl.Schema(columns)
+
+
+def table(rows: Sequence[Mapping[str, Any]], schema: Mapping[str, Any]) -> pl.DataFrame:
+    """Return rows as a table; what a row lacks is null there, and a value of another type than its column's raises."""
+    import polars as pl  # not before: declarations of claims import this module
+
+    return pl.DataFrame({name: [row.get(name) for row in rows] for name in schema}, schema)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +96,7 @@ class TrialRecord:
 
     index: int
     rows: tuple[dict[str, Any], ...]
-    frames: pa.Table
+    frames: pl.DataFrame
     recording: bytes | str | None
     """Bytes of an .rrd file, or why there is none; ``None`` where none is kept."""
     failures: tuple[Failure, ...] = ()

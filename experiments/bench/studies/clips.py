@@ -113,7 +113,7 @@ def planned(
     parts = [offline(experiment, study, seed, claims, before.base.applying(study.assignments))
             for experiment, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [part.base for part in parts]
-    grid.check_levels(study.axes, bases, study.name, TRIALS.names)
+    grid.check_levels(study.axes, bases, study.name, TRIALS.names())
     axes = study.axes + (grid.axes_of(study.over, bases, study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
     renderings = [rendering for part in parts for rendering in _renderings(part, axes, points)]

@@ -105,7 +105,7 @@ def planned(
     there = {key: base for key, base in bases.items() if key[0] in {experiment.name for experiment in answering}}
     grid.check_assignments([declared[key] for key in there], study.assignments)
     _check_repeats(claims, {name: run_plan.repeats for (name, _), run_plan in plans.items()}, study)
-    grid.check_levels(study.axes, list(there.values()), study.name, TRIAL_SCHEMA.names)
+    grid.check_levels(study.axes, list(there.values()), study.name, TRIAL_SCHEMA.names())
     axes = study.axes + (grid.axes_of(study.over, list(there.values()), study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
     renderings: list[Rendering] = []

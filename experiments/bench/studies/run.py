@@ -138,7 +138,7 @@ def run(plan: StudyPlan, out: Path, resources: Resources, *, name: str = "") -> 
     whole = batch(plan, name)
     with resources.pool() as pool, closing(whole.open(out, resources)) as folder:
         failures = whole.fill(folder, pool, resources)
-        counts = Counts(plan, folder.rows(), failures)
+        counts = Counts(plan, folder.trials().to_dicts(), failures)
         write(counts, folder, name or plan.study.name)
         return counts
 

@@ -11,7 +11,7 @@ from experiments.bench.run.errors import UsageError, check_name, of_one
 from experiments.bench.stats.claim import Claim
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    import polars as pl
 
     from experiments.bench.sources.robot import RobotTrial
     from experiments.bench.store.rows import TrialRecord
@@ -174,7 +174,7 @@ class Probe:
     """
 
     work: Callable[[RobotTrial], TrialRecord]
-    schema: Callable[[], pa.Schema]
+    schema: Callable[[], pl.Schema]
 
 
 Tables = Mapping[str, list[dict[str, Any]]]

@@ -9,8 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 import rerun as rr
 from PIL import Image
@@ -49,14 +48,14 @@ def test_a_run_prints_conditions_verdicts_and_paths(finished):
 
 def test_tables_hold_every_trial_and_frame(finished):
     folder, _ = finished
-    trials, frames = pq.read_table(folder / "trials.parquet"), pq.read_table(folder / "frames.parquet")
-    set_otherwise = [pa.field(f"experiment.{name}", pa.string()) for name in ("speeds_cm_s", "direction")]
-    assert (trials.schema, frames.schema) == (pa.schema([*TRIAL_SCHEMA, *set_otherwise]), FRAME_SCHEMA)
-    assert trials["trial"].to_pylist() == list(range(8))
-    assert frames.num_rows == sum(trials["frames"].to_pylist())
-    for row in trials.to_pylist():
-        mine = frames.filter(np.asarray(frames["trial"]) == row["trial"])
-        assert mine["frame"].to_pylist() == list(range(row["frames"]))
+    trials, frames = pl.read_parquet(folder / "trials.parquet"), pl.read_parquet(folder / "frames.parquet")
+    set_otherwise = pl.Schema({f"experiment.{name}": str for name in ("speeds_cm_s", "direction")})
+    assert (trials.schema, frames.schema) == (TRIAL_SCHEMA | set_otherwise, FRAME_SCHEMA)
+    assert trials["trial"].to_list() == list(range(8))
+    assert frames.height == sum(trials["frames"].to_list())
+    for row in trials.to_dicts():
+        mine = frames.filter(trial=row["trial"])
+        assert mine["frame"].to_list() == list(range(row["frames"]))
         assert row["spikes"] == np.abs(mine["hs_spikes"]).sum()
         assert row["peak_hs"] == np.max(mine["hs"])
         assert row["achieved_speed_cm_s"] == pytest.approx(row["speed_cm_s"], rel=0.02)
@@ -65,7 +64,7 @@ def test_tables_hold_every_trial_and_frame(finished):
 
 def test_summary_agrees_with_the_trials(finished):
     folder, _ = finished
-    trials = pq.read_table(folder / "trials.parquet").to_pylist()
+    trials = pl.read_parquet(folder / "trials.parquet").to_dicts()
     with (folder / "summary.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["quantity"] == "spikes"]
     assert len(rows) == 4
@@ -109,18 +108,18 @@ def test_recordings_verify_and_read_back(finished):
     recordings = sorted((folder / "recordings").glob("*.rrd"))
     assert len(recordings) == 8
     verify(*recordings)
-    frames = pq.read_table(folder / "frames.parquet")
-    first = frames.filter(np.asarray(frames["trial"]) == 0)
+    frames = pl.read_parquet(folder / "frames.parquet")
+    first = frames.filter(trial=0)
     (potential,) = entity(recordings[0], "/models/dsnn/hs")
     column = next(name for name in potential.schema.names if "Scalars" in name)
-    np.testing.assert_array_equal(np.concatenate(potential[column].to_pylist()), first["hs"])
+    np.testing.assert_array_equal(np.concatenate(potential[column].to_list()), first["hs"])
     times = potential["time"].cast("int64").to_numpy() / 1e9
     np.testing.assert_allclose(times, first["sim_time_s"], atol=1e-8)
-    assert potential["frame"].to_pylist() == list(range(first.num_rows))
+    assert potential["frame"].to_list() == list(range(first.height))
     for path in ("world/observer/camera/image", *(f"models/dsnn/maps/{name}" for name in ("p", "la", "f_on", "f_off"))):
         (images,) = entity(recordings[0], f"/{path}")
         buffers = images[next(name for name in images.schema.names if "buffer" in name)].to_pylist()
-        assert len(buffers) == first.num_rows
+        assert len(buffers) == first.height
         assert len(np.ravel(buffers[0])) == 72 * 99
     (moving,) = entity(recordings[0], "/world/stimulus")
     places = moving[next(name for name in moving.schema.names if "translation" in name)].to_pylist()
@@ -130,7 +129,7 @@ def test_recordings_verify_and_read_back(finished):
 def test_recordings_stay_small(finished):
     """At most 15 KB a frame over a default run: 0.2 MB a file of layout and scene, the rest images."""
     folder, _ = finished
-    frames = pq.read_table(folder / "trials.parquet")["frames"].to_pylist()
+    frames = pl.read_parquet(folder / "trials.parquet")["frames"].to_list()
     for trial, count in enumerate(frames):
         size = (folder / "recordings" / f"trial-{trial:04d}.rrd").stat().st_size
         assert size < 220_000 + 13_500 * count
@@ -142,7 +141,7 @@ def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, colias):
     assert colias("run", "speed", *arguments, "--seed", "4", "--workers", "0", "--out", "other").returncode == 0
     folder = finished[0]
     tables = {
-        name: pq.read_table(path).drop_columns(["wall_s"])
+        name: pl.read_parquet(path).drop(["wall_s"])
         for name, path in (
             ("first", folder / "trials.parquet"),
             ("again", colias.folder / "again" / "trials.parquet"),
@@ -194,8 +193,8 @@ def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
     (colias.folder / "my_experiment.py").write_text(user_files.EXPERIMENT)
     done = colias("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
     assert done.returncode == 0, done.stderr
-    trials = pq.read_table(colias.folder / "out" / "trials.parquet")
-    assert set(trials["experiment"].to_pylist()) == {"my_experiment"}
+    trials = pl.read_parquet(colias.folder / "out" / "trials.parquet")
+    assert set(trials["experiment"].to_list()) == {"my_experiment"}
 
 
 PLAIN_DESIGN = """from __future__ import annotations
@@ -224,7 +223,7 @@ def test_a_design_of_one_s_own_may_be_a_plain_dataclass(colias):
     done = colias("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
     assert done.returncode == 0, done.stderr
     assert "[b]out: figure.png" in done.stdout
-    assert pq.read_table(colias.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
+    assert pl.read_parquet(colias.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_list() == [30.0, 29.0]
     wrong = colias("run", "mine.py", "--set", "experiment.count=two")
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
     assert "count must be a whole number" in wrong.stderr

@@ -4,7 +4,7 @@ import json
 import re
 from pathlib import Path
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import experiments
@@ -60,8 +60,10 @@ def rerun(folder: Path):
 def test_a_run_is_repeated_from_the_files_at_their_places(folder):
     again = rerun(folder)
     assert (again.returncode, again.stdout.split(":")[0]) == (0, "equal"), again.stderr
-    first, second = (pq.read_table(run / "frames.parquet") for run in (folder / "run", folder / "elsewhere" / "again"))
-    assert first.num_rows and first.equals(second)
+    first, second = (
+        pl.read_parquet(run / "frames.parquet") for run in (folder / "run", folder / "elsewhere" / "again")
+    )
+    assert first.height and first.equals(second)
 
 
 def test_an_edited_file_is_named_and_so_is_the_first_row_that_differs(folder):

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from dsnn import DSNN, DSNNParams
@@ -78,7 +78,7 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
         "too small a field"
     )
     folder = colias.folder / "out"
-    rows = pq.read_table(folder / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(folder / "trials.parquet").to_dicts()
     assert [(r["clip"], r["model"]) for r in rows] == [
         (clip, model) for clip in ("right", "left") for model in ("dsnn", "gradient")
     ]
@@ -92,5 +92,5 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     assert (other.returncode, other.stderr.count("\n")) == (2, 1) and "gain" in other.stderr
     alone = colias(*arguments, "--out", "alone", "--workers", "0", "--no-recordings", "-q")
     assert alone.returncode == 0
-    same = pq.read_table(colias.folder / "alone" / "trials.parquet").drop_columns(["wall_s"])
-    assert same.equals(pq.read_table(folder / "trials.parquet").drop_columns(["wall_s"]))
+    same = pl.read_parquet(colias.folder / "alone" / "trials.parquet").drop(["wall_s"])
+    assert same.equals(pl.read_parquet(folder / "trials.parquet").drop(["wall_s"]))

@@ -5,7 +5,7 @@ import json
 import math
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 import rerun as rr
 
@@ -381,13 +381,13 @@ def test_behave_prints_scores_and_leaves_files(played):
         assert name in done.stdout
     assert "Traceback" not in done.stderr
     folder = colias.folder / "run"
-    table = pq.read_table(folder / "trials.parquet").to_pylist()
+    table = pl.read_parquet(folder / "trials.parquet").to_dicts()
     assert len(table) == 8 and {row["seed"] for row in table} == {0, 1}
     gains = {name: np.mean([r["optomotor_gain"] for r in table if r["model"] == name]) for name in BEHAVIOURS if
              any(r["model"] == name for r in table)}  # fmt: skip
     assert gains["oracle-heading"] > 0.9 and abs(gains["straight"]) < 0.05
     assert len(list((folder / "recordings").glob("*.rrd"))) == 2  # of the behaviour asked for
-    assert pq.read_table(folder / "frames.parquet").num_rows == sum(row["frames"] for row in table)
+    assert pl.read_parquet(folder / "frames.parquet").height == sum(row["frames"] for row in table)
     assert json.loads((folder / "run.json").read_text())["settings"][0]["options"] == [["robots", 1]]
 
 
@@ -406,8 +406,8 @@ def test_numbers_do_not_depend_on_workers(played, tmp_path):
     done = colias("behave", "optomotor", "--episodes", "2", "--out", "alone", "--workers", "0", "--set", "robots=1",
                   "--no-baselines", "-q")  # fmt: skip
     assert done.returncode == 0 and done.stdout == "" and done.stderr == ""
-    one = pq.read_table(colias.folder / "run" / "trials.parquet").to_pylist()[:2]
-    assert pq.read_table(colias.folder / "alone" / "trials.parquet").to_pylist() == one
+    one = pl.read_parquet(colias.folder / "run" / "trials.parquet").to_dicts()[:2]
+    assert pl.read_parquet(colias.folder / "alone" / "trials.parquet").to_dicts() == one
 
 
 def test_scoring_needs_an_episode():

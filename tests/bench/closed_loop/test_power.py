@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import polars as pl
 import pytest
 from scipy import stats
 
@@ -175,11 +176,11 @@ def test_the_power_is_told_from_the_episodes_played_as_a_pilot(tmp_path, capsys)
     """The command itself runs in tests/docs/test_docs_behaviours.py."""
     sides = {"hybrid": rows(4, 56, metres=250 / 60), "lgmd": rows(19, 41, metres=200 / 60)}
     standings = [Standing(name, {}, side) for name, side in sides.items()]
-    table.show_power(Played(tmp_path, AVOIDANCE, standings, STEP_SCHEMA.empty_table(), []), "lgmd")
+    table.show_power(Played(tmp_path, AVOIDANCE, standings, pl.DataFrame(schema=STEP_SCHEMA), []), "lgmd")
     output = " ".join(capsys.readouterr().out.split())
     assert "hybrid: 4 collisions in 250.0 m, 60 episodes lgmd: 19 collisions in 200.0 m, 60 episodes" in output
     assert f"that hybrid collides less often a metre than lgmd, by a whole 95 % interval: {needed()} episodes" in output
     assert f"{power(RARER, OTHER, 1.0, 60):.0%} with 60" in output
     few = [standings[0], Standing("lgmd", {}, rows(0, 9))]
     with pytest.raises(UsageError, match="--power lgmd: it touched nothing in 9 episodes"):
-        table.show_power(Played(tmp_path, AVOIDANCE, few, STEP_SCHEMA.empty_table(), []), "lgmd")
+        table.show_power(Played(tmp_path, AVOIDANCE, few, pl.DataFrame(schema=STEP_SCHEMA), []), "lgmd")

@@ -4,7 +4,7 @@ import dataclasses
 import json
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 from pydantic.dataclasses import dataclass
 
@@ -145,7 +145,7 @@ def test_a_stimulus_of_one_s_own_is_shown_in_workers_and_by_each_command(tmp_pat
     monkeypatch.chdir(tmp_path)
     (tmp_path / "flicker.py").write_text(OWN)
     assert command(["run", "flicker.py", "--out", "out", "--workers", "1", "--quiet"]) == 0
-    (row,) = pq.read_table("out/trials.parquet").to_pylist()
+    (row,) = pl.read_parquet("out/trials.parquet").to_dicts()
     assert (row["stimulus"], row["clip"], row["frames"]) == ("flicker", "one", 9)
     description = json.loads((tmp_path / "out" / "run.json").read_text())
     assert description["experiment"]["clips"][0]["stimulus"] == "flicker"

@@ -2,7 +2,7 @@
 
 import sys
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from experiments.bench.cli.entry import run as main
@@ -62,7 +62,7 @@ def test_any_way_to_give_conditions_does(colias, body):
     (colias.folder / "mine.py").write_text(robot(body))
     done = colias("run", "mine.py", *QUICK)
     assert done.returncode == 0, done.stderr
-    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     assert [row["direction"] for row in rows] == ["rightward", "leftward"]
 
 
@@ -87,7 +87,7 @@ def test_clips_may_come_in_any_way(colias):
     (colias.folder / "mine.py").write_text(CLIPS.replace("{changes}", changes + "'models': ['dsnn']"))
     done = colias("run", "mine.py", *QUICK)
     assert done.returncode == 0, done.stderr
-    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     assert [(row["clip"], row["motion"]) for row in rows] == [("rightward",) * 2, ("leftward",) * 2]
 
 

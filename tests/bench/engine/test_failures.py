@@ -4,7 +4,7 @@ import json
 from types import SimpleNamespace
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
@@ -92,7 +92,7 @@ RUNS = {"trial": trial_of, "clip": clip_of}
 def rows_of(record, model):
     """Rows of one model in both tables, without wall times."""
     rows = [{**row, "wall_s": 0.0} for row in record.rows if row["model"] == model]
-    return rows, [row for row in record.frames.to_pylist() if row["model"] == model]
+    return rows, [row for row in record.frames.to_dicts() if row["model"] == model]
 
 
 RAISES = "self.seen = getattr(self, 'seen', -1) + 1\n        if self.seen == 5: {}"
@@ -135,7 +135,7 @@ def test_trials_without_a_working_model_fail_and_resume(colias):
     done = colias(*arguments, "--out", "out")
     assert done.returncode == 1 and "trials 1, 2, 3" in done.stderr
     assert "figure.png" not in done.stdout, "there is none to name"
-    assert pq.read_table(colias.folder / "out" / "trials.parquet").num_rows == 0
+    assert pl.read_parquet(colias.folder / "out" / "trials.parquet").height == 0
     again = colias(*arguments, "--out", "out")
     assert again.returncode == 1 and again.stderr.count("ValueError: odd") == 1, "once for all four"
     assert len(json.loads((colias.folder / "out" / "failures.json").read_text())) == 4

@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-import pyarrow.parquet as pq
+import polars as pl
 
 from tests.helpers.processes import CLI, members, start, wait_until
 
@@ -45,7 +45,7 @@ def test_ctrl_c_at_many_moments(tmp_path):
     again = start(tmp_path, *CLI, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
     _, errors = again.communicate(timeout=120)
     assert again.returncode == 0, errors
-    assert pq.read_table(tmp_path / out / "trials.parquet").num_rows == 2
+    assert pl.read_parquet(tmp_path / out / "trials.parquet").height == 2
 
 
 def test_workers_that_still_start_say_nothing(tmp_path):

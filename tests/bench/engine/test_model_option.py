@@ -5,7 +5,7 @@ import json
 import pickle
 from pathlib import Path
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from dsnn import MODELS
@@ -22,7 +22,7 @@ COMPARED = [name for name in MODELS if name != "dsnn-reference"]
 
 
 def models_of(folder, table="trials.parquet"):
-    return list(dict.fromkeys(pq.read_table(folder / table)["model"].to_pylist()))
+    return list(dict.fromkeys(pl.read_parquet(folder / table)["model"].to_list()))
 
 
 def csv_of(path):
@@ -129,7 +129,7 @@ def test_one_model_under_two_settings_is_paired(colias):
     assert {(row["model"], row["against"], row["n"]) for row in pairs} == {
         (labels[0], labels[1], "3"), (labels[0], labels[2], "3"), (labels[1], labels[2], "3"),
     }  # fmt: skip
-    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     peaks = {label: max(row["peak_hs"] for row in rows if row["model"] == label) for label in labels}
     assert len(set(peaks.values())) == 3 and peaks[labels[2]] < 1e-3
     assert labels[1] in " ".join(done.stdout.split()) and labels[1] in (colias.folder / "out/figure.svg").read_text()
@@ -219,10 +219,10 @@ def test_a_grid_shows_several_models(colias):
     assert sorted(points) == sorted(
         (model, n, noise) for model in ("dsnn", "emd", "lgmd1") for n in ("4", "6") for noise in ("0", "0.64")
     )
-    trials = pq.read_table(colias.folder / "out" / "trials.parquet")
-    assert trials.num_rows == 2 * 2 * 4, "once per rendering, not once per point"
+    trials = pl.read_parquet(colias.folder / "out" / "trials.parquet")
+    assert trials.height == 2 * 2 * 4, "once per rendering, not once per point"
     ran(colias, "run", "speed", *GRID[4:], "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone")
-    spikes = {r["speed_cm_s"]: r["spikes"] for r in pq.read_table(colias.folder / "alone/trials.parquet").to_pylist()}
+    spikes = {r["speed_cm_s"]: r["spikes"] for r in pl.read_parquet(colias.folder / "alone/trials.parquet").to_dicts()}
     same = {float(r["speed_cm_s"]): float(r["value"]) for r in csv_of(colias.folder / "out" / "counts.csv")
             if (r["model"], r["dsnn.n_con"], r["camera.read_noise"]) == ("dsnn", "4", "0.64")}  # fmt: skip
     assert same == spikes

@@ -40,14 +40,14 @@ def test_an_edit_counts_in_the_same_process(tmp_path):
     model_file = model(tmp_path / "own" / "mod.py", 0.125)
     file = experiment(tmp_path / "mine.py", "return Outcome('holds', 'the first')", "'before'")
     first = run(file, tmp_path / "first", models=[model_file])
-    assert (peaks(first)["own"], first.claims["measured"][0].as_py()) == (0.125, "the first")
+    assert (peaks(first)["own"], first.claims["measured"][0]) == (0.125, "the first")
     began = hashes(first)
 
     model(model_file, 0.375)
     experiment(file, "return Outcome('fails', 'the second')", "'after'")
     second = run(file, tmp_path / "second", models=[model_file])
-    assert (peaks(second)["own"], second.trials["clip"][0].as_py()) == (0.375, "after")
-    assert second.claims["measured"][0].as_py() == "the second"
+    assert (peaks(second)["own"], second.trials["clip"][0]) == (0.375, "after")
+    assert second.claims["measured"][0] == "the second"
     assert (
         hashes(second) == {str(path): sha(path) for path in (model_file, file)}
         and hashes(second).keys() == began.keys()
@@ -57,7 +57,7 @@ def test_an_edit_counts_in_the_same_process(tmp_path):
     with pytest.raises(UsageError, match=r"mine\.py has changed"):
         run(file, tmp_path / "second", models=[model_file])
     third = run(file, tmp_path / "second", models=[model_file], other_code=True)
-    assert third.claims["measured"][0].as_py() == "the third"
+    assert third.claims["measured"][0] == "the third"
 
 
 def test_an_edited_helper_counts_and_one_that_comes_back_is_what_it_was(tmp_path):
@@ -95,5 +95,5 @@ def test_a_model_s_path_is_relative_to_the_file_that_has_it(tmp_path, monkeypatc
 def test_a_judge_that_goes_wrong_at_one_seed_is_told(tmp_path, capsys):
     judge = "1 / 0 if clips['repeat'][0] else None; return Outcome('holds', 'so')"
     clip_run = run(experiment(tmp_path / "mine.py", judge, repeats=2), tmp_path / "out")
-    assert clip_run.claims["outcome"].to_pylist() == ["holds"]
+    assert clip_run.claims["outcome"].to_list() == ["holds"]
     assert "ZeroDivisionError" in capsys.readouterr().err

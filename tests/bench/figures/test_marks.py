@@ -11,7 +11,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 import rerun as rr
 
@@ -50,8 +50,8 @@ Table = dict[str, list[int]]
 
 
 def table_of(path: Path) -> Table:
-    table = pq.read_table(path)
-    return {name: table[name].to_pylist() for name in SPIKES}
+    table = pl.read_parquet(path)
+    return {name: table[name].to_list() for name in SPIKES}
 
 
 def run(folder: Path) -> tuple[Path, Table]:

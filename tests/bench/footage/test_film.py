@@ -77,7 +77,7 @@ ANSWERS = {  # by the README of these files: channel, peak of the potential, spi
 def test_models_answer_what_is_shown(name):
     channel, peak, spikes, count, rate = ANSWERS[name]
     seen = watch(CASES / name, quiet=True)
-    (motion,) = seen.motions.to_pylist()
+    (motion,) = seen.motions.to_dicts()
     assert motion["direction"] == {"hs": "rightward", "vs": "downward"}[channel]
     assert motion["peak"] == pytest.approx(peak, abs=0.01) and motion["spikes"] == spikes
     np.testing.assert_allclose(seen.frames["time_s"], np.arange(count) / rate, atol=1e-6)

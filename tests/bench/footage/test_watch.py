@@ -12,8 +12,7 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
-import pyarrow.csv
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 import rerun as rr
 
@@ -98,10 +97,10 @@ def test_claim_12_is_judged_against_the_flow(watched):
 
 def test_the_table_is_what_the_network_says_of_the_frames(watched):
     folder, _ = watched
-    table = pq.read_table(folder / "street.parquet")
+    table = pl.read_parquet(folder / "street.parquet")
     series = DSNN(SHAPE, DSNNParams.offline()).run(decoded(folder / "street.avi"))
     assert table.schema == SCHEMA
-    assert table["frame"].to_pylist() == list(range(FRAMES))
+    assert table["frame"].to_list() == list(range(FRAMES))
     np.testing.assert_allclose(table["time_s"], np.arange(FRAMES) / FPS, atol=1e-6)
     for name in ("hs", "vs", "hs_spikes", "vs_spikes"):
         np.testing.assert_array_equal(table[name], getattr(series, name))
@@ -109,7 +108,7 @@ def test_the_table_is_what_the_network_says_of_the_frames(watched):
 
 def test_the_recording_holds_every_frame(watched):
     folder, _ = watched
-    table = pq.read_table(folder / "street.parquet")
+    table = pl.read_parquet(folder / "street.parquet")
     hs = temporal(folder / "street.rrd", "/models/dsnn/hs")
     values = [value for batch in hs for row in batch[column(batch, "Scalars")].to_pylist() for value in row]
     np.testing.assert_array_equal(values, table["hs"])
@@ -141,8 +140,8 @@ def column(batch, word: str) -> str:
 def test_a_mirrored_film_flips_the_signs(watched, colias):
     folder, _ = watched
     assert colias("watch", str(folder / "mirrored.avi"), "--no-view", "--table", "m.csv").returncode == 0
-    mirrored = pyarrow.csv.read_csv(colias.folder / "m.csv")
-    plain, other = np.asarray(pq.read_table(folder / "street.parquet")["hs"]), np.asarray(mirrored["hs"])
+    mirrored = pl.read_csv(colias.folder / "m.csv")
+    plain, other = np.asarray(pl.read_parquet(folder / "street.parquet")["hs"]), np.asarray(mirrored["hs"])
     strong = np.abs(plain) > 0.05
     assert strong.sum() > 100
     assert (np.sign(other[strong]) == -np.sign(plain[strong])).all()
@@ -155,8 +154,8 @@ def test_models_parameters_size_and_rate(films, colias):
     assert "note: 160x120 is not the aspect of 320x180: the network sees it distorted by 33%" in done.stderr
     rows = [line.split()[:3] for line in done.stdout.splitlines() if " 25 " in line]
     assert rows == [["dsnn", "25", "0.1"], ["dsn2017", "25", "0.16"]]
-    table = pyarrow.csv.read_csv(colias.folder / "t.csv")
-    assert table["model"].to_pylist() == ["dsnn", "dsn2017"] * FRAMES
+    table = pl.read_csv(colias.folder / "t.csv")
+    assert table["model"].to_list() == ["dsnn", "dsn2017"] * FRAMES
     small = [cv2.resize(frame, (160, 120), interpolation=cv2.INTER_AREA) for frame in decoded(films / "street.avi")]
     expected = DSNN((120, 160), DSNNParams.offline(t_sp=0.1, fps=25)).run(small)
     np.testing.assert_array_equal(np.asarray(table["hs"])[::2], expected.hs)
@@ -174,7 +173,7 @@ def test_a_film_cut_short_keeps_what_there_is(films, colias):
     (colias.folder / "cut.avi").write_bytes(whole[: len(whole) // 2])
     done = colias("watch", "cut.avi", "--no-view", "--table", "cut.parquet", "--record", "cut.rrd")
     assert done.returncode == 1
-    count = pq.read_table(colias.folder / "cut.parquet").num_rows
+    count = pl.read_parquet(colias.folder / "cut.parquet").height
     assert 60 < count < 200
     note = f"note: ended early: {count} of the {FRAMES} frames its header announces were decoded\n"
     assert done.stderr == note
@@ -267,7 +266,7 @@ def test_a_viewer_that_does_not_open_is_told_in_one_line(films, tmp_path):
     assert done.stderr.count("\n") == 1, done.stderr
     if done.returncode == 0:  # on a busy machine the viewer gives up only when frames are on their way to it
         assert "note: the viewer was closed, or could not open" in done.stderr
-        assert pyarrow.csv.read_csv(tmp_path / "t.csv").num_rows == FRAMES
+        assert pl.read_csv(tmp_path / "t.csv").height == FRAMES
     else:
         assert done.returncode == 2 and "viewer did not open" in done.stderr
         assert not list(tmp_path.iterdir())
@@ -290,10 +289,10 @@ def test_an_interrupt_leaves_whole_files_of_what_was_seen(films, tmp_path):
         finally:
             process.kill()
     assert (process.returncode, errors) == (130, "")
-    table = pq.read_table(tmp_path / "out.parquet")
-    count = table.num_rows
+    table = pl.read_parquet(tmp_path / "out.parquet")
+    count = table.height
     assert 0 < count < FRAMES
-    assert table["frame"].to_pylist() == list(range(count))
+    assert table["frame"].to_list() == list(range(count))
     assert f"; {count} frames, " in printed
     assert sum(batch.num_rows for batch in temporal(tmp_path / "out.rrd", "/models/dsnn/hs")) == count
     assert not list(tmp_path.glob("*.part"))

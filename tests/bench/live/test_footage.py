@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-import pyarrow.csv as csv
+import polars as pl
 import pytest
 
 from experiments.bench.cli.main import command
@@ -35,7 +35,7 @@ def test_the_answers_are_those_of_colias_watch(film: str, tmp_path: Path):
     session.close()
     table = tmp_path / "watched.csv"
     assert command([*told[1:], "--no-view", "--table", str(table)]) == 0
-    rows = csv.read_csv(table).to_pylist()
+    rows = pl.read_csv(table).to_dicts()
     assert answers == pytest.approx([row["hs"] for row in rows if row["model"] == "dsnn"], abs=1e-9)
     assert max(map(abs, answers)) > 0.1, "nothing moved"
 

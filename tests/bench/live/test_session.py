@@ -45,7 +45,7 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
     session.behave("fixation")
     seen += hs(session, 30)
     done = session.record(tmp_path / "run")
-    rows = done.frames.to_pylist()
+    rows = done.frames.to_dicts()
     assert [row["hs"] for row in rows if row["model"] == "dsnn"] == seen
     assert done.description["paths"], "commands and changes by frame"
     assert Record.read(tmp_path / "run").kind.robot
@@ -62,7 +62,7 @@ def test_another_command_is_no_equal_repetition(tmp_path: Path):
     import experiments
 
     done = experiments.run(visit.visit(slower), workers=0, quiet=True, out=tmp_path / "run", recordings=False)
-    assert done.frames.column("hs").to_pylist() != seen
+    assert done.frames["hs"].to_list() != seen
 
 
 def test_a_parameter_changes_the_answer_and_comes_back():
@@ -132,7 +132,7 @@ def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
     with pytest.raises(UsageError, match="colias run general"):
         session.record(tmp_path / "none")
     run = experiments.run("general", repeats=1, workers=0, quiet=True, recordings=False, out=tmp_path / "run")
-    rows = [row["hs"] for row in run.frames.to_pylist() if row["trial"] == 0 and row["model"] == "dsnn"]
+    rows = [row["hs"] for row in run.frames.to_dicts() if row["trial"] == 0 and row["model"] == "dsnn"]
     assert looped == rows
 
 
@@ -157,7 +157,7 @@ def test_an_arena_of_ones_own_stands_in_the_trial_and_is_recorded(tmp_path: Path
     session.drive("stimulus", 1.0)
     seen = hs(session, 40)
     done = session.record(tmp_path / "run")
-    assert [row["hs"] for row in done.frames.to_pylist()] == seen
+    assert [row["hs"] for row in done.frames.to_dicts()] == seen
 
 
 def test_robots_stop_before_the_wall_and_before_each_other():

@@ -8,7 +8,7 @@ import math
 import shlex
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 import rerun as rr
 
@@ -98,15 +98,15 @@ def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys, tracked):
     assert colias(*shlex.split(printed)[1:], "--out", tmp_path / "back", "--quiet", "--no-recordings") == 0
     back = experiments.load(tmp_path / "back")
     lost = UNKNOWN if tracked else UNKNOWN | TRACKED
-    for before, after in zip(simulated.trials.to_pylist(), back.trials.to_pylist(), strict=True):
+    for before, after in zip(simulated.trials.to_dicts(), back.trials.to_dicts(), strict=True):
         assert after.pop("provenance") == "log of a simulated run"
         assert all(after[name] is None for name in lost)
         assert after == {name: None if name in lost else value for name, value in before.items()}
-    columns = [name for name in simulated.frames.column_names if tracked or name not in POSES]
+    columns = [name for name in simulated.frames.columns if tracked or name not in POSES]
     assert back.frames.select(columns).equals(simulated.frames.select(columns))
-    summaries = [[row for row in run.summary.to_pylist() if row["quantity"] not in lost] for run in (simulated, back)]
+    summaries = [[row for row in run.summary.to_dicts() if row["quantity"] not in lost] for run in (simulated, back)]
     assert summaries[0] == summaries[1] and summaries[0]
-    verdicts = [run.claims.to_pylist() for run in (simulated, back)]
+    verdicts = [run.claims.to_dicts() for run in (simulated, back)]
     assert {row["provenance"] for row in verdicts[1]} == {"log of a simulated run"}
     for before, after in zip(*verdicts, strict=True):
         assert {**after, "provenance": before["provenance"]} == before
@@ -130,10 +130,10 @@ def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):
     whole = tmp_path / "log" / "log.csv", tmp_path / "both", "--frames", tmp_path / "log" / "frames", "--model", "dsnn"
     both = taken(*whole, "--no-recordings")
     assert both.models == ["dsnn", "dsnn@frames"]
-    assert set(both.trials["provenance"].to_pylist()) == {
+    assert set(both.trials["provenance"].to_list()) == {
         "log of a simulated run", "frames from the log of a simulated run"
     }  # fmt: skip
-    answers = [both.frames.filter(np.asarray(both.frames["model"]) == name)["hs"] for name in both.models]
+    answers = [both.frames.filter(model=name)["hs"] for name in both.models]
     assert answers[0].equals(answers[1])
     first, second = (tmp_path / "log" / "frames" / f"trial-000{i}" for i in (0, 1))
     seen = pictures(pictured.recordings[1])["camera"]
@@ -230,7 +230,7 @@ def test_a_bearing_is_right_positive_as_its_poses_say(tmp_path):
         lines = [[0, 20, (i + 1) / 30, 0.1, 0, *left] for i in range(FRAMES)]
         log = written(tmp_path, (20,), 1, lines={1: columns, **{i: line for i, line in enumerate(lines, 2)}})
         if sign < 0:
-            assert set(taken(log, tmp_path / "run").frames[POSES[0]].to_pylist()) == {-45.0}
+            assert set(taken(log, tmp_path / "run").frames[POSES[0]].to_dicts()) == {-45.0}
         else:
             with pytest.raises(UsageError, match=r"line 2: stimulus_bearing_deg is 45"):
                 taken(log, tmp_path / "other")
@@ -264,7 +264,7 @@ def test_a_number_is_spelt_as_tables_spell_it(cell, tmp_path):
 @pytest.mark.parametrize("cell", ["0.1", " .1 ", "+1E-1", "1.e-1", "-0.0", "1e-400"])
 def test_what_numbers_look_like_otherwise(cell, tmp_path):
     run = taken(written(tmp_path, lines={4: [0, 20, 0.1, cell, "+1"]}), tmp_path / "run", "--no-recordings")
-    assert run.frames["hs"][2].as_py() == float(cell) and run.frames["hs_spikes"][2].as_py() == 1
+    assert run.frames["hs"][2] == float(cell) and run.frames["hs_spikes"][2] == 1
 
 
 @pytest.mark.parametrize(("separator", "message"), [(";", "';'"), ("\t", "a tab"), ("|", "'|'")])
@@ -315,12 +315,12 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     run = experiments.load(tmp_path / "runs" / "first")
     described = json.loads((run.folder / "run.json").read_text())
     assert described["measured"]["provenance"] == run.provenance == "measured"
-    assert set(run.trials["provenance"].to_pylist()) == set(run.claims["provenance"].to_pylist()) == {"measured"}
-    assert set(run.claims["outcome"].to_pylist()) == {"not shown"}
-    assert "needs rightward translations" in run.claims["measured"][0].as_py()
+    assert set(run.trials["provenance"].to_list()) == set(run.claims["provenance"].to_list()) == {"measured"}
+    assert set(run.claims["outcome"].to_list()) == {"not shown"}
+    assert "needs rightward translations" in run.claims["measured"][0]
     assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
-    assert run.frames["vs"].null_count == run.frames.num_rows and not run.frames["hs"].null_count
-    assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_pylist())
+    assert run.frames["vs"].null_count() == run.frames.height and not run.frames["hs"].null_count()
+    assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_list())
     caption = run.figure().get_supxlabel()
     assert "measured" in caption and "arena" not in caption and "n = 1 to 2" in caption
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
@@ -361,7 +361,7 @@ def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp
                 here = trial, model, (2, 4, 6, 10)[trial % 4]
                 lines.writerows([*here, (i + 1) / 30, 0.5, int(i < spikes[trial % 4])] for i in range(FRAMES))
     assert colias("import", log, "--out", tmp_path / "run", "--quiet", "--no-recordings") == 0
-    claims = {(row["id"], row["model"]): row for row in experiments.load(tmp_path / "run").claims.to_pylist()}
+    claims = {(row["id"], row["model"]): row for row in experiments.load(tmp_path / "run").claims.to_dicts()}
     assert claims["C15", "dsnn"]["outcome"] == "holds" and claims["C15", "dsn2017"]["outcome"] == "fails"
     for row in claims.values():
         assert row["provenance"] == "measured"
@@ -377,12 +377,12 @@ def test_two_robots_compare_as_independent_samples(tmp_path, capsys):
     slow.write_text("\n".join([text[0], *slow.read_text().splitlines()]))
     other = taken(slow, tmp_path / "other", "--no-recordings")
     comparison = experiments.compare(one, other)
-    rows = comparison.results.to_pylist()
+    rows = comparison.results.to_dicts()
     assert len(rows) == 2 and all(row["test"].startswith("Mann-Whitney") for row in rows)
     assert colias("compare", one.folder, other.folder) == 0
     assert "seed" not in capsys.readouterr().out
     assert all(row["rank_biserial"] > 0.5 and row["mean_difference"] > 0 and row["n"] == 6 for row in rows)
-    assert not experiments.compare(one, one).results["mean_difference"].to_pylist()[0]
+    assert not experiments.compare(one, one).results["mean_difference"].to_list()[0]
 
 
 def test_two_models_of_one_log_are_paired(tmp_path):
@@ -412,6 +412,6 @@ def test_a_log_without_the_channel_that_counts(tmp_path):
 
 def test_a_robot_s_own_frame_rate(tmp_path):
     """25 frames a second: the firing rate goes by the log's times, not by the camera's setting."""
-    rows = taken(timed(written(tmp_path), 30 / 25), tmp_path / "run", "--no-recordings").trials.to_pylist()
+    rows = taken(timed(written(tmp_path), 30 / 25), tmp_path / "run", "--no-recordings").trials.to_dicts()
     assert all(row["firing_rate_hz"] == pytest.approx(row["spikes"] / (FRAMES / 25)) for row in rows)
-    assert pq.read_table(tmp_path / "run" / "frames.parquet")["sim_time_s"][FRAMES - 1].as_py() == pytest.approx(1.2)
+    assert pl.read_parquet(tmp_path / "run" / "frames.parquet")["sim_time_s"][FRAMES - 1] == pytest.approx(1.2)

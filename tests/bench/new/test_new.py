@@ -58,7 +58,7 @@ def test_its_three_comments_name_commands_that_work(kind, folder, capsys):
         more = SHORT.get(" ".join(words[:2]), SHORT.get(words[0], []))
         assert main.command([*words, *more]) == 0, words
     for run in map(experiments.load, (folder / "runs").glob("*")):
-        claims = [row for row in run.claims.to_pylist() if row["experiment"] == NAME]
+        claims = [row for row in run.claims.to_dicts() if row["experiment"] == NAME]
         assert run.name != NAME or claims, "an experiment to begin with has a claim"
         assert all(row["unjudged"] == 0 for row in claims), claims
 

@@ -8,8 +8,7 @@ import json
 
 import cv2
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 from scipy import io
 
@@ -50,41 +49,41 @@ def clips(tmp_path_factory):
 def test_the_tables_come_out_whole(clips, tmp_path, kind):
     assert colias("export", clips.folder, "--to", kind, "--out", tmp_path / "out", "--quiet") == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"frames.{kind}", f"trials.{kind}"]
-    rows = clips.trials.to_pylist()
+    rows = clips.trials.to_dicts()
     place = tmp_path / "out" / f"trials.{kind}"
     if kind == "csv":
         with place.open() as file:
             read = list(csv.DictReader(file))
-        assert list(read[0]) == clips.trials.column_names
+        assert list(read[0]) == clips.trials.columns
         assert [float(row["peak_hs"]) for row in read] == [row["peak_hs"] for row in rows]
         assert [row["dsnn.n_con"] for row in read] == ["4"] * len(rows)
     elif kind == "npz":
         with np.load(place, allow_pickle=False) as read:
-            assert list(read) == clips.trials.column_names
+            assert list(read) == clips.trials.columns
             np.testing.assert_array_equal(read["peak_hs"], clips.trials["peak_hs"])
-            assert read["model"].tolist() == clips.trials["model"].to_pylist()
-            known = [value if value is not None else np.nan for value in clips.trials["hs_rightward"].to_pylist()]
+            assert read["model"].tolist() == clips.trials["model"].to_list()
+            known = [value if value is not None else np.nan for value in clips.trials["hs_rightward"].to_list()]
             np.testing.assert_array_equal(read["hs_rightward"], known)
     else:
         read = io.loadmat(place, simplify_cells=True)["trials"]
         np.testing.assert_array_equal(read["peak_hs"], clips.trials["peak_hs"])
-        assert list(read["model"]) == clips.trials["model"].to_pylist()
+        assert list(read["model"]) == clips.trials["model"].to_list()
         assert set(read["dsnn_n_con"]) == {4}
 
 
 def test_parts_of_a_run_and_single_tables(tmp_path):
     """A leaderboard's parts are folders of their own; a table of footage is a file."""
-    table = pa.table({"frame": [0, 1], "time_s": [0.0, 0.1], "hs": [None, 0.5]})
+    table = pl.DataFrame({"frame": [0, 1], "time_s": [0.0, 0.1], "hs": [None, 0.5]})
     for part in ("robot", "clips"):
         described(tmp_path / "run" / part)
         for name in ("trials", "frames"):
-            pq.write_table(table.append_column("trial", [[0, 0]]), tmp_path / "run" / part / f"{name}.parquet")
+            table.with_columns(trial=0).write_parquet(tmp_path / "run" / part / f"{name}.parquet")
     names = ["clips/trials", "clips/frames", "robot/trials", "robot/frames"]
     assert list(experiments.load(tmp_path / "run").tables()) == names
     assert colias("export", tmp_path / "run", "--to", "npz", "--out", tmp_path / "out", "--quiet") == 0
     with np.load(tmp_path / "out" / "robot" / "trials.npz", allow_pickle=False) as read:
         np.testing.assert_array_equal(read["hs"], [np.nan, 0.5])
-    pa.csv.write_csv(table, tmp_path / "seen.csv")
+    table.write_csv(tmp_path / "seen.csv")
     assert experiments.load(tmp_path / "seen.csv").tables()["seen"].equals(table)
     (tmp_path / "bad.parquet").write_bytes(b"PAR1")
     with pytest.raises(UsageError, match=r"bad\.parquet: cannot be read"):
@@ -94,8 +93,10 @@ def test_parts_of_a_run_and_single_tables(tmp_path):
 
 
 def test_columns_have_one_type_and_no_pickles(tmp_path):
-    table = pa.table({"n": [1, None], "word": ["a", None], "yes": [True, False], "none": pa.nulls(2), "1.x": [1, 2]})
-    kinds = {name: array(table[name]).dtype.kind for name in table.column_names}
+    table = pl.DataFrame(
+        {"n": [1, None], "word": ["a", None], "yes": [True, False], "none": [None, None], "1.x": [1, 2]}
+    )
+    kinds = {name: array(table[name]).dtype.kind for name in table.columns}
     assert kinds == {"n": "f", "word": "U", "yes": "b", "none": "f", "1.x": "i"}
     assert fields(["dsnn.n_con", "dsnn-n_con", "1.x", "_y"]) == ["dsnn_n_con", "dsnn_n_con_2", "c_1_x", "c__y"]
     for kind in ("csv", "npz", "mat"):

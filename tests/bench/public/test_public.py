@@ -12,8 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import experiments
@@ -87,7 +86,7 @@ OF_COLIAS = ("--model", "emd", "--set", "dsnn.n_con=6", "--seed", "3", "--worker
 
 
 def rows_of(folder):
-    return [{k: v for k, v in row.items() if k != "wall_s"} for row in experiments.load(folder).trials.to_pylist()]
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in experiments.load(folder).trials.to_dicts()]
 
 
 @pytest.fixture(scope="module")
@@ -145,15 +144,15 @@ def test_a_runs_tables(speed):
     assert (usual.name, usual.seed, usual.planned, usual.done, usual.models) == ("speed", 0, 4, 4, ["dsnn"])
     assert changed.models == ["dsnn", "emd"] and changed.changed == "dsnn.n_con=6, experiment.speeds_cm_s=20,30"
     for table in (usual.trials, usual.frames, usual.summary, usual.claims, usual.failures):
-        assert isinstance(table, pa.Table)
-    assert usual.trials.num_rows == 4 and usual.frames.num_rows == sum(usual.trials["frames"].to_pylist())
-    assert "dsnn.n_con" not in usual.trials.column_names
-    assert changed.trials["dsnn.n_con"].to_pylist() == [6, None] * 4
-    row = next(row for row in usual.summary.to_pylist() if row["quantity"] == "spikes")
-    spikes = [t["spikes"] for t in usual.trials.to_pylist() if t["speed_cm_s"] == row["speed_cm_s"]]
+        assert isinstance(table, pl.DataFrame)
+    assert usual.trials.height == 4 and usual.frames.height == sum(usual.trials["frames"].to_list())
+    assert "dsnn.n_con" not in usual.trials.columns
+    assert changed.trials["dsnn.n_con"].to_list() == [6, None] * 4
+    row = next(row for row in usual.summary.to_dicts() if row["quantity"] == "spikes")
+    spikes = [t["spikes"] for t in usual.trials.to_dicts() if t["speed_cm_s"] == row["speed_cm_s"]]
     assert row["n"] == 2 and row["mean"] == sum(spikes) / 2 and row["far_cm"] is None
-    assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "not judged: C15, C29"
-    assert usual.failures.num_rows == 0 and usual.recordings == []
+    assert usual.claims.to_dicts()[0]["id"] == "C15" and usual.verdicts == "not judged: C15, C29"
+    assert usual.failures.height == 0 and usual.recordings == []
     text = "speed, seed 0; experiment.speeds_cm_s=20,30; not judged: C15, C29; 4 of 4 trials"
     assert repr(usual) == f"<Run {usual.folder}: {text}>"
     assert "<td>C15</td>" in usual._repr_html_()
@@ -172,7 +171,7 @@ def test_a_runs_figure_is_drawn_again(speed, clean, tmp_path):
 
 def test_comparisons_pair_the_models_on_equal_trials(speed, clean, tmp_path):
     run = experiments.run("speed", models=["dsn2017"], settings=FAST, out=tmp_path / "out", **QUICK)
-    trials, rows = run.trials.to_pylist(), run.comparisons.to_pylist()
+    trials, rows = run.trials.to_dicts(), run.comparisons.to_dicts()
     assert [(row["model"], row["against"], row["n"]) for row in rows] == [("dsnn", "dsn2017", 2)] * 2
     for row in rows:
         spikes = {name: [trial["spikes"] for trial in trials
@@ -181,7 +180,7 @@ def test_comparisons_pair_the_models_on_equal_trials(speed, clean, tmp_path):
         assert row["mean_difference"] == pytest.approx((sum(spikes["dsnn"]) - sum(spikes["dsn2017"])) / 2)
         assert 0 < row["p"] <= row["p_holm"] <= 1 and row["far_cm"] is None
     for other in speed:  # of one model, and of one that does not spike beside it
-        assert other.comparisons.num_rows == 0 and other.comparisons.schema == run.comparisons.schema
+        assert other.comparisons.height == 0 and other.comparisons.schema == run.comparisons.schema
     with pytest.raises(experiments.UsageError, match="clips that models are shown has no comparisons"):
         clean.comparisons  # noqa: B018
     (run.folder / "comparisons.csv").write_text("a\nb,c\n")
@@ -191,10 +190,10 @@ def test_comparisons_pair_the_models_on_equal_trials(speed, clean, tmp_path):
 
 def test_clips(clean):
     assert clean.kind is CLIPS and clean.done == clean.planned == 12
-    row = clean.summary.to_pylist()[0]
+    row = clean.summary.to_dicts()[0]
     assert [row[name] for name in ("model", "clip", "quantity", "n")] == ["dsnn", "dark rightward", "spikes", 1]
     assert row["sd"] is None
-    assert set(clean.claims["id"].to_pylist()) == {"C1", "C2", "C3"}
+    assert set(clean.claims["id"].to_list()) == {"C1", "C2", "C3"}
 
 
 def test_going_on(speed, tmp_path):
@@ -202,7 +201,7 @@ def test_going_on(speed, tmp_path):
     with pytest.raises(ValueError, match="repeats is 2 there and 3 now"):
         experiments.run("speed", settings=FAST, out=usual.folder, **{**QUICK, "repeats": 3})
     again = experiments.run("speed", settings=FAST, out=usual.folder, **QUICK)
-    assert again.trials == usual.trials
+    assert again.trials.equals(usual.trials)
     with pytest.raises(ValueError, match="seed is 0 there and 1 now"):
         experiments.run("speed", settings=FAST, out=usual.folder, seed=1, **QUICK)
 
@@ -309,9 +308,9 @@ def test_watching_as_the_command_line_does(colias):
     done = colias("watch", "film.avi", "--no-view", "--model", "emd", "--table", "seen.parquet")
     assert done.returncode == 0, done.stderr
     seen = experiments.watch(colias.folder / "film.avi", models=["emd"], quiet=True)
-    assert seen.frames == pq.read_table(colias.folder / "seen.parquet")
-    assert seen.motions.num_rows > 0 and set(seen.motions["model"].to_pylist()) <= {"dsnn", "emd"}
-    assert seen.motions["direction"][0].as_py() in done.stdout
+    assert seen.frames.equals(pl.read_parquet(colias.folder / "seen.parquet"))
+    assert seen.motions.height > 0 and set(seen.motions["model"].to_list()) <= {"dsnn", "emd"}
+    assert seen.motions["direction"][0] in done.stdout
     short = experiments.watch(str(colias.folder / "film.avi"), only=True, models="dsnn", seconds=0.5, quiet=True)
     assert 0.4 < short.seconds <= 0.5 and not short.notes and not short.troubles
     assert "intervals of motion in 0.5 s" in repr(short)

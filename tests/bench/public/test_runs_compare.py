@@ -29,7 +29,7 @@ def runs_folder(tmp_path_factory):
 
 def test_runs(runs_folder, colias):
     table = experiments.runs(runs_folder)
-    rows = {row["run"].removeprefix(f"{runs_folder}/"): row for row in table.to_pylist()}
+    rows = {row["run"].removeprefix(f"{runs_folder}/"): row for row in table.to_dicts()}
     assert sorted(rows) == ["a", "b", "part/c"]
     assert rows["a"]["changed"] == "experiment.speeds_cm_s=20,30" and rows["a"]["models"] == "dsnn"
     assert (rows["b"]["seed"], rows["b"]["done"], rows["b"]["planned"], rows["b"]["failures"]) == (0, 6, 6, 0)
@@ -50,7 +50,7 @@ def test_runs_tell_when_they_were_begun_and_by_what_commit(runs_folder, tmp_path
     shutil.copytree(runs_folder / "a", tmp_path / "copied")
     os.utime(tmp_path / "copied" / "run.json", (0, 0))
     text = json.loads((runs_folder / "a" / "run.json").read_text())
-    (copied,) = experiments.runs(tmp_path).to_pylist()
+    (copied,) = experiments.runs(tmp_path).to_dicts()
     assert copied["when"] > began and copied["when"] == experiments.load(runs_folder / "a").begun
     assert copied["commit"] == experiments.load(runs_folder / "a").commit
     assert str(copied["commit"])[:12] == str(text["source"]["commit"])[:12]
@@ -83,16 +83,16 @@ def test_a_run_of_another_version_is_listed_with_the_version_that_reads_it(runs_
 
 def test_comparing_two_runs(runs_folder, colias):
     comparison = experiments.compare(runs_folder / "a", experiments.load(runs_folder / "b"))
-    differing = {row["parameter"]: (row["first"], row["second"]) for row in comparison.parameters.to_pylist()}
+    differing = {row["parameter"]: (row["first"], row["second"]) for row in comparison.parameters.to_dicts()}
     assert differing == {"models": ('["dsnn"]', '["dsnn", "emd"]'), "dsnn.n_con": ("8", "4")}
-    rows = comparison.results.to_pylist()
+    rows = comparison.results.to_dicts()
     assert [(row["speed_cm_s"], row["model"], row["against"], row["n"]) for row in rows] == [
         (20.0, "dsnn", "dsnn", 3), (30.0, "dsnn", "dsnn", 3),
     ]  # fmt: skip
     for row in rows:
         means = []
         for name in ("a", "b"):
-            spikes = [r["spikes"] for r in experiments.load(runs_folder / name).trials.to_pylist()
+            spikes = [r["spikes"] for r in experiments.load(runs_folder / name).trials.to_dicts()
                    if (r["speed_cm_s"], r["model"]) == (row["speed_cm_s"], "dsnn")]  # fmt: skip
             means.append(sum(spikes) / 3)
         assert (row["mean_first"], row["mean_second"]) == pytest.approx(means)
@@ -108,9 +108,9 @@ def test_comparing_two_runs(runs_folder, colias):
 
 def test_one_model_each_under_other_labels(runs_folder):
     comparison = experiments.compare(runs_folder / "a", runs_folder / "part" / "c")
-    differing = {row["parameter"]: (row["first"], row["second"]) for row in comparison.parameters.to_pylist()}
+    differing = {row["parameter"]: (row["first"], row["second"]) for row in comparison.parameters.to_dicts()}
     assert differing == {"models": ('["dsnn"]', '["dsnn:n_con=4"]'), "seed": ("0", "1"), "dsnn.n_con": ("8", "4")}
-    assert comparison.results.num_rows == 0
+    assert comparison.results.height == 0
     assert (
         comparison.note.startswith("nothing to pair: no trial of the one")
         and "the seeds are 0 and 1" in comparison.note
@@ -128,10 +128,10 @@ def test_nothing_in_common(runs_folder, colias, tmp_path):
     assert (
         "nothing to pair: " in comparison.note
         and "speed and clean" in comparison.note
-        and comparison.results.num_rows == 0
+        and comparison.results.height == 0
     )
     same = experiments.compare(clips, clips)
-    assert same.results.num_rows == 12 and same.parameters.num_rows == 0
+    assert same.results.height == 12 and same.parameters.height == 0
     done = colias("compare", str(runs_folder / "a"), str(clips.folder))
     assert done.returncode == 0 and "nothing to pair" in done.stderr
     done = colias("compare", str(runs_folder / "a"), "no")

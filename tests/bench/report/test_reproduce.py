@@ -5,7 +5,7 @@ import re
 import shutil
 from contextlib import contextmanager
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from experiments import NAMES
@@ -88,7 +88,7 @@ def test_verdicts_follow_from_the_tables(folder):
     """C14, that the sign of HS tells the direction, and C13, that nothing spikes ahead, are counted by hand."""
     expected = {"C13": [], "C14": []}
     for place in ("general", "replicates"):
-        table = pq.read_table(folder / place / "trials.parquet").to_pylist()
+        table = pl.read_parquet(folder / place / "trials.parquet").to_dicts()
         rows = [row for row in table if (row["model"], row["experiment"]) == ("dsnn", "general")]
         ahead = [row["spikes"] for row in rows if row["motion"] != "translation"]
         ways = {way: [row for row in rows if row["direction"] == way] for way in ("rightward", "leftward")}
@@ -117,8 +117,8 @@ def test_the_page_names_each_claim_once_and_needs_nothing_from_outside(folder):
 
 
 def test_a_model_of_one_s_own_sees_the_paper_s_experiment(folder):
-    trials = pq.read_table(folder / "general" / "trials.parquet")
-    assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
+    trials = pl.read_parquet(folder / "general" / "trials.parquet")
+    assert set(trials["model"].to_list()) == {"dsnn", "dsn2017", "gradient"}
 
 
 def test_a_resumed_reproduction_equals_an_undisturbed_one(folder):

@@ -3,8 +3,7 @@
 import dataclasses
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv
+import polars as pl
 import pytest
 
 import experiments
@@ -64,8 +63,8 @@ def answers(clip):
 def trial_of(clip):
     potentials, row = answers(clip), dict.fromkeys(("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg"))
     count = len(clip)
-    frames = pa.concat_tables(
-        pa.table({"trial": [0] * count, "model": [label] * count, "sim_time_s": np.arange(count) / 30, "hs": hs,
+    frames = pl.concat(
+        pl.DataFrame({"trial": [0] * count, "model": [label] * count, "sim_time_s": np.arange(count) / 30, "hs": hs,
                   "hs_spikes": np.zeros(count, np.int64)})
         for label, hs in potentials.items()
     )  # fmt: skip
@@ -183,9 +182,9 @@ def run(tmp_path_factory):
 
 
 def test_the_table_s_means_are_those_of_the_frames(run):
-    frames = run.frames.to_pylist()
-    trials = {row["trial"] for row in run.trials.to_pylist() if row["angle_deg"] == -30.0}
-    at = [row for row in pyarrow.csv.read_csv(run.folder / "excitation.csv").to_pylist() if row["angle_deg"] == -30.0]
+    frames = run.frames.to_dicts()
+    trials = {row["trial"] for row in run.trials.to_dicts() if row["angle_deg"] == -30.0}
+    at = [row for row in pl.read_csv(run.folder / "excitation.csv").to_dicts() if row["angle_deg"] == -30.0]
     for row in at[:: len(at) // 5]:
         here = [frame for frame in frames if frame["trial"] in trials and frame["frame"] == row["frame"]]
         for name, model in (("hs", WHOLE), ("hs_w_i_1", BALANCED)):
@@ -195,14 +194,14 @@ def test_the_table_s_means_are_those_of_the_frames(run):
 
 
 def test_pathways_are_not_compared_as_if_they_were_models(run):
-    assert {row["model"] for row in run.trials.to_pylist()} == set(NEEDED), "the tables have all"
-    assert {row["model"] for row in run.summary.to_pylist()} == {WHOLE, BALANCED}
-    pairs = pyarrow.csv.read_csv(run.folder / "comparisons.csv").to_pylist()
+    assert {row["model"] for row in run.trials.to_dicts()} == set(NEEDED), "the tables have all"
+    assert {row["model"] for row in run.summary.to_dicts()} == {WHOLE, BALANCED}
+    pairs = pl.read_csv(run.folder / "comparisons.csv").to_dicts()
     assert {(row["model"], row["against"]) for row in pairs} == {(WHOLE, BALANCED)}
 
 
 def test_the_words_of_the_figure_have_its_numbers(run):
-    angle_courses = courses(run.trials.to_pylist(), run.frames, W_I)
+    angle_courses = courses(run.trials.to_dicts(), run.frames, W_I)
     words = described(angle_courses)
     for course in angle_courses:
         assert f"{course.firing()} of 2 trials fire, and {course.firing(balanced=True)} with w_i = 1" in words

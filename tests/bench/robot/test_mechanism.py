@@ -7,8 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import polars as pl
-import pyarrow.csv
-import pyarrow.parquet as pq
 import pytest
 
 import experiments
@@ -147,8 +145,8 @@ def run(tmp_path_factory):
 
 def test_a_trial_s_parts_are_those_of_its_frames(run):
     """Reckoned again from the frames' positions."""
-    frames = run.frames.to_pylist()
-    for row in run.trials.to_pylist():
+    frames = run.frames.to_dicts()
+    for row in run.trials.to_dicts():
         model_frames = [frame for frame in frames if (frame["trial"], frame["model"]) == (row["trial"], row["model"])]
         seen = [frame for frame in model_frames if abs(frame["stimulus_bearing_deg"]) <= CAMERA.hfov_deg / 2]
         near = [frame["hs"] for frame in model_frames if abs(frame["stimulus_y_cm"]) <= 3.5]
@@ -162,13 +160,13 @@ def test_a_trial_s_parts_are_those_of_its_frames(run):
 
 def test_the_tables_of_a_run_of_variants(run):
     assert run.models == ["dsnn", *VARIANTS]
-    claims = {row["id"]: row for row in run.claims.to_pylist()}
+    claims = {row["id"]: row for row in run.claims.to_dicts()}
     assert list(claims) == ["C24", "C25", "C30"], "each once, not once for each model"
     assert all(row["model"] == "" and row["outcome"] == "not shown" for row in claims.values())
-    assert {row["quantity"] for row in run.summary.to_pylist()} >= {"seconds_in_view", "mean_hs_near_axis", "spikes"}
-    pairs = pyarrow.csv.read_csv(run.folder / "comparisons.csv").to_pylist()
+    assert {row["quantity"] for row in run.summary.to_dicts()} >= {"seconds_in_view", "mean_hs_near_axis", "spikes"}
+    pairs = pl.read_csv(run.folder / "comparisons.csv").to_dicts()
     assert {row["model"] for row in pairs} == {"dsnn"} and len(pairs) == 2 * len(VARIANTS)
-    by_model = {row["model"]: row["dsnn.n_con"] for row in run.trials.to_pylist()}
+    by_model = {row["model"]: row["dsnn.n_con"] for row in run.trials.to_dicts()}
     assert [by_model[CONNECTIONS[n]] for n in (1, 2, 4, 8)] == [1, 2, 4, 8]
 
 
@@ -214,7 +212,7 @@ def test_a_claim_of_one_s_own_compares_models(colias):
     assert done.returncode == 0, done.stderr
     (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
     assert (claim["outcome"]["verdict"], claim["model"]) == ("holds", "")
-    models = pq.read_table(colias.folder / "out" / "trials.parquet")["model"].to_pylist()
+    models = pl.read_parquet(colias.folder / "out" / "trials.parquet")["model"].to_list()
     assert models == ["dsnn", "dsnn:n_con=1", "emd"], "those declared, then those beside them"
     assert "note:" not in done.stderr
     done = colias("run", "mine.py", *quick, "--only", "--model", "dsnn", "--out", "alone")

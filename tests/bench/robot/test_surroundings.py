@@ -115,9 +115,9 @@ def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
     first_run = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
     noted = json.loads((first_run.folder / "run.json").read_text())
     assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
-    assert set(first_run.trials.column("scene.shell_picture").to_pylist()) == {"own.png"}
+    assert set(first_run.trials["scene.shell_picture"].to_list()) == {"own.png"}
     assert main.command(["rerun", "there", "--quiet", "--out", "again", "--workers", "1"]) == 0
-    assert load("again").trials.num_rows == 1
+    assert load("again").trials.height == 1
 
 
 def test_an_edited_arena_is_compiled_anew(tmp_path):

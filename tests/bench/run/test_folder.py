@@ -4,8 +4,7 @@ import itertools
 import shutil
 from pathlib import Path
 
-import pyarrow.compute as pc
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import experiments
@@ -32,33 +31,28 @@ def cut(folder, trials, change=lambda table: table):
     """Give trials of the joined tables their own files."""
     (folder / PARTS).mkdir(exist_ok=True)
     for name in ("frames", "trials"):
-        table = pq.read_table(folder / f"{name}.parquet")
+        table = pl.read_parquet(folder / f"{name}.parquet")
         for trial in trials:
-            pq.write_table(change(table.filter(pc.field("trial") == trial)), _part(folder, trial, name))
+            change(table.filter(trial=trial)).write_parquet(_part(folder, trial, name))
 
 
 def keep(folder, trials):
     """Leave those trials alone in the joined tables; without any there are none."""
     for name in ("frames", "trials"):
         path = folder / f"{name}.parquet"
-        table = pq.read_table(path).filter(pc.field("trial").isin(trials))
+        table = pl.read_parquet(path).filter(pl.col("trial").is_in(trials))
         path.unlink()
         if trials:
-            pq.write_table(table, path)
+            table.write_parquet(path)
 
 
 def scaled(table):
     """Rows and frames as another computation of the trial would have them."""
-    for name in ("hs", "peak_hs", "trough_hs"):
-        if name in table.column_names:
-            place = table.schema.get_field_index(name)
-            values = [None if value is None else 2 * value for value in table[name].to_pylist()]
-            table = table.set_column(place, table.schema.field(place), [values])
-    return table
+    return table.with_columns(pl.col(name) * 2 for name in ("hs", "peak_hs", "trough_hs") if name in table.columns)
 
 
 def without_times(table):
-    return table.drop_columns([name for name in ("wall_s",) if name in table.column_names])
+    return table.drop("wall_s", strict=False)
 
 
 def numbers(folder):
@@ -71,12 +65,12 @@ def test_a_trial_s_own_files_and_the_joined_tables_are_read_alike(whole, folder,
     keep(folder, left)
     there = {1, 2, 3, *left}
     assert experiments.load(folder).done == len(there)
-    assert read_table(folder, "trials", ["spikes"]).column_names == ["spikes"]
+    assert read_table(folder, "trials", ["spikes"]).columns == ["spikes"]
     experiments.run(SMALL, out=folder, **QUICK)
     assert not (folder / PARTS).exists()
     assert all(a.equals(b) for a, b in zip(numbers(folder), numbers(whole), strict=True))
-    rows = pq.read_table(folder / "trials.parquet").to_pylist()
-    old = {row["trial"]: row for row in pq.read_table(whole / "trials.parquet").to_pylist()}
+    rows = pl.read_parquet(folder / "trials.parquet").to_dicts()
+    old = {row["trial"]: row for row in pl.read_parquet(whole / "trials.parquet").to_dicts()}
     assert all(row == old[row["trial"]] for row in rows if row["trial"] in there), "what was there is not redone"
 
 
@@ -86,7 +80,7 @@ class Killed(BaseException):
 
 def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, monkeypatch):
     """Every file that it writes, renames or removes is a step; what is left is gone on with."""
-    row_count = pq.read_table(whole / "trials.parquet").num_rows
+    row_count = pl.read_parquet(whole / "trials.parquet").height
     for step in itertools.count():
         folder = tmp_path / f"{step}"
         shutil.copytree(whole, folder)

@@ -8,7 +8,7 @@ import subprocess
 import tomllib
 from pathlib import Path
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import hatch_build
@@ -73,18 +73,18 @@ def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     (drew,), (pixels,) = first["renderers"], first["reference_frames"]
     assert re.fullmatch(r".+, OpenGL \d.+, by (egl|osmesa|glfw|cgl)", drew)
     assert pixels == reference.digest(reference.reference_frame())
-    rows = pq.read_table(out / "trials.parquet")
+    rows = pl.read_parquet(out / "trials.parquet")
     other = {"renderers": ["another"], "reference_frames": ["0123456789ab"]}
     (out / "run.json").write_text(json.dumps(first | other))
-    pq.write_table(rows.slice(1), out / "trials.parquet")
+    rows.slice(1).write_parquet(out / "trials.parquet")
     again = colias(*RUN, "--out", "out", "-q")
     assert again.returncode == 0
     assert "pixels that differ" in again.stderr and f"reference frames 0123456789ab, {pixels}" in again.stderr
     went_on = {name: described(out)[name] for name in ("ended", "command")}
     both = {"renderers": ["another", drew], "reference_frames": ["0123456789ab", pixels]}
     assert described(out) == first | both | went_on
-    now = pq.read_table(out / "trials.parquet")
-    assert now.drop_columns(["wall_s"]).equals(rows.drop_columns(["wall_s"])), "the code that marks the rows too"
+    now = pl.read_parquet(out / "trials.parquet")
+    assert now.drop(["wall_s"]).equals(rows.drop(["wall_s"])), "the code that marks the rows too"
 
 
 def test_a_run_that_draws_nothing_notes_nothing(colias):

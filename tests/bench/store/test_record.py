@@ -2,8 +2,7 @@
 
 import json
 
-import pyarrow as pa
-import pyarrow.csv
+import polars as pl
 import pytest
 
 import colias_sim
@@ -29,7 +28,7 @@ def test_a_run_of_another_version_is_one_line_that_names_the_version(tmp_path):
     folder = describe(tmp_path / "out", {"experiment": "x", "versions": {"colias-sim": "0.1.0"}, "kind": "trials"})
     with pytest.raises(UsageError, match=r"^[^\n]*colias-sim 0\.1[^\n]*$"):
         experiments.load(folder)
-    (row,) = experiments.runs(tmp_path).to_pylist()
+    (row,) = experiments.runs(tmp_path).to_dicts()
     assert "0.1" in row["trouble"]
 
 
@@ -41,8 +40,8 @@ def test_a_folder_of_runs_is_a_whole_of_parts(tmp_path):
 
 
 def test_footage_is_a_file(tmp_path):
-    table = pa.table({"frame": [0, 1], "model": ["dsnn", "dsnn"], "hs": [0.0, 0.5]})
-    pa.csv.write_csv(table, tmp_path / "seen.csv")
+    table = pl.DataFrame({"frame": [0, 1], "model": ["dsnn", "dsnn"], "hs": [0.0, 0.5]})
+    table.write_csv(tmp_path / "seen.csv")
     run = experiments.load(tmp_path / "seen.csv")
     assert run.kind is KINDS["footage"] and run.frames.equals(table) and run.recordings == []
     with pytest.raises(UsageError, match="no table of trials there"):

@@ -23,7 +23,7 @@ COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
 
 def trials(folder: Path):
     """What is there of a run, whole or in parts."""
-    return read_table(folder, "trials").drop_columns(["wall_s"])
+    return read_table(folder, "trials").drop(["wall_s"])
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
@@ -33,7 +33,7 @@ def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
 
 def wait_for_trials(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
     deadline = time.monotonic() + 60
-    while not (has_tables(folder) and trials(folder).num_rows >= count):
+    while not (has_tables(folder) and trials(folder).height >= count):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
 
@@ -91,9 +91,9 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path, whole):
     process.kill()
     process.communicate(timeout=60)  # its pipes are open as long as a worker is there
     assert len(workers) >= 2 and gone(workers, 20)
-    left = trials(tmp_path / "out")["trial"].to_pylist()
+    left = trials(tmp_path / "out")["trial"].to_list()
     assert 1 <= len(left) < TRIALS and left == sorted(set(left))
-    assert set(left) <= set(read_table(tmp_path / "out", "frames")["trial"].to_pylist())
+    assert set(left) <= set(read_table(tmp_path / "out", "frames")["trial"].to_list())
     recordings = [tmp_path / "out" / "recordings" / f"trial-{number:04d}.rrd" for number in left]
     assert all(path.read_bytes()[-12:].startswith(b"RRF2FOOT") for path in recordings), "whole"
     resumed = colias("run", "speed", *command[:-1], "0", "--out", "out")

@@ -6,8 +6,7 @@ import math
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 import experiments
@@ -74,7 +73,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def rows(name: str) -> list[dict]:
-    return pq.read_table(f"{name}/trials.parquet").to_pylist()
+    return pl.read_parquet(f"{name}/trials.parquet").to_dicts()
 
 
 def table(path: str) -> list[dict[str, str]]:
@@ -130,8 +129,8 @@ def test_counts_of_a_model_that_does_not_spike_are_null(capsys):
 def test_a_map_has_no_mean_of_what_does_not_spike(capsys):
     arguments = ("--model", "emd", "--model", "dsnn", "--measure", "spikes", "--repeats", "1")
     assert main.command(["map", "speed", *QUICK, *arguments, "--over", "dsnn.n_con=4,8", "--out", "out"]) == 0
-    means = {(row["model"], row["dsnn.n_con"]): row for row in table("out/counts.csv")}
-    for connections in ("4", "8"):
+    means = {(row["model"], float(row["dsnn.n_con"])): row for row in table("out/counts.csv")}
+    for connections in (4, 8):
         silent, spiking = means["emd", connections], means["dsnn", connections]
         assert (silent["value"], silent["not shown"], silent["measured"]) == ("", "1", "it does not spike")
         assert float(spiking["value"]) > 0 and spiking["not shown"] == "0"
@@ -149,7 +148,7 @@ def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder, capsys
     counts = {row["model"]: row["spikes"] for row in rows("out")}
     assert counts["emd"] is None and counts["dsnn"] is not None
     assert cells(capsys.readouterr().out, "right", "emd")[-1] == "-"
-    summary = {(row["model"], row["quantity"]) for row in experiments.load("out").summary.to_pylist()}
+    summary = {(row["model"], row["quantity"]) for row in experiments.load("out").summary.to_dicts()}
     assert ("dsnn", "spikes") in summary and ("emd", "peak_hs") in summary and ("emd", "spikes") not in summary
 
 
@@ -169,7 +168,7 @@ def test_spikes_without_a_threshold_are_told_of(folder, capsys):
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])
 def test_a_number_that_is_not_finite_is_refused(value):
     """What does not apply is null, so NaN is a fault, say of the reward of a user's env."""
-    frames = pa.table({"trial": [7]})
+    frames = pl.DataFrame({"trial": [7]})
     assert TrialRecord(7, ({"reward": None, "frames": 3, "model": "a"},), frames, None).rows
     with pytest.raises(ValueError, match=r"trial 7: reward must be a finite number"):
         TrialRecord(7, ({"reward": 0.0}, {"reward": value}), frames, None)

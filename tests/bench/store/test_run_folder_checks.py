@@ -5,7 +5,7 @@ import shutil
 import sys
 from pathlib import Path
 
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from experiments.bench.cli import entry
@@ -101,8 +101,7 @@ KINDS = {
 
 
 def drop_first_trial(folder: Path) -> None:
-    table = pq.read_table(folder / TRIALS)
-    pq.write_table(type(table).from_pylist([r for r in table.to_pylist() if r["trial"]], table.schema), folder / TRIALS)
+    pl.read_parquet(folder / TRIALS).filter(pl.col("trial") != 0).write_parquet(folder / TRIALS)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -129,7 +128,7 @@ def test_an_edited_file_of_one_s_own_is_refused(colias, kind):
 
 def test_rows_of_other_code_are_marked_where_that_is_asked_for(base, monkeypatch, capsys, tmp_path):
     folder = shutil.copytree(base / "whole", tmp_path / "out")
-    (first,) = {row["code"] for row in pq.read_table(folder / TRIALS).to_pylist()}
+    (first,) = {row["code"] for row in pl.read_parquet(folder / TRIALS).to_dicts()}
     drop_first_trial(folder)
     (base / "gains.py").write_text("GAIN = 0.02\n")
     code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(folder), "-q", "--other-code")
@@ -138,7 +137,7 @@ def test_rows_of_other_code_are_marked_where_that_is_asked_for(base, monkeypatch
     described = json.loads((folder / "run.json").read_text())
     (second,) = [resumption["code"] for resumption in described["resumed_with"]]
     assert described["code"] == first != second
-    rows = pq.read_table(folder / TRIALS).to_pylist()
+    rows = pl.read_parquet(folder / TRIALS).to_dicts()
     assert all(row["code"] == (first if row["trial"] else second) for row in rows)
     claims = json.loads((folder / "claims.json").read_text())["claims"]
     assert claims and all("rows of 2 codes" in claim["outcome"]["measured"] for claim in claims)
@@ -148,13 +147,13 @@ def test_other_claims_are_judged_on_the_trials_that_are_done(monkeypatch, capsys
     write_files(tmp_path)
     out, arguments = tmp_path / "out", (*ARGUMENTS, "--no-recordings", "--out", "out", "-q")
     assert goes_on(monkeypatch, capsys, tmp_path, *arguments) == (0, "")
-    rows = pq.read_table(out / TRIALS)
+    rows = pl.read_parquet(out / TRIALS)
     changed = EXPERIMENT.replace('("C2",)', '("C2", "C3")')
     (tmp_path / "mine.py").write_text(changed)
     code, message = goes_on(monkeypatch, capsys, tmp_path, *arguments)
     assert (code, message.count("\n")) == (2, 1) and "--other-code judges the trials that are done" in message
     code, _ = goes_on(monkeypatch, capsys, tmp_path, *arguments, "--other-code")
-    assert code == 0 and pq.read_table(out / TRIALS) == rows
+    assert code == 0 and pl.read_parquet(out / TRIALS).equals(rows)
     judged = {claim["id"] for claim in json.loads((out / "claims.json").read_text())["claims"]}
     assert judged == {"C2", "C3"}
     (tmp_path / "mine.py").write_text(changed.replace("240.0", "120.0"))  # what the clips show is another matter

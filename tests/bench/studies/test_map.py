@@ -8,7 +8,7 @@ import json
 from itertools import product
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 import typer
 
@@ -43,7 +43,7 @@ def table(folder):
 
 
 def trials(folder):
-    return pq.read_table(folder / "trials.parquet").to_pylist()
+    return pl.read_parquet(folder / "trials.parquet").to_dicts()
 
 
 # --- as a user runs it ------------------------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def whole(tmp_path_factory):
 def test_a_maps_summary_is_its_table(whole):
     """The kind of a map named a table that no map leaves."""
     folder, _ = whole
-    assert [row["claim"] for row in experiments.load(folder).summary.to_pylist()] == [
+    assert [row["claim"] for row in experiments.load(folder).summary.to_dicts()] == [
         row["claim"] for row in table(folder)
     ]
 
@@ -109,18 +109,18 @@ def test_a_map_goes_on_where_it_was_cut_short(whole, tmp_path, monkeypatch):
     folder, _ = whole
     monkeypatch.chdir(tmp_path)
     arguments = ["map", ",".join(BOTH), "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C19", *FEW]
-    rows = pq.read_table(folder / "trials.parquet")
+    rows = pl.read_parquet(folder / "trials.parquet")
     cut = tmp_path / "cut"
     cut.mkdir()
     (cut / "run.json").write_bytes((folder / "run.json").read_bytes())
-    pq.write_table(rows.slice(0, 40), cut / "trials.parquet")  # 20 trials of two rows
-    pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
+    rows.slice(0, 40).write_parquet(cut / "trials.parquet")  # 20 trials of two rows
+    pl.read_parquet(folder / "frames.parquet").write_parquet(cut / "frames.parquet")
     with pytest.raises(UsageError, match=r"--over dsnn\.t_sp is 0\.01, 0\.2 there and 0\.02, 0\.2 now"):
         main.command([*arguments[:3], "dsnn.t_sp=0.2,0.02", *arguments[4:], "--out", "cut"])
     assert main.command([*arguments, "--out", "cut"]) == 0
     assert (cut / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
     aside = ["wall_s"]
-    assert pq.read_table(cut / "trials.parquet").drop(aside).equals(rows.drop(aside))
+    assert pl.read_parquet(cut / "trials.parquet").drop(aside).equals(rows.drop(aside))
 
 
 def test_points_of_the_network_have_the_rows_of_separate_runs(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import csv
 import dataclasses
 
 import numpy as np
-import pyarrow.parquet as pq
+import polars as pl
 import pytest
 
 from dsnn import DSNN
@@ -193,7 +193,7 @@ def test_a_map_of_clips_has_the_network_s_own_answers(whole):
             "the claim's rows are both models', under their own names"
         )
     assert len({row["value"] for row in measure_rows.values()}) == 4
-    rows = pq.read_table(folder / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(folder / "trials.parquet").to_dicts()
     assert len({row["trial"] for row in rows}) == 4, "dark and light become one clip where the axis sets their grey"
     assert len(rows) == 8 and (folder / "map.png").read_bytes()[:4] == b"\x89PNG"
 
@@ -202,14 +202,14 @@ def test_a_map_of_clips_is_the_same_without_workers_and_goes_on(whole, tmp_path)
     folder, arguments = whole
     assert main.command([*arguments, "--workers", "0", "--out", str(tmp_path / "again")]) == 0
     assert (tmp_path / "again" / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
-    rows, cut = pq.read_table(folder / "trials.parquet"), tmp_path / "cut"
+    rows, cut = pl.read_parquet(folder / "trials.parquet"), tmp_path / "cut"
     cut.mkdir()
     (cut / "run.json").write_bytes((folder / "run.json").read_bytes())
-    pq.write_table(rows.slice(0, 2), cut / "trials.parquet")  # a clip of two models
-    pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
+    rows.slice(0, 2).write_parquet(cut / "trials.parquet")  # a clip of two models
+    pl.read_parquet(folder / "frames.parquet").write_parquet(cut / "frames.parquet")
     assert main.command([*arguments, "--workers", "0", "--out", str(cut)]) == 0
     assert (cut / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
-    assert pq.read_table(cut / "trials.parquet").drop(["wall_s"]).equals(rows.drop(["wall_s"]))
+    assert pl.read_parquet(cut / "trials.parquet").drop(["wall_s"]).equals(rows.drop(["wall_s"]))
 
 
 def test_points_of_the_network_share_their_clips(whole):
@@ -240,7 +240,7 @@ def test_a_robot_s_peak_speed_is_that_of_its_trials(tmp_path):
     arguments = ["map", "ensembles", "--over", "dsnn.n_con=1,8", "--set", "experiment.speeds_cm_s=6,10,20", "-q"]
     measures = ["--measure", "peak-speed-count,peak-speed-potential", "--repeats", "1", "--workers", "0"]
     assert main.command([*arguments, *measures, "--out", str(tmp_path / "out")]) == 0
-    rows = pq.read_table(tmp_path / "out" / "trials.parquet").to_pylist()
+    rows = pl.read_parquet(tmp_path / "out" / "trials.parquet").to_dicts()
     assert len({row["trial"] for row in rows}) == 3
     for measure_row in table(tmp_path / "out"):
         point_rows = [row for row in rows if row["dsnn.n_con"] == float(measure_row["dsnn.n_con"])]

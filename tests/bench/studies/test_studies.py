@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 
+import polars as pl
 import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
@@ -213,10 +214,9 @@ def test_a_user_s_own_study_is_run_counted_and_gone_on_with(tmp_path, monkeypatc
 
 def stored(folder):
     """What a study's folder says of its numbers, its table, its trials, and how long each of these took."""
-    import pyarrow.parquet as pq
 
     note = json.loads((folder / "run.json").read_text())
-    trials = pq.read_table(folder / "trials.parquet").to_pylist()
+    trials = pl.read_parquet(folder / "trials.parquet").to_dicts()
     took = [row.pop("wall_s") for row in trials]
     return (note["replicates"], note["trials"], (folder / "counts.csv").read_bytes(), trials), took
 
@@ -284,7 +284,6 @@ def test_quick_is_two_short_replicates_at_most(words, replicates, repeats, tmp_p
 
 
 def test_spikes_over_a_grid_are_those_of_runs_alone(tmp_path, monkeypatch):
-    import pyarrow.parquet as pq
 
     monkeypatch.chdir(tmp_path)
     quick = ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "-q", "--workers", "0"]
@@ -295,7 +294,7 @@ def test_spikes_over_a_grid_are_those_of_runs_alone(tmp_path, monkeypatch):
     assert len(rows) == len({(r["dsnn.n_con"], r["camera.read_noise"], r["speed_cm_s"]) for r in rows}) == 8
     alone = ["run", "speed", *quick, "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone"]
     assert main.command(alone) == 0
-    spikes = [row["spikes"] for row in pq.read_table(tmp_path / "alone" / "trials.parquet").to_pylist()
+    spikes = [row["spikes"] for row in pl.read_parquet(tmp_path / "alone" / "trials.parquet").to_dicts()
               if row["speed_cm_s"] == 20.0]  # fmt: skip
     (point,) = [r for r in rows if (r["dsnn.n_con"], r["camera.read_noise"], r["speed_cm_s"]) == ("4", "0.64", "20")]
     assert (float(point["value"]), int(point["n"])) == (sum(spikes) / 2, 2)

@@ -100,7 +100,7 @@ class Player:
         with closing(batch.open(self.out / name, self.resources)) as folder:
             failed = batch.fill(folder, pool, self.resources)
             self.failures.extend(failed)
-            counts = Counts(plan, folder.rows(), failed)
+            counts = Counts(plan, folder.trials().to_dicts(), failed)
         by_label = dict(zip(study.axes[0].labels, settings, strict=True))
         return scores(counts, by_label) if self.fit.of_claims else readings(counts, self.fit.goals, by_label)
 
