@@ -42,7 +42,11 @@ def test_by_set_and_by_model():
     assert describe(trial_plan)["changed"] == changed
     schema = with_columns(TRIAL_SCHEMA, changed)
     assert schema.names()[: len(TRIAL_SCHEMA)] == TRIAL_SCHEMA.names()
-    assert [schema[name] for name in ("dsnn.tau_s", "dsnn.n_con", "camera.read_noise")] == [str, int, float]
+    assert [schema[name] for name in ("dsnn.tau_s", "dsnn.n_con", "camera.read_noise")] == [
+        pl.String,
+        pl.Int64,
+        pl.Float64,
+    ]
     assert of_model(changed, "emd")["dsnn.n_con"] is None
     assert in_words(changed).startswith("dsnn.tau_s=200,10, dsnn.n_con=8|6, camera.read_noise=0.25")
 
