@@ -69,7 +69,7 @@ def recorded(path: Path) -> Recorded:
             elif name in (BUFFER, BLOB):
                 entity[name] = [row.values.flatten().to_numpy() for row in values]
             else:
-                entity[name] = values.to_dicts()
+                entity[name] = values.to_pylist()
     pictures = columns[IMAGES]
     if BLOB in pictures:
         images = np.array([cv2.imdecode(blob, cv2.IMREAD_GRAYSCALE) for blob in pictures[BLOB]])

@@ -145,7 +145,7 @@ def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):
     assert run.provenance == "frames measured, network simulated"
     for name in ("hs", "vs", "hs_spikes"):
         assert run.frames[name].equals(pictured.frames[name])
-    assert run.trials["spikes"].equals(pictured.trials["spikes"]) and run.trials["seed"].null_count == 2
+    assert run.trials["spikes"].equals(pictured.trials["spikes"]) and run.trials["seed"].null_count() == 2
     np.testing.assert_array_equal(pictures(run.recordings[1])["camera"], seen)
     (first / "000003.pgm").unlink()
     with pytest.raises(UsageError, match=r"frame 000003\.pgm is missing"):
@@ -230,7 +230,7 @@ def test_a_bearing_is_right_positive_as_its_poses_say(tmp_path):
         lines = [[0, 20, (i + 1) / 30, 0.1, 0, *left] for i in range(FRAMES)]
         log = written(tmp_path, (20,), 1, lines={1: columns, **{i: line for i, line in enumerate(lines, 2)}})
         if sign < 0:
-            assert set(taken(log, tmp_path / "run").frames[POSES[0]].to_dicts()) == {-45.0}
+            assert set(taken(log, tmp_path / "run").frames[POSES[0]].to_list()) == {-45.0}
         else:
             with pytest.raises(UsageError, match=r"line 2: stimulus_bearing_deg is 45"):
                 taken(log, tmp_path / "other")
@@ -318,7 +318,7 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     assert set(run.trials["provenance"].to_list()) == set(run.claims["provenance"].to_list()) == {"measured"}
     assert set(run.claims["outcome"].to_list()) == {"not shown"}
     assert "needs rightward translations" in run.claims["measured"][0]
-    assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
+    assert all(run.trials[name].null_count() == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
     assert run.frames["vs"].null_count() == run.frames.height and not run.frames["hs"].null_count()
     assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_list())
     caption = run.figure().get_supxlabel()

@@ -64,7 +64,7 @@ def columns(path: Path, static: bool) -> dict[str, dict[str, list[Any]]]:
         held = entities.setdefault(str(chunk.entity_path), {})
         for name, values in zip(batch.schema.names, batch.columns, strict=True):
             values = values.cast("int64") if name == "time" else values
-            held.setdefault(name.rpartition(":")[2], []).extend(values.to_dicts())
+            held.setdefault(name.rpartition(":")[2], []).extend(values.to_pylist())
     return entities
 
 
