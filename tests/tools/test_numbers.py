@@ -211,10 +211,7 @@ def test_the_command_takes_figures_over(run):
         "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf); return 9 (8 .. 10) |"
         in behaviours
     )
-    assert (
-        "- B3 failed: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
-        in behaviours
-    )
+    assert "- B3 failed: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)." in behaviours
     kept = json.loads((run.parent / "docs" / "results.json").read_text())
     assert kept["design"]["digest"] == "d" and {"commit", "numpy"} <= set(kept["measured_with"])
     assert take(run).returncode == 0 and pages(run) == texts, "again changes nothing"

@@ -74,9 +74,7 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     arguments = ("run", "mine.py", "--model", "my_model.py", "--set", "gradient.gain=0.1")
     done = colias(*arguments, "--out", "out", "--workers", "2")
     assert done.returncode == 0, done.stderr
-    assert "mine: 2 clips, 64 frames" in done.stderr and "C2 failed" in done.stdout, (
-        "too small a field"
-    )
+    assert "mine: 2 clips, 64 frames" in done.stderr and "C2 failed" in done.stdout, "too small a field"
     folder = colias.folder / "out"
     rows = pl.read_parquet(folder / "trials.parquet").to_dicts()
     assert [(r["clip"], r["model"]) for r in rows] == [
