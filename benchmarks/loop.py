@@ -16,10 +16,9 @@ from benchmarks.timing import interleaved
 from colias_sim import CameraConfig, Frame, PathFollower, Pose, Route, Simulation
 from dsnn import DSNN, DSNNParams
 from experiments.bench import registry
-from experiments.bench.robot.run import Keep, batch
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
-from experiments.bench.trials import Plan, configure
+from experiments.bench.trials import Keep, Plan, batch, configure
 
 FRAMES = 60
 

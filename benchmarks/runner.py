@@ -10,10 +10,9 @@ from pathlib import Path
 from rich.table import Table
 
 from experiments.bench import registry
-from experiments.bench.robot.run import Keep, batch
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import open_workers
-from experiments.bench.trials import Plan, plan
+from experiments.bench.trials import Keep, Plan, batch, plan
 
 TRIALS = 170
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from experiments import OFFLINE
 from experiments.bench import offline, registry
+from experiments.bench import trials as robot_run
 from experiments.bench.closed_loop import claims as behaviour_claims
 from experiments.bench.closed_loop import figure as behaviour_figure
 from experiments.bench.closed_loop import run as behaviour_run
@@ -25,8 +26,6 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflinePlan, OfflineReport
-from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up, shown_models
 from experiments.bench.run.runs import Resources
@@ -54,7 +53,7 @@ from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
 from experiments.bench.studies.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.studies.study import WHOLE, Study
-from experiments.bench.trials import Plan, describe, plan
+from experiments.bench.trials import Plan, Report, conclude, describe, plan
 from experiments.claims import model_clips
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 from experiments.claims.readings import READINGS, bears_on

@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from experiments.bench.robot import recording
 from experiments.bench.run.play import show, tabulate
+from experiments.bench.sources import recording
 from experiments.bench.sources.media import collect
 
 

@@ -168,13 +168,13 @@ def loop(
     parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
     """
     from experiments.bench import registry
+    from experiments.bench.cli import robot_table as table
     from experiments.bench.engine.terminal import out_console
     from experiments.bench.firmware import loop as looping
     from experiments.bench.public.run import RunRequest, perform
-    from experiments.bench.robot import table
-    from experiments.bench.robot.summary import Report
     from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.experiment import Experiment
+    from experiments.bench.trials import Report
 
     declared = registry.find(experiment)
     if not isinstance(declared, Experiment):

@@ -43,8 +43,8 @@ def import_log(
     Claims are judged by the same judges and bounds, where the log has the conditions that they need.
     """
     from experiments.bench import registry
+    from experiments.bench.cli import robot_table as table
     from experiments.bench.measured.run import perform, prepare
-    from experiments.bench.robot import table
 
     declared = registry.load(experiment)
     folder = results_folder(out, f"{declared.name}-measured")

@@ -29,7 +29,7 @@ from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.offline import OfflineReport
-    from experiments.bench.robot.summary import Report
+    from experiments.bench.trials import Report
 
 
 def register(app: typer.Typer) -> None:
@@ -106,8 +106,8 @@ def run_experiment(
 
 def _show(report: Report | OfflineReport, recordings: bool) -> None:
     """Print what a run of either kind amounts to."""
+    from experiments.bench.cli import robot_table
     from experiments.bench.offline import OfflineReport
-    from experiments.bench.robot import table as robot_table
 
     if isinstance(report, OfflineReport):
         _show_clips(report, recordings)

@@ -13,6 +13,7 @@ import polars as pl
 from dsnn.stimuli.looming import Looming
 from experiments.bench import offline
 from experiments.bench import trials as robot_plan
+from experiments.bench import trials as robot_run
 from experiments.bench.engine.alarms import alarm_count, first_alarm_s
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.figures import plotting
@@ -24,7 +25,6 @@ from experiments.bench.leaderboard.looming_stimuli import looming_experiments
 from experiments.bench.leaderboard.stimuli import REPEATS, ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.offline import OfflinePlan
-from experiments.bench.robot import run as robot_run
 from experiments.bench.run.models import ConfiguredModel, shown_models
 from experiments.bench.run.play import Trial
 from experiments.bench.run.runs import Batch, Resources

@@ -17,7 +17,6 @@ from experiments.bench.engine.terminal import error_console, progress
 from experiments.bench.measured.frames import FrameFolder
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
-from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.model_runner import ModelRunner
@@ -32,7 +31,7 @@ from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION
 from experiments.bench.store.pictures import Images
 from experiments.bench.store.places import replacing_folder
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
-from experiments.bench.trials import Plan, configure, describe
+from experiments.bench.trials import Plan, Report, conclude, configure, describe
 
 MOST_OFF = 10.0
 """Times by which a log's frame rate may differ from the camera's setting."""

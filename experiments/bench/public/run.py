@@ -31,7 +31,7 @@ from experiments.bench.trials import plan as robot_plan
 
 if TYPE_CHECKING:
     from experiments.bench.offline import OfflineReport
-    from experiments.bench.robot.summary import Report
+    from experiments.bench.trials import Report
 
 
 ONE_EYE, BOTH_EYES = "one", "both"
@@ -90,7 +90,7 @@ def perform(
 
         with resources.pool(rendering=False) as pool:
             return offline.run(plan, folder, pool, resources, recordings=recordings and plan.experiment.recorded)
-    from experiments.bench.robot import run as robot_run
+    from experiments.bench import trials as robot_run
 
     return robot_run.run(plan, folder, resources, recordings=recordings, viewer=address)
 

@@ -86,7 +86,7 @@ def draw(
     title
         What was run; the caption begins with it.
     excitations
-        Likewise, for each condition and frame means over trials: `experiments.bench.robot.mechanism.excitation`.
+        Likewise, for each condition and frame means over trials: `experiments.bench.stats.excitation`.
 
     Returns
     -------

@@ -11,10 +11,10 @@ from typing import Any
 
 from experiments import NAMES
 from experiments.bench import registry
+from experiments.bench import trials as robot_run
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.offline import plan as clips_plan
 from experiments.bench.offline import play_clip
-from experiments.bench.robot import run as robot_run
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.play import FRAMES

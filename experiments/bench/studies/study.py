@@ -168,7 +168,7 @@ class Probe:
     Parameters
     ----------
     work
-        A job's pure function, in place of `experiments.bench.robot.run.work`.
+        A job's pure function, in place of `experiments.bench.trials.work`.
     schema
         Makes the schema of its rows. It is a function, as a declaration loads no tables.
     """

@@ -19,8 +19,8 @@ import experiments
 from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.cli.main import command
-from experiments.bench.robot.recording import LiveTrial
 from experiments.bench.run.models import choose
+from experiments.bench.sources.recording import LiveTrial
 from tests.bench.robot.test_live import ended
 from tests.bench.robot.test_trial import spec
 from tests.helpers.answering import write_model

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.robot.recording import exposing
+from experiments.bench.sources.recording import exposing
 from experiments.bench.sources.robot import through
 from experiments.bench.trials import both, plan
 from tests.helpers.played import Played

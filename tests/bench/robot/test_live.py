@@ -14,9 +14,9 @@ import rerun as rr
 import experiments
 from experiments.bench import viewer
 from experiments.bench.engine.terminal import program
-from experiments.bench.robot.recording import LiveTrial
-from experiments.bench.robot.run import Keep, work
 from experiments.bench.run.models import choose
+from experiments.bench.sources.recording import LiveTrial
+from experiments.bench.trials import Keep, work
 from tests.bench.robot.test_trial import same, spec
 from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import PATIENCE_S, listening, needs_vulkan, viewing

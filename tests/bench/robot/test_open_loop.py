@@ -6,7 +6,6 @@ import math
 import pytest
 
 from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
-from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
@@ -14,6 +13,7 @@ from experiments.bench.sources.designs import angular
 from experiments.bench.sources.experiment import Settings
 from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.sources.robot_claims import flaws
+from experiments.bench.trials import driven_in_words, why_none_left_out
 from tests.helpers.played import Played
 
 COLIAS4 = RobotConfig.preset("colias4")
@@ -73,11 +73,12 @@ def test_no_tolerance_voids_it_and_its_numbers_are_told(crossing):
     assert row["drive"] == "open" and flaws([row]) == ""
     assert "left their path" in flaws([{**row, "drive": "feedback"}])
     assert (
-        in_short([row]) == f"stimulus driven open loop: speed off by up to 0.5%, drift up to {-row['drift_mm']:.1f} mm"
+        driven_in_words([row])
+        == f"stimulus driven open loop: speed off by up to 0.5%, drift up to {-row['drift_mm']:.1f} mm"
     )
-    assert in_short([{**row, "drive": "feedback"}]) == ""
-    assert "one step of power is 0.06 cm/s, 3.0% at 2 cm/s" in why(COLIAS4, 2.0)
-    assert "step" not in why(RobotConfig(open_loop=True), 2.0)
+    assert driven_in_words([{**row, "drive": "feedback"}]) == ""
+    assert "one step of power is 0.06 cm/s, 3.0% at 2 cm/s" in why_none_left_out(COLIAS4, 2.0)
+    assert "step" not in why_none_left_out(RobotConfig(open_loop=True), 2.0)
 
 
 def test_one_that_drifts_off_its_path_ends_and_counts():

@@ -8,11 +8,10 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments import Condition, Experiment, Leg, Path, Translation, UsageError
-from experiments.bench.robot.run import amount
 from experiments.bench.run.models import choose
 from experiments.bench.sources.experiment import Settings
 from experiments.bench.sources.robot import RobotTrial
-from experiments.bench.trials import describe, notes, plan
+from experiments.bench.trials import amount, describe, notes, plan
 from tests.helpers.played import Played
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)

@@ -11,12 +11,12 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import count, out_console, show_files, show_table, show_verdicts
-from experiments.bench.robot.summary import Report
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.rows import varying
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import LEVEL, Summary, least_of_pairs, summarise
 from experiments.bench.store.rows import RECORDING, group
+from experiments.bench.trials import Report
 
 SHORT = {
     "speed_cm_s": "cm/s", "distance_cm": "cm", "far_cm": "far cm", "angle_deg": "deg", "shell_grey": "shell",

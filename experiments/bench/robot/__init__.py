@@ -1,1 +1,0 @@
-"""Trials with the robot."""
