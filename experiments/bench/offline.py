@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,12 +25,13 @@ from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
 from experiments.bench.stats import stored
 from experiments.bench.stats.clips import ClipClaim, find, judge
+from experiments.bench.stats.tests import summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.parameters import Parameters, differing
-from experiments.bench.store.rows import Failure, TrialRecord, mixture
+from experiments.bench.store.rows import Failure, TrialRecord, group, known, mixture
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +186,7 @@ def run(
         judged = verdicts(plan, rows)
         folder.write_json("claims.json", stored.document(judged))
         if rows:
+            folder.write_rows("summary.csv", summary_rows(rows))
             _draw(plan, folder, rows)
     return OfflineReport(plan, out, rows, judged, failures)
 
@@ -196,6 +199,21 @@ def _draw(plan: OfflinePlan, folder: RunFolder, rows: Sequence[Mapping[str, Any]
     title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
     drawn = clips_figure.draw(plan.experiment.figure, trials, frames, plan.thresholds, title)
     style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
+
+
+QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
+
+
+def summary_rows(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Summarise clips over seeds: a row per model, clip and quantity that the model has."""
+    return [
+        {"model": model, "clip": clip, "quantity": quantity,
+         **{name: known(value) if isinstance(value, float) else value for name, value in asdict(summary).items()}}
+        for (model, clip), chosen in group(rows, "model", "clip").items()
+        for quantity in QUANTITIES
+        if (values := [row[quantity] for row in chosen if row[quantity] is not None])
+        for summary in [summarise(values, 0.0 if quantity == "spikes" else -math.inf)]
+    ]  # fmt: skip
 
 
 def verdicts(

@@ -14,7 +14,6 @@ import polars as pl
 from experiments.bench.public import arguments
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Verdict
-from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.record import Record
 from experiments.bench.store.rows import Failure, schema_of, table
 
@@ -65,9 +64,27 @@ class Run(Record):
         UsageError
             A run of that kind has no summary, or has none yet.
         """
-        from experiments.bench.public.summary import of_clips, read  # not before: a listing needs no statistics
+        from experiments.bench.public.summary import read  # not before: a listing needs no statistics
 
-        return of_clips(self.trials) if self.kind is CLIPS else read(self)
+        return read(self)
+
+    def frames_with_conditions(self) -> pl.DataFrame:
+        """Join the rows of frames with what their trials showed.
+
+        Returns
+        -------
+        polars.DataFrame
+            A row per frame and model: the columns of ``frames``, then those of ``trials`` that they lack.
+
+        Examples
+        --------
+        >>> import experiments
+        >>> frames = experiments.load("runs/speed").frames_with_conditions()  # doctest: +SKIP
+        >>> frames.group_by("speed_cm_s").agg(pl.col("hs").max())  # doctest: +SKIP
+        """
+        shared = {"trial", "model"}
+        more = [name for name in self.trials.columns if name in shared or name not in self.frames.columns]
+        return self.frames.join(self.trials.select(more), on=sorted(shared), how="left")
 
     @cached_property
     def comparisons(self) -> pl.DataFrame:

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from typing import TYPE_CHECKING
 
 import polars as pl
 
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.stats.tests import Summary, summarise
+from experiments.bench.stats.tests import Summary
 from experiments.bench.store.description import short
-from experiments.bench.store.rows import group, known, schema_of, table
+from experiments.bench.store.kinds import CLIPS
+from experiments.bench.store.rows import schema_of
 
 if TYPE_CHECKING:
     from experiments.bench.store.record import Record
 
 COMPARISONS = "comparisons.csv"
-LOWEST = {"spikes": 0.0}
-"""Quantity -> the least that it can be, below which no interval goes."""
-CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
 
 _QUANTITY = pl.Schema({"quantity": str}) | schema_of(Summary)
 ROBOT_SCHEMA = pl.Schema({"model": str}) | schema_of(Condition) | _QUANTITY
@@ -43,7 +39,8 @@ def read(run: Record) -> pl.DataFrame:
         if run.kind.robot:
             return pl.DataFrame(schema=ROBOT_SCHEMA)
         raise UsageError(f"{run.folder}: no {path.name} there: the run has not come to it")
-    return _of_csv(run, run.kind.summary, ROBOT_SCHEMA if run.kind.robot else None)
+    schema = ROBOT_SCHEMA if run.kind.robot else CLIP_SCHEMA if run.kind is CLIPS else None
+    return _of_csv(run, run.kind.summary, schema)
 
 
 def comparisons(run: Record) -> pl.DataFrame:
@@ -63,16 +60,3 @@ def _of_csv(run: Record, name: str, schema: pl.Schema | None) -> pl.DataFrame:
         return pl.read_csv(run.folder / name, schema_overrides=schema, infer_schema_length=None, glob=False)
     except (OSError, pl.exceptions.PolarsError) as error:
         raise UsageError(f"{run.folder}: {name} cannot be read ({short(error)})") from None
-
-
-def of_clips(trials: pl.DataFrame) -> pl.DataFrame:
-    """Summarise clips over seeds: a row per model, clip and quantity that the model has."""
-    rows = [
-        {"model": model, "clip": clip, "quantity": quantity,
-         **{name: known(value) if isinstance(value, float) else value
-            for name, value in dataclasses.asdict(summarise(values, LOWEST.get(quantity, -math.inf))).items()}}
-        for (model, clip), clip_rows in group(trials.to_dicts(), "model", "clip").items()
-        for quantity in CLIP_QUANTITIES
-        if (values := [row[quantity] for row in clip_rows if row[quantity] is not None])
-    ]  # fmt: skip
-    return table(rows, CLIP_SCHEMA)

@@ -27,11 +27,6 @@ if TYPE_CHECKING:
 
 BACKGROUND = "background"
 """The parameter that names what is behind an object."""
-SHOWN = (
-    "motion", "grey", "speed", "speed_unit", "background", "background_speed", "object", "movers", "foliage",
-    "polarity", "fps",
-)  # fmt: skip
-"""Parameters of clips that have columns; null where a stimulus has no such parameter."""
 JPEG_QUALITY = 85
 """JPEG quality of recorded frames: exact ones of a photograph are ten times as large; ``colias play`` keeps them."""
 BOX_COLOUR = (214, 39, 40)
@@ -170,6 +165,14 @@ class ClipRow(JobRow):
     """Frames per second of the clip."""
     background_mean: float | None
     """Mean grey of what the object passes."""
+
+
+SHOWN = tuple(
+    name
+    for name in ClipRow.__annotations__
+    if name not in (*JobRow.__annotations__, "stimulus", "clip", "background_mean")
+)
+"""The columns that are parameters of clips."""
 
 
 class ShownRow(ClipRow, ModelRow):

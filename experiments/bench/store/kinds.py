@@ -42,7 +42,7 @@ class Kind:
 
 TRIALS = Kind("trials", "trials with the robot", summary="summary.csv", robot=True)
 MEASURED = Kind("measured", "an imported log", summary="summary.csv", robot=True)
-CLIPS = Kind("clips", "clips that models are shown", "clips")
+CLIPS = Kind("clips", "clips that models are shown", "clips", "summary.csv")
 TUNING = Kind("tuning", "tuning curves", "clips", "preferences.csv")
 EPISODES = Kind("episodes", "episodes of behaviours", "episodes", "scores.csv")
 TRAINING = Kind("training", "the episodes that trained policies are judged by", "episodes", "scores.csv")

@@ -146,6 +146,9 @@ def test_a_runs_tables(speed):
     for table in (usual.trials, usual.frames, usual.summary, usual.claims, usual.failures):
         assert isinstance(table, pl.DataFrame)
     assert usual.trials.height == 4 and usual.frames.height == sum(usual.trials["frames"].to_list())
+    joined, speeds = usual.frames_with_conditions(), dict(usual.trials.select("trial", "speed_cm_s").iter_rows())
+    assert joined.select(usual.frames.columns).equals(usual.frames)
+    assert joined["speed_cm_s"].to_list() == [speeds[trial] for trial in usual.frames["trial"]]
     assert "dsnn.n_con" not in usual.trials.columns
     assert changed.trials["dsnn.n_con"].to_list() == [6, None] * 4
     row = next(row for row in usual.summary.to_dicts() if row["quantity"] == "spikes")
