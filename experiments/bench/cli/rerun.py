@@ -103,7 +103,7 @@ def _repeat(
         if isinstance(experiment, Mapping):
             raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
         repeated = experiments.run(experiment, **arguments, out=out, workers=workers, quiet=quiet)
-        return EXIT_FAILED if repeated.failures else 0
+        return EXIT_FAILED if len(repeated.failures) else 0
     group: Any = context.find_root().command
     name, *line = command["line"]
     chosen = group.commands[name]

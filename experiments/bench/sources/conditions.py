@@ -73,8 +73,9 @@ class Condition:
 
     Raises
     ------
-    ValueError
-        No trial can have the value. Whether robots and arena allow it is checked when a run is planned.
+    pydantic.ValidationError
+        No trial can have the value; it is a ``ValueError``. Whether robots and arena allow it is checked when a run is
+        planned.
 
     Examples
     --------

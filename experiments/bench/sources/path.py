@@ -46,8 +46,8 @@ class Leg:
 
     Raises
     ------
-    ValueError
-        A value is not legal, or two of them contradict each other.
+    pydantic.ValidationError
+        A value is not legal, or two of them contradict each other; it is a ``ValueError``.
 
     Examples
     --------
@@ -131,8 +131,9 @@ class Path:
 
     Raises
     ------
-    ValueError
-        No robot can drive it. Whether arena, wheels and view allow it is checked when a run is planned.
+    pydantic.ValidationError
+        No robot can drive it; it is a ``ValueError``. Whether arena, wheels and view allow it is checked when a run is
+        planned.
 
     Examples
     --------

@@ -57,7 +57,7 @@ def test_tables_hold_every_trial_and_frame(finished):
         mine = frames.filter(trial=row["trial"])
         assert mine["frame"].to_list() == list(range(row["frames"]))
         assert row["spikes"] == np.abs(mine["hs_spikes"]).sum()
-        assert row["peak_hs"] == np.max(mine["hs"])
+        assert row["peak_hs"] == mine["hs"].max()
         assert row["achieved_speed_cm_s"] == pytest.approx(row["speed_cm_s"], rel=0.02)
         assert row["path_error_mm"] < 1
 
@@ -112,10 +112,10 @@ def test_recordings_verify_and_read_back(finished):
     first = frames.filter(trial=0)
     (potential,) = entity(recordings[0], "/models/dsnn/hs")
     column = next(name for name in potential.schema.names if "Scalars" in name)
-    np.testing.assert_array_equal(np.concatenate(potential[column].to_list()), first["hs"])
+    np.testing.assert_array_equal(np.concatenate(potential[column].to_pylist()), first["hs"])
     times = potential["time"].cast("int64").to_numpy() / 1e9
     np.testing.assert_allclose(times, first["sim_time_s"], atol=1e-8)
-    assert potential["frame"].to_list() == list(range(first.height))
+    assert potential["frame"].to_pylist() == list(range(first.height))
     for path in ("world/observer/camera/image", *(f"models/dsnn/maps/{name}" for name in ("p", "la", "f_on", "f_off"))):
         (images,) = entity(recordings[0], f"/{path}")
         buffers = images[next(name for name in images.schema.names if "buffer" in name)].to_pylist()
@@ -223,7 +223,10 @@ def test_a_design_of_one_s_own_may_be_a_plain_dataclass(colias):
     done = colias("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
     assert done.returncode == 0, done.stderr
     assert "[b]out: figure.png" in done.stdout
-    assert pl.read_parquet(colias.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_list() == [30.0, 29.0]
+    assert pl.read_parquet(colias.folder / "[b]out" / "trials.parquet", glob=False)["speed_cm_s"].to_list() == [
+        30.0,
+        29.0,
+    ]
     wrong = colias("run", "mine.py", "--set", "experiment.count=two")
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
     assert "count must be a whole number" in wrong.stderr

@@ -214,10 +214,10 @@ def test_a_grid_shows_several_models(colias):
     """A model that a point does not move is shown once in each rendering, and counts at every point."""
     given = ("--over", "dsnn.n_con=4,6", "--over", "camera.read_noise=0,0.64")
     ran(colias, *GRID, *given, "--model", "dsnn", "--model", "emd", "--model", "lgmd1", "--out", "out")
-    rows = [row for row in csv_of(colias.folder / "out" / "counts.csv") if row["speed_cm_s"] == "20"]
-    points = [(row["model"], row["dsnn.n_con"], row["camera.read_noise"]) for row in rows]
+    rows = [row for row in csv_of(colias.folder / "out" / "counts.csv") if float(row["speed_cm_s"]) == 20]
+    points = [(row["model"], float(row["dsnn.n_con"]), float(row["camera.read_noise"])) for row in rows]
     assert sorted(points) == sorted(
-        (model, n, noise) for model in ("dsnn", "emd", "lgmd1") for n in ("4", "6") for noise in ("0", "0.64")
+        (model, n, noise) for model in ("dsnn", "emd", "lgmd1") for n in (4, 6) for noise in (0, 0.64)
     )
     trials = pl.read_parquet(colias.folder / "out" / "trials.parquet")
     assert trials.height == 2 * 2 * 4, "once per rendering, not once per point"

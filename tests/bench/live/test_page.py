@@ -146,7 +146,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         assert session.watching[0].network.t_sp == float(text)
         tab.until("document.body.innerText.includes('before')")  # the ghost
         tab.press("c")
-        until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.seen > 3)
+        until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.number > 3)
         page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
         until(lambda: session.models == ("emd", "dsnn"))
         tab.until("document.body.innerText.includes('emd HS')")

@@ -84,11 +84,8 @@ def test_a_claim_holds_only_where_its_number_of_trials_could_show_it(colias):
     """One repeat of four speeds, whose tests cannot come below p = 0.33."""
     done = colias("run", "speed", "--repeats", "1", "--no-recordings", "--workers", "1", "--out", "out")
     assert done.returncode == 0, done.stderr
-    told = " ".join(done.stdout.split())
-    assert "C15 not judged" in told and "needs at least 4 trials of each condition (has 1)" in told
-    (claim,) = [
-        c for c in json.loads((colias.folder / "out" / "claims.json").read_text())["claims"] if c["id"] == "C15"
-    ]
+    claims = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
+    (claim,) = [one for one in claims if one["id"] == "C15"]
     assert (claim["word"], claim["count"]["unjudged"], claim["outcome"]["decided"]) == ("", {"not shown": 1}, "")
 
 

@@ -246,7 +246,7 @@ def test_a_robot_s_peak_speed_is_that_of_its_trials(tmp_path):
         point_rows = [row for row in rows if row["dsnn.n_con"] == float(measure_row["dsnn.n_con"])]
         column = {"peak-speed-count": "spikes", "peak-speed-potential": "mean_hs_near_axis"}[measure_row["measure"]]
         best = max(point_rows, key=lambda row: row[column])
-        assert measure_row["value"] == (f"{best['speed_cm_s']:g}" if best[column] > 0 else "")
+        assert measure_row["value"] == (str(best["speed_cm_s"]) if best[column] > 0 else "")
     assert any(row["value"] for row in table(tmp_path / "out"))
 
 

@@ -296,5 +296,9 @@ def test_spikes_over_a_grid_are_those_of_runs_alone(tmp_path, monkeypatch):
     assert main.command(alone) == 0
     spikes = [row["spikes"] for row in pl.read_parquet(tmp_path / "alone" / "trials.parquet").to_dicts()
               if row["speed_cm_s"] == 20.0]  # fmt: skip
-    (point,) = [r for r in rows if (r["dsnn.n_con"], r["camera.read_noise"], r["speed_cm_s"]) == ("4", "0.64", "20")]
+    (point,) = [
+        r
+        for r in rows
+        if [float(r[name]) for name in ("dsnn.n_con", "camera.read_noise", "speed_cm_s")] == [4, 0.64, 20]
+    ]
     assert (float(point["value"]), int(point["n"])) == (sum(spikes) / 2, 2)
