@@ -224,7 +224,7 @@ def test_a_grid_shows_several_models(colias):
     ran(colias, "run", "speed", *GRID[4:], "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone")
     spikes = {r["speed_cm_s"]: r["spikes"] for r in pl.read_parquet(colias.folder / "alone/trials.parquet").to_dicts()}
     same = {float(r["speed_cm_s"]): float(r["value"]) for r in csv_of(colias.folder / "out" / "counts.csv")
-            if (r["model"], r["dsnn.n_con"], r["camera.read_noise"]) == ("dsnn", "4", "0.64")}  # fmt: skip
+            if (r["model"], float(r["dsnn.n_con"]), float(r["camera.read_noise"])) == ("dsnn", 4, 0.64)}  # fmt: skip
     assert same == spikes
 
 
