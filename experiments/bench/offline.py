@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -179,9 +178,8 @@ def run(
     recordings
         Whether to record the first seed's clips for Rerun.
     """
-    work = batch(plan, recordings=recordings)
-    with closing(work.open(out, resources)) as folder:
-        failures = work.fill(folder, pool, resources)
+    with batch(plan, recordings=recordings).run(out, pool, resources) as folder:
+        failures = folder.failures()
         rows = folder.trials().to_dicts()
         judged = verdicts(plan, rows)
         folder.write_json("claims.json", stored.document(judged))

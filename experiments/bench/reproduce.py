@@ -10,7 +10,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -360,8 +360,8 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
             played = [_played(part, folder, pool, resources) for part in plans.behaviours]
             for name, part in plans.studies.items():
                 batch = study_run.batch(part, name)
-                with closing(batch.open(folder / name, resources)) as run:
-                    failures[name] = batch.fill(run, pool, resources)
+                with batch.run(folder / name, pool, resources) as run:
+                    failures[name] = run.failures()
                     counts[name] = Counts(part, run.trials().to_dicts(), failures[name])
         runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
     results: list[Report | OfflineReport | Played] = [*runs, *shows, *played]
@@ -649,8 +649,8 @@ def judge_models(
                 part = offline.plan(shown, (), (), None, seed)
                 thresholds |= part.thresholds
                 batch = offline.batch(part, frames=False)
-                with closing(batch.open(folder / name, resources)) as run:
-                    failures += batch.fill(run, pool, resources)
+                with batch.run(folder / name, pool, resources) as run:
+                    failures += run.failures()
                     rows[name] = run.trials().to_dicts()
     found = [_model_verdict(question, rows, thresholds) for question in wanted]
     Files(folder).write_json("model_claims.json", stored.document(found))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -333,9 +332,8 @@ def run(
         What the run amounts to, as its files say.
     """
     trials = batch(plan, Keep(recordings, viewer=viewer))
-    with resources.pool() as pool, closing(trials.open(out, resources)) as folder:
-        failures = trials.fill(folder, pool, resources)
-        return conclude(plan, folder, failures)
+    with resources.pool() as pool, trials.run(out, pool, resources) as folder:
+        return conclude(plan, folder, folder.failures())
 
 
 @dataclass(frozen=True, slots=True)

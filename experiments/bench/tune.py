@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -255,8 +254,8 @@ def run(
         **provenance.of([model.source for model in plan.models] + files),
     }  # fmt: skip
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
-    with closing(batch.open(out, resources)) as folder:
-        failures = batch.fill(folder, workers, resources)
+    with batch.run(out, workers, resources) as folder:
+        failures = folder.failures()
         points = responses(plan, folder.frames())
         rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
         if rows:

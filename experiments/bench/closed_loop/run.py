@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -264,8 +263,8 @@ def run(plan: BehaviourPlan, out: Path, pool: Workers, resources: Resources, *, 
         How many episodes, from the first, to record for Rerun.
     """
     episodes = batch(plan, recordings)
-    with closing(episodes.open(out, resources)) as folder:
-        failures = episodes.fill(folder, pool, resources)
+    with episodes.run(out, pool, resources) as folder:
+        failures = folder.failures()
         standings = _standings(plan, folder.trials().to_dicts())
         folder.write_rows("scores.csv", table(plan.settings[0].env, standings))
         first = plan.settings[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -191,9 +190,8 @@ class _Done:
 
 def _run(batch: Batch[Any], out: Path, pool: Workers, resources: Resources) -> _Done:
     """Do what is missing of a batch."""
-    with closing(batch.open(out, resources)) as folder:
-        failures = batch.fill(folder, pool, resources)
-        return _Done(folder.trials().to_dicts(), folder.frames(), failures)
+    with batch.run(out, pool, resources) as folder:
+        return _Done(folder.trials().to_dicts(), folder.frames(), folder.failures())
 
 
 def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> OfflinePlan:

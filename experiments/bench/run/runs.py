@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import partial
@@ -235,6 +235,19 @@ class Batch(Generic[AnySpec]):
             folder.end()
         tell(folder)
         return folder.failures()
+
+    @contextmanager
+    def run(self, out: Path, pool: Workers, resources: Resources) -> Iterator[RunFolder]:
+        """Do what a folder lacks, as `open` and `fill` do, and close it at the end of the block.
+
+        Yields
+        ------
+        RunFolder
+            The folder, filled; its ``failures()`` are those of `fill`.
+        """
+        with closing(self.open(out, resources)) as folder:
+            self.fill(folder, pool, resources)
+            yield folder
 
     def _play(
         self, left: Sequence[AnySpec], folder: RunFolder, pool: Workers, advance: Callable[[float], None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -136,9 +135,8 @@ def run(plan: StudyPlan, out: Path, resources: Resources, *, name: str = "") -> 
         There is another run.
     """
     whole = batch(plan, name)
-    with resources.pool() as pool, closing(whole.open(out, resources)) as folder:
-        failures = whole.fill(folder, pool, resources)
-        counts = Counts(plan, folder.trials().to_dicts(), failures)
+    with resources.pool() as pool, whole.run(out, pool, resources) as folder:
+        counts = Counts(plan, folder.trials().to_dicts(), folder.failures())
         write(counts, folder, name or plan.study.name)
         return counts
 

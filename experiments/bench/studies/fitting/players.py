@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -97,8 +96,8 @@ class Player:
     ) -> list[Score] | list[Reading]:
         plan = study_run.planned(study, seed)
         batch = study_run.batch(plan, name)
-        with closing(batch.open(self.out / name, self.resources)) as folder:
-            failed = batch.fill(folder, pool, self.resources)
+        with batch.run(self.out / name, pool, self.resources) as folder:
+            failed = folder.failures()
             self.failures.extend(failed)
             counts = Counts(plan, folder.trials().to_dicts(), failed)
         by_label = dict(zip(study.axes[0].labels, settings, strict=True))
