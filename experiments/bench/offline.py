@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,13 +23,13 @@ from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
 from experiments.bench.stats import stored
 from experiments.bench.stats.clips import ClipClaim, find, judge
-from experiments.bench.stats.tests import summarise
+from experiments.bench.stats.summary import summary_rows
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.files import TABLE, drawn_from
 from experiments.bench.store.parameters import Parameters, differing
-from experiments.bench.store.rows import Failure, TrialRecord, group, known, mixture
+from experiments.bench.store.rows import Failure, TrialRecord, mixture
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +125,7 @@ def plan(
     return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
 
 
-def record_clip(trial: Trial, showings: Sequence[Showing]) -> bytes:
+def record_clip(trial: Trial, showings: Sequence[Showing], _rows: Sequence[Mapping[str, Any]]) -> bytes:
     """Write the recording of a clip that was shown in a trial."""
     return record(showings[0], trial.condition.name, f"{trial.experiment}-{trial.index}-{trial.seed}")
 
@@ -184,7 +183,7 @@ def run(
         judged = verdicts(plan, rows)
         folder.write_json("claims.json", stored.document(judged))
         if rows:
-            folder.write_rows("summary.csv", summary_rows(rows))
+            folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
             _draw(plan, folder, rows)
     return OfflineReport(plan, out, rows, judged, failures)
 
@@ -200,18 +199,7 @@ def _draw(plan: OfflinePlan, folder: RunFolder, rows: Sequence[Mapping[str, Any]
 
 
 QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
-
-
-def summary_rows(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Summarise clips over seeds: a row per model, clip and quantity that the model has."""
-    return [
-        {"model": model, "clip": clip, "quantity": quantity,
-         **{name: known(value) if isinstance(value, float) else value for name, value in asdict(summary).items()}}
-        for (model, clip), chosen in group(rows, "model", "clip").items()
-        for quantity in QUANTITIES
-        if (values := [row[quantity] for row in chosen if row[quantity] is not None])
-        for summary in [summarise(values, 0.0 if quantity == "spikes" else -math.inf)]
-    ]  # fmt: skip
+"""Quantities of a summary: a count, then potentials."""
 
 
 def verdicts(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -32,7 +31,8 @@ from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable
 from experiments.bench.stats import excitation, stored
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.excitation import NEEDED, WHOLE, Course, without_parts
-from experiments.bench.stats.tests import holm, paired, summarise
+from experiments.bench.stats.summary import summary_rows
+from experiments.bench.stats.tests import holm, paired
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
@@ -79,6 +79,11 @@ class Plan:
             return self.settings
         scene = dataclasses.replace(self.settings.scene, wall=self.pictures.of(replicate))
         return dataclasses.replace(self.settings, scene=scene)
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """Each model's spiking threshold."""
+        return {model.label: model.threshold for model in self.settings.models}
 
     def specs(self) -> list[RobotTrial]:
         """Every trial of the run."""
@@ -374,12 +379,13 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         if not claim.models and claim.concerns(model.channels)
     ] + _of_several(plan, rows, failures, admitted)
     figure_rows = without_parts(rows) if plan.experiment.figure == "excitation" else rows
-    summary = summary_rows(figure_rows)
+    summary = summary_rows(figure_rows, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
     compared = compare(figure_rows, reference)
     courses_found = courses_of(plan, rows, folder)
-    if courses_found:
-        folder.write_rows("excitation.csv", excitation.table(courses_found))
+    excitations, drawing = excitation.table(courses_found), drawable(plan.experiment.figure, rows)
+    if excitations:
+        folder.write_rows("excitation.csv", excitations)
     if rows:
         from experiments.bench.report import robot as robot_figure  # not before: workers do without matplotlib
         from experiments.bench.report import style
@@ -387,16 +393,15 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         folder.write_rows("summary.csv", summary)
         title = robot_figure.title(plan.experiment.name, arena_name(plan.settings.scene.arena), rows, plan.changed(),
                                    open_loop=plan.settings.robot.open_loop)  # fmt: skip
-        thresholds = {model.label: model.threshold for model in plan.settings.models}
-        drawn = robot_figure.draw(drawable(plan.experiment.figure, rows), rows, folder.frames(), plan.experiment.varies,
-                                  thresholds, title, excitation.table(courses_found))  # fmt: skip
+        drawn = robot_figure.draw(drawing, rows, folder.frames(), plan.experiment.varies,
+                                  plan.thresholds, title, excitations)  # fmt: skip
         style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", stored.document(verdicts))
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, drawable(declared.figure, rows), figure_rows, summary, verdicts, compared,
+        folder.folder, declared.varies, drawing, figure_rows, summary, verdicts, compared,
         flaws(rows), list(failures), courses_found,
         why_none_left_out(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
         if plan.settings.robot.open_loop else "",
@@ -407,9 +412,8 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
 
 def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], admitted: Sequence[str]) -> list[Verdict]:
     """The verdicts on claims that compare models."""
-    thresholds = {model.label: model.threshold for model in plan.settings.models}
     return [
-        _noting(judge(claim, rows, thresholds.get(claim.spiking), ""), plan.experiment.name, lost, admitted)
+        _noting(judge(claim, rows, plan.thresholds.get(claim.spiking), ""), plan.experiment.name, lost, admitted)
         for claim in map(find, plan.experiment.claims)
         if claim.models
         for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
@@ -428,21 +432,6 @@ def _noting(verdict: Verdict, experiment: str, lost: int, notes: Sequence[str]) 
     """The verdict, naming its experiment, with the trials it could not be judged on and ``notes`` on the others."""
     failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
     return dataclasses.replace(verdict, outcome=verdict.outcome.noting([failed, *notes]), experiment=experiment)
-
-
-def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
-    """One row per model, condition and quantity: n, mean, sd, median, 95 % interval of the mean."""
-    keys = ("model", *CONDITION_COLUMNS)
-    table = []
-    for condition, chosen in group(rows, *keys).items():
-        for quantity in QUANTITIES:
-            values = [row[quantity] for row in chosen if is_number(row.get(quantity))]
-            if not values:  # the motion has no such quantity
-                continue
-            summary = summarise(values, -math.inf if quantity in SIGNED else 0.0)
-            numbers = {k: None if math.isnan(v) else v for k, v in dataclasses.asdict(summary).items()}
-            table.append({**dict(zip(keys, condition, strict=True)), "quantity": quantity, **numbers})
-    return table
 
 
 def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:

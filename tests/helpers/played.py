@@ -33,7 +33,7 @@ class Played:
 
     @property
     def recording(self):
-        return recording.record(self.trial, self.showings)
+        return recording.record(self.trial, self.showings, self.record.rows)
 
     def equals(self, other):
         """Return whether rows and frames equal those of another trial."""

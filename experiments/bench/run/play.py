@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import cv2
@@ -174,8 +174,8 @@ class Showing:
 
 Watch = Callable[[Showing], None]
 """Watcher of a trial, such as a viewer: called after each frame, and changes nothing."""
-Record = Callable[[Any, Sequence[Showing]], bytes]
-"""Writes the recording of a trial from what it showed, as the bytes of an .rrd file."""
+Record = Callable[[Any, Sequence[Showing], Sequence[Mapping[str, Any]]], bytes]
+"""Writes the recording of a trial from what it showed and its rows, as the bytes of an .rrd file."""
 
 
 def show(trial: Trial, *, maps: bool = False, watch: Watch | None = None) -> list[Showing]:
@@ -240,14 +240,11 @@ def play(
     began_s = time.perf_counter()
     showings = show(trial, maps=maps, watch=watch)
     wall_s = time.perf_counter() - began_s
-    record_made = recording_of(lambda: record(trial, showings)) if record else None
-    return tabulate(trial, showings, wall_s, record_made, frames=frames)
+    done = tabulate(trial, showings, wall_s, frames=frames)
+    return replace(done, recording=recording_of(lambda: record(trial, showings, done.rows))) if record else done
 
 
-def tabulate(
-    trial: Trial, showings: Sequence[Showing], wall_s: float, recording: bytes | str | None = None, *,
-    frames: bool = True,
-) -> TrialRecord:  # fmt: skip
+def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames: bool = True) -> TrialRecord:
     """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
 
     Parameters
@@ -256,8 +253,6 @@ def tabulate(
         The trial, and what it showed.
     wall_s
         Time that it took, s.
-    recording
-        Its recording, or why there is none.
     frames
         Whether to keep a row per frame and model.
     """
@@ -274,11 +269,12 @@ def tabulate(
                 "model": model.label, **shown, **spike_counts(model, series), **measures,
                 "frames": table.height, "wall_s": wall_s,
             }  # fmt: skip
-            index = table.with_columns(
-                pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
-                pl.int_range(pl.len()).alias("frame"),
-            )  # fmt: skip
-            tables[model.label] = index.select(columns.names()).cast(columns)
+            if frames:
+                index = table.with_columns(
+                    pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
+                    pl.int_range(pl.len()).alias("frame"),
+                )  # fmt: skip
+                tables[model.label] = index.select(columns.names()).cast(columns)
     labels = [model.label for model in trial.models if model.label in rows]
     kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)
     failures = tuple(
@@ -286,4 +282,4 @@ def tabulate(
         for showing in showings
         for label, trouble in showing.troubles().items()
     )
-    return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, recording, failures)
+    return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, None, failures)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -14,7 +15,7 @@ from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from experiments.bench import viewer
 from experiments.bench.run import record as rerun
-from experiments.bench.run.play import Showing, tabulate
+from experiments.bench.run.play import Showing
 from experiments.bench.run.record import Colour, Content, Frames, Model, Stream
 from experiments.bench.sources.media import MAP_SCALES, Media, collect
 from experiments.bench.sources.robot import RobotTrial, scene_of
@@ -27,9 +28,9 @@ EVERY_S = 0.1
 """Seconds between two parts of a running trial that are sent to a viewer."""
 
 
-def record(trial: RobotTrial, showings: Sequence[Showing]) -> bytes:
-    """Return the recording of a finished trial, as the bytes of an .rrd file."""
-    media, rows = collect(showings), tabulate(trial, showings, 0.0, frames=False).rows
+def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return the recording of a finished trial with these rows, as the bytes of an .rrd file."""
+    media = collect(showings)
     by_label = {model.label: (model, series) for showing in showings for model, series in showing.series()}
     arena = trial.settings.scene.arena
     properties = {

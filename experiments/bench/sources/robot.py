@@ -26,7 +26,7 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import Course, Script, course
 from experiments.bench.sources.experiment import Experiment, Settings
 from experiments.bench.sources.hand import HandDrive, changes_at
-from experiments.bench.sources.measures import away_cm, responses, windows
+from experiments.bench.sources.measures import Windows, away_cm, responses, windows
 from experiments.bench.sources.room import files
 from experiments.bench.sources.rows import FRAME_SCHEMA
 from experiments.bench.store.rows import OBSERVER
@@ -180,6 +180,7 @@ class RobotSource:
         self.drive: Drive | HandDrive = Drive(self.sim, self.course) if hand is None else HandDrive(self.sim, hand)
         self._tracker = Tracker(self.course.stimulus.route)
         self.number = 0
+        self._parts: Windows = {}
         self._of_stimulus: dict[str, Any] = {}
 
     def __iter__(self) -> Iterator[Sample]:
@@ -229,15 +230,15 @@ class RobotSource:
             A row per frame: time, poses, responses.
         """
         settings = self.trial.settings
-        parts = windows(self.trial.condition, settings.camera, frames)
-        if not self._of_stimulus:  # it is the same for every model
+        if not self._parts:  # they are the same for every model, and so is what the stimulus did
+            self._parts = windows(self.trial.condition, settings.camera, frames)
             self._of_stimulus = {
                 **self._driven(frames),
                 "drive": "open" if settings.robot.open_loop else "feedback",
                 "closest_cm": float(away_cm(frames, settings.camera.forward_cm).min()),
-                "seconds_in_view": float(parts["in_view"].sum()) / settings.camera.fps,
+                "seconds_in_view": float(self._parts["in_view"].sum()) / settings.camera.fps,
             }
-        return {**self._of_stimulus, **responses(model, frames, parts, settings.camera.fps)}
+        return {**self._of_stimulus, **responses(model, frames, self._parts, settings.camera.fps)}
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return the speed that the stimulus reached, and how far it was off its path."""

@@ -162,7 +162,12 @@ def _check(condition: Condition, settings: Settings, around: Surroundings | None
         _check_steady(condition, course)
     schedules = {name: script.schedule() for name, script in scripts.items()}
     moments = [i * EVERY_S for i in range(math.ceil(schedules["stimulus"].seconds / EVERY_S) + 1)]
-    places = {name: [schedule.pose(time) for time in moments] for name, schedule in schedules.items()}
+    places = {
+        name: [schedule.pose(time) for time in moments]
+        if any(stretch.moves or stretch.rate for stretch in schedule.route.stretches)
+        else [schedule.pose(0.0)] * len(moments)
+        for name, schedule in schedules.items()
+    }
     radii = {name: ROBOT_RADIUS_CM if name == "observer" else body_cm(settings) for name in places}
     at = {name: 100 * np.array([(pose.x, pose.y) for pose in poses]) for name, poses in places.items()}
     skew = 0.0 if condition.motion in DEPTH else math.sin(math.radians(3 * settings.heading_sd_deg))
@@ -196,10 +201,10 @@ def _check(condition: Condition, settings: Settings, around: Surroundings | None
 
 def _check_wheels(name: str, script: Script, robot: RobotConfig) -> None:
     """Refuse speeds that a wheel does not reach, and those at which its motor stands."""
-    step, top = (
-        robot.power_step_cm_s,
-        robot.max_speed_cm_s * (1.0 if math.isinf(script.acceleration) else STEERING_SHARE),
-    )
+    step, top = robot.power_step_cm_s, robot.max_speed_cm_s
+    if not math.isinf(script.acceleration):
+        top *= STEERING_SHARE
+    motors, least = (Motors(robot), max(robot.dead_band, 1)) if step else (None, 0)
     if step:
         top = min(top, (TOP_POWER + 0.5) * step)
     for stretch in script.route.stretches:
@@ -212,8 +217,7 @@ def _check_wheels(name: str, script: Script, robot: RobotConfig) -> None:
                     f"a wheel of the {name} would run at {fastest:.3g} cm/s; it must be at most {top:.4g}: slow it "
                     "down, or give it wider bends"
                 )
-            powers = Motors(robot).powers(*wheels) if step else wheels
-            least = max(robot.dead_band, 1) if step else 0.0
+            powers = motors.powers(*wheels) if motors else wheels
             if any(wheel and abs(power) < least for wheel, power in zip(wheels, powers, strict=True)):
                 raise ValueError(f"a wheel of the {name} would stand: its power {powers} is below {least} of 255")
 
