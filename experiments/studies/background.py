@@ -75,7 +75,7 @@ def answered(counts: "Counts") -> list[dict[str, Any]]:
 
     The object moves rightward and the background leftward, in every replicate before another scene.
     """
-    from experiments.bench.leaderboard.scores import answer
+    from experiments.bench.stats.clips import answer
 
     point, model = counts.plan.judged[0]
     crossings = [

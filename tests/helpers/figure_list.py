@@ -17,8 +17,8 @@ from experiments.bench import tune
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop.policy import About
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.leaderboard import figure as leaderboard_figure
-from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
+from experiments.bench.leaderboard import CHANCE, DIRECTION, LOOMING, NOTE, PANELS, finding
+from experiments.bench.report import scoreboard
 from experiments.bench.report import tuning as tuning_report
 from experiments.bench.stats.curves import points_schema
 from experiments.bench.stats.scores import Score, Standing
@@ -78,15 +78,19 @@ def tuning(curve: str) -> Callable[[Sequence[str]], Figure]:
     return draw
 
 
-def leaderboard(kind: Kind) -> Callable[[Sequence[str]], Figure]:
+def leaderboard(board: str) -> Callable[[Sequence[str]], Figure]:
     def draw(models: Sequence[str]) -> Figure:
-        standings = [
-            Standing(model, {name: None if model == "emd" else Score(score, 0.8 * score, 1.1 * score, 20)
-                             for name in kind.measures
-                             for score in [strength(model) * (300 if name.startswith("us") else 1)]})
+        measures = [name for names in PANELS[board].values() for name in names]
+        rows = [
+            {"model": model} | {
+                f"{name}{end}": None if model == "emd" else part * strength(model)
+                for name in measures
+                for end, part in (("", 1.0), ("_low", 0.8), ("_high", 1.1))
+            }
             for model in models
         ]  # fmt: skip
-        return leaderboard_figure.draw(Ranking(kind, standings), 20)
+        table = pl.DataFrame(rows)
+        return scoreboard.draw(table, PANELS[board], CHANCE, finding(board, table), NOTE)
 
     return draw
 

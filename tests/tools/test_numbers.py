@@ -16,8 +16,8 @@ import polars as pl
 import pytest
 
 from experiments import Check
+from experiments.bench import leaderboard
 from experiments.bench.footage import claims as footage_claims
-from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
 from experiments.bench.sources.robot_claims import paper_claims
 from experiments.bench.stats import tests as statistics
@@ -286,8 +286,8 @@ def test_prose_quotes_no_measured_interval():
 
 def test_the_figures_of_design_in_prose_are_those_of_the_code():
     text = prose()
-    plain, clutter = stimuli.clip_experiments(["dsnn"])
-    robot = len(stimuli.ROBOT.design.conditions()) * stimuli.REPEATS
+    plain, clutter = leaderboard.clip_experiments(leaderboard.DIRECTION, ["dsnn"])
+    robot = len(leaderboard.ROBOT.design.conditions()) * leaderboard.REPEATS
     alone = sum(dict(clip.changes).get("object") == "absent" or clip.stimulus == "foliage" for clip in clutter.clips)
     means, every = ({claim.least for claim in CLAIMS.values() if claim.of_every_trial == of} for of in (False, True))
     (least,), (most,) = means, every

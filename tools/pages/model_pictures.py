@@ -17,15 +17,16 @@ from dsnn.model import SPIKING, run_model
 from dsnn.stimuli import StimulusFrame
 from experiments.bench.figures.palette import marks
 from experiments.bench.figures.plotting import STYLE
-from experiments.bench.leaderboard.looming_stimuli import FRAME, SHADES, SQUARE
+from experiments.bench.leaderboard import FRAME, SQUARE
 from experiments.bench.sources.clips import Clip
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SIZE
 
-RIGHTWARD = ("motion", "rightward"), ("speed", 60.0)
+DARK = {"grey": 40.0, "background_grey": 200.0}
+RIGHTWARD = {**FRAME, **SQUARE, "motion": "rightward", "speed": 60.0}
 STANDARD: Mapping[str, Clip] = {
-    "direction": Clip("dark square rightward", "plain", (*FRAME, *SQUARE, *RIGHTWARD, *SHADES["dark"])),
-    "looming": Clip("dark looming", "looming", (("l_over_v_s", 0.16), *SHADES["dark"])),
+    "direction": Clip("dark square rightward", "plain", tuple((RIGHTWARD | DARK).items())),
+    "looming": Clip("dark looming", "looming", tuple({"l_over_v_s": 0.16, **DARK}.items())),
 }
 """Kind -> the clip that stands for it."""
 LABELS: Mapping[str, str] = {"flow": "mean flow (px/frame)"}

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from experiments import OFFLINE
-from experiments.bench import registry
-from experiments.bench.leaderboard import looming_stimuli, stimuli
+from experiments.bench import leaderboard, registry
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.tune import FAMILIES
 from experiments.claims.model_clips import GROUPS
@@ -47,12 +46,10 @@ def _uses() -> Iterator[Use]:
         assert isinstance(experiment, OfflineExperiment)
         yield Use(name, f"colias run {name}", f"../experiments/{name}.md", _counted(experiment.clips))
     board = "../commands/leaderboard.md"
-    scores = {
-        "the scores of direction": (*stimuli.plain_clips(), *stimuli.clutter_clips()),
-        "the scores of looming": (*looming_stimuli.plain_clips(), *looming_stimuli.moving_clips()),
-    }
-    for title, clips in scores.items():
-        yield Use(title, "colias leaderboard", board, _counted(clips))
+    for kind in leaderboard.FILES:
+        shown = leaderboard.clip_experiments(kind, ("dsnn",))
+        clips = (clip for experiment in shown for clip in experiment.clips)
+        yield Use(f"the scores of {kind}", "colias leaderboard", board, _counted(clips))
     for name, family in FAMILIES.items():
         clips = tuple(probe.clip for probe in family.probes)
         yield Use(f"the curve {name}", f"colias tune --curve {name}", "../commands/tune.md", _counted(clips))

@@ -33,7 +33,7 @@ def check(
     """
     from experiments.bench.conformance import laws, stimulus_laws, table
     from experiments.bench.conformance.notes import notes
-    from experiments.bench.leaderboard.timing import time_models
+    from experiments.bench.leaderboard import time_models
     from experiments.bench.run.models import ask
     from experiments.bench.run.settings import watchers
     from experiments.bench.run.user_code import declares, is_file

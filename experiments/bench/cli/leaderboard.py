@@ -6,20 +6,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import (
-    EXIT_FAILED,
-    Cluster,
-    For,
-    Models,
-    Only,
-    OtherCode,
-    Out,
-    Quiet,
-    Seed,
-    Workers,
-    resources,
-    run_folder,
-)
+from experiments.bench.cli import options
 from experiments.bench.figures.media import Medium
 
 
@@ -29,35 +16,38 @@ def register(app: typer.Typer) -> None:
 
 
 def leaderboard(
-    model: Models = None,
-    only: Only = False,
+    model: options.Models = None,
+    only: options.Only = False,
     repeats: Annotated[int | None, typer.Option(help="Trials of each condition; otherwise 5.")] = None,
-    seed: Seed = 0,
-    out: Out = None,
-    other_code: OtherCode = False,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    medium: For = Medium.WEB,
-    quiet: Quiet = False,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = Medium.WEB,
+    quiet: options.Quiet = False,
 ) -> int:
     """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
 
     90 robot trials: crossings both ways at 4, 6, 10 cm/s and 6, 10 cm, straight approach and recession at these
-    speeds. To models that answer by direction 24 clips on an even ground, 60 before clutter and 20 of clutter alone
-    (shifting, swaying, trembling). To looming models 48 clips on an even ground and 160 before what moves: looming,
-    receding, crossing, and gratings and backgrounds alone. The two kinds are ranked apart. Writes leaderboard.csv and
-    figure.svg and .png of direction, looming.csv, looming.svg and .png, and a folder of tables for each set of clips.
-    Every number has its 95 % interval. The command's own models are those registered, but dsnn-reference. Exit status:
-    1 if trials failed; the others count.
+    speeds. Models of direction are shown 24 clips on an even ground, 60 before clutter and 20 of clutter alone
+    (shifting, swaying, trembling), looming models 48 clips on an even ground and 160 before what moves: looming,
+    receding, crossing, and gratings and backgrounds alone. The two kinds are ranked apart: leaderboard.csv and
+    looming.csv have the scores with their 95 % intervals, and figures of the same names show them. A folder for each
+    set of clips has the tables. The command's own models are those registered, but dsnn-reference. Exit status: 1 if
+    trials failed; the others count.
     """
-    from experiments.bench.leaderboard import run as board
-    from experiments.bench.leaderboard import table as leaderboard_table
+    from experiments.bench import leaderboard as board
+    from experiments.bench.engine.terminal import show_line, show_places
+    from experiments.bench.report import scoreboard
     from experiments.bench.run.models import COMPARED, shown_models
 
-    folder = run_folder(out, "leaderboard")
-    means = resources(workers, cluster, quiet, other_code)
-    models = shown_models(COMPARED, model, only)
-    result = board.run(folder, models, repeats, seed, means)
+    planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
+    folder = options.run_folder(out, "leaderboard")
+    boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet, other_code))
     if not quiet:
-        leaderboard_table.show(result)
-    return EXIT_FAILED if result.failures else 0
+        for name, table in boards.items():
+            scoreboard.show(table, board.PANELS[name], board.finding(name, table))
+            show_line(f"{board.NOTE} Empty: does not apply, or no response.")
+            show_places({"figure": folder / f"{board.FILES[name]}.png", "table": folder / f"{board.FILES[name]}.csv"})
+    return options.EXIT_FAILED if failures else 0

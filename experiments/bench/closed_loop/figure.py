@@ -68,7 +68,7 @@ def draw(played: Played) -> Figure:
     env = ENVS[played.env]
     panels = [
         Panel(
-            _heading(measure), (measure.name,), log=measure.kind == "free_distance",
+            _heading(measure), measure.name, log=measure.kind == "free_distance",
             share=_is_share(measure), column=measure.column if measure.kind == "mean" else "",
         )
         for measure in env.all_measures

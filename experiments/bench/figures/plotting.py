@@ -16,9 +16,7 @@ import matplotlib as mpl
 from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
-from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.figures.media import sheet
 from experiments.bench.stats.scores import Score, Standing, written
@@ -194,39 +192,26 @@ class Panel:
     ----------
     title
         Its heading.
-    measures
-        Measures drawn together: one, or two, the second open.
-    keys
-        What tells the measures apart, in words; none for a single measure without a legend.
-    chance
-        What guessing gets; a dotted line.
+    measure
+        The measure that is drawn.
     log, share
         Whether the axis is logarithmic, or goes from 0 to 1.
-    filled
-        Whether the first measure's dots are filled.
     column
         The column of each row's value, drawn as a tick; empty where the measure is of all rows together.
     """
 
     title: str
-    measures: tuple[str, ...]
-    keys: tuple[str, ...] = ()
-    chance: float | None = None
+    measure: str
     log: bool = False
     share: bool = False
-    filled: bool = True
     column: str = ""
 
 
 INCHES_A_ROW, DENSE_ROW, LEAST_ROW = 0.34, 0.24, 0.165
 """Heights of a row of a scoreboard: of up to `MANY_ROWS`, and of more; and the least, of a line of type."""
 MANY_ROWS = 12
-APART, APART_IN_LEAST = 0.17, 0.22
-"""Offsets of the dots of one row, from its middle, as shares of its height; and in rows below `DENSE_ROW`."""
 DOT, DOT_IN_LEAST = 5.0, 3.6
 """Sizes of dots, points."""
-TICKS_INCHES = 0.22
-"""Height of the numbers below an axis; the keys stand under them."""
 MISSING = "#777777"
 NOT_APPLYING = "does not apply"
 
@@ -264,8 +249,6 @@ def scoreboard(
 
 
 def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mapping[str, str], *, low: bool) -> None:
-    if panel.chance is not None:
-        axes.axvline(panel.chance, color="black", ls=":", lw=0.8, zorder=1)
     for row in range(0, len(standings), 2):
         axes.axhspan(row - 0.5, row + 0.5, color="black", alpha=0.04, lw=0)
     for row, standing in enumerate(standings):
@@ -282,33 +265,26 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
         axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.tick_params(axis="y", length=0)
     axes.set_title(panel.title, fontsize=8, loc="left")
-    if panel.keys:
-        _keys(axes, panel)
 
 
 def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str, *, low: bool) -> None:
-    scores = [standing.scores.get(measure) for measure in panel.measures]
-    if not any(score is not None and math.isfinite(score.value) for score in scores):
-        endless = [score for score in scores if score is not None and math.isinf(score.value)]
-        text = f"over {written(endless[0].low)} (95 %)" if endless else NOT_APPLYING
+    score = standing.scores.get(panel.measure)
+    if score is None or not math.isfinite(score.value):
+        text = NOT_APPLYING if score is None or math.isnan(score.value) else f"over {written(score.low)} (95 %)"
         axes.annotate(text, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
                       fontsize=8, fontstyle="italic", bbox={"fc": "white", "lw": 0, "pad": 0.5})  # fmt: skip
     if panel.column:
         values = [value for one in standing.rows if (value := one[panel.column]) is not None]
         axes.plot(values, [row + 0.3] * len(values), "|", color=tint, alpha=0.45, ms=5)
-    apart, size = (APART_IN_LEAST, DOT_IN_LEAST) if low else (APART, DOT)
-    shifts = (-apart, apart) if len(scores) > 1 else (0.0,)
-    for place, (score, shift) in enumerate(zip(scores, shifts, strict=True)):
-        if score is not None and math.isfinite(score.value):
-            _dot(axes, score, row + shift, tint, size, filled=panel.filled and place == 0)
+    if score is not None and math.isfinite(score.value):
+        _dot(axes, score, row, tint, DOT_IN_LEAST if low else DOT)
 
 
-def _dot(axes: Axes, score: Score, height: float, tint: str, size: float, *, filled: bool) -> None:
+def _dot(axes: Axes, score: Score, height: float, tint: str, size: float) -> None:
     """Draw a score with its interval; an infinite end is left out."""
     ends = [end if math.isfinite(end) else score.value for end in (score.low, score.high)]
     axes.plot(ends, [height, height], color=tint, lw=1.4, solid_capstyle="butt", zorder=2)
-    face = tint if filled else "white"
-    axes.plot(score.value, height, "o", ms=size, mfc=face, mec=tint, mew=1.2, zorder=3, clip_on=False)
+    axes.plot(score.value, height, "o", ms=size, mfc=tint, mec=tint, mew=1.2, zorder=3, clip_on=False)
 
 
 def log_ticks(low: float, high: float) -> list[float]:
@@ -325,21 +301,3 @@ def log_ticks(low: float, high: float) -> list[float]:
 
 TICKS = 3
 """Ticks of a logarithmic axis, at most; two where more are thinned out."""
-
-
-def _keys(axes: Axes, panel: Panel) -> None:
-    """Write which dots are which, below the numbers of the axis."""
-    whole = axes.get_figure(root=True)
-    assert whole is not None
-    below = ScaledTranslation(0.0, -TICKS_INCHES, whole.dpi_scale_trans)
-    grey = "#444444"
-    keys = [
-        Line2D(
-            [], [], ls="", marker="o", ms=5, color=grey, mfc=grey if panel.filled and not place else "white", label=key
-        )
-        for place, key in enumerate(panel.keys)
-    ]
-    axes.legend(
-        handles=keys, ncols=2, fontsize=8, frameon=False, loc="upper center", borderaxespad=0.0,
-        bbox_to_anchor=(0.5, 0.0), bbox_transform=axes.transAxes + below, handletextpad=0.1, columnspacing=1.0,
-    )  # fmt: skip

@@ -36,6 +36,7 @@ SIGNED = {
     "upward": ("trough_vs", -1),
 }
 """Direction -> the extreme that answers it, and its sign."""
+
 SHADES = ("dark", "light")
 EVERY = ()
 """Of a column of a claim's conditions: each level that is there."""
@@ -72,6 +73,14 @@ equals the DSNN's. There nothing is random and no background shifts, and no clai
 it. The gain of a model with a sigmoid is that ahead of the sigmoid, its scale K_sig, as what is behind it cannot pass
 1; that of the EMD is the gain of its output. Nothing else of a rival is changed.
 """
+
+
+def answer(row: Row) -> str | None:
+    """Return the direction of the strongest potential of either system; ``None`` if two are equal, or all silent."""
+    strengths = {direction: sign * row[column] for direction, (column, sign) in SIGNED.items()}
+    strongest = max(strengths.values())
+    named = [direction for direction, strength in strengths.items() if strength == strongest]
+    return named[0] if len(named) == 1 else None
 
 
 def rows_of(clips: pl.DataFrame, model: str = DSNN, **fixed: Any) -> list[dict[str, Any]]:

@@ -30,7 +30,7 @@ def write(studied: Studied) -> Path | None:
 
 def draw(studied: Studied) -> Figure:
     """Return a panel for each of the env's measures; the policies above, their opponents below."""
-    panels = [Panel(measure.name, (measure.name,)) for measure in ENVS[studied.env].all_measures]
+    panels = [Panel(measure.name, measure.name) for measure in ENVS[studied.env].all_measures]
     standings = studied.standings
     tints = {standing.name: LEARNT if place == 0 else OTHERS for place, standing in enumerate(standings)}
     with mpl.rc_context(plotting.STYLE):

@@ -11,10 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from experiments.bench import tune
-from experiments.bench.leaderboard import looming_scores
-from experiments.bench.leaderboard import run as leaderboard
-from experiments.bench.leaderboard import scores as direction_scores
+from experiments.bench import leaderboard, tune
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ask, look_up
 from experiments.bench.run.runs import Resources
@@ -105,11 +102,12 @@ class Player:
 
     def _boarded(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Workers) -> list[dict[str, Any]]:
         texts = [text_of(self.fit, setting) for setting in settings]
-        played = leaderboard.play(folder, list(dict.fromkeys(texts)), None, seed, pool, self.resources)
-        self.failures.extend(played.failures)
+        plan = leaderboard.plan(list(dict.fromkeys(texts)), None, seed)
+        responses, failures = leaderboard.play(plan, folder, pool, self.resources)
+        self.failures.extend(failures)
         rows: dict[str, dict[str, Any]] = {}
-        for ranking in played.rankings({}):
-            for row in ranking.rows():
+        for table in leaderboard.rank(plan, responses).values():
+            for row in table.iter_rows(named=True):
                 rows.setdefault(row["model"], {}).update(row)
         return [rows.get(label, {}) for label in _labels(texts)]
 
@@ -186,11 +184,10 @@ def check_board(fit: Fit, box: Box) -> None:
             raise UsageError(f"{option} {goal.name}: {fit.board} has no such number; it has {', '.join(known)}")
 
 
-_TIMED = "us_"
 _BOARD_NAMES = {
     LEADERBOARD: tuple(
-        name for name in dict.fromkeys((*direction_scores.MEASURES, *looming_scores.MEASURES))
-        if not name.startswith(_TIMED)
+        name for panels in leaderboard.PANELS.values() for names in panels.values() for name in names
+        if name not in leaderboard.TIMES
     ),
     TUNING: tune.NUMBERS,
 }  # fmt: skip

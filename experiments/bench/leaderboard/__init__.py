@@ -1,1 +1,0 @@
-"""All models on the same trials and clips."""

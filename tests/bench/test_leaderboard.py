@@ -1,0 +1,240 @@
+"""The leaderboard: scores of generated tables, the golden tests of stimuli, and a board with a user's own model."""
+
+import dataclasses
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+from scipy import stats
+
+from dsnn import MODELS
+from dsnn.stimuli import stimulus
+from experiments.bench import leaderboard as board
+from experiments.bench.engine.alarms import alarm_count, first_alarm_s, poisson_interval
+from experiments.bench.leaderboard import DIRECTION, LOOMING, PANELS, RESPONSES, TIMES
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import choose
+from experiments.bench.run.runs import Resources
+from experiments.bench.sources.designs import Translation
+from experiments.bench.stats.clips import SIGNED, answer
+from experiments.bench.stats.tests import area_under_roc, median_interval
+from tests.helpers import user_files
+
+
+def table(*rows):
+    """Responses; each row is a condition of its own where it names none."""
+    made = [{"condition": f"c{i}", "model": "m", **row} for i, row in enumerate(rows)]
+    return pl.DataFrame([dict.fromkeys(RESPONSES) | row for row in made], RESPONSES)
+
+
+def translations(right, **more):
+    return [{"shown": way, "right": way in right, **more} for way in SIGNED]
+
+
+def extremes(hs=(0.0, 0.0), vs=(0.0, 0.0)):
+    return dict(zip(("trough_hs", "peak_hs", "trough_vs", "peak_vs"), (*hs, *vs), strict=True))
+
+
+def test_the_strongest_potential_of_both_systems_is_the_answer():
+    assert answer(extremes((-0.1, 0.3), (-0.2, 0.2))) == "rightward"
+    assert answer(extremes((-0.4, 0.3), (-0.2, 0.2))) == "leftward"
+    assert answer(extremes((-0.1, 0.3), (-0.2, 0.31))) == "downward"
+    assert answer(extremes((-0.1, 0.3), (-0.31, 0.2))) == "upward"
+    assert answer(extremes((-0.3, 0.3))) is answer(extremes()) is None, "two alike, or silence, is no answer"
+
+
+def test_shares_are_of_translations_and_have_clopper_and_pearson_s_interval():
+    scores = board.direction_scores(table(*translations(SIGNED) * 5), table(*translations(["upward"])))
+    assert (scores["direction_robot"].value, scores["direction_robot"].high, scores["direction_robot"].n) == (1, 1, 20)
+    assert scores["direction_robot"].low == pytest.approx(0.025 ** (1 / 20))
+    assert scores["direction_clips"].value == 0.25
+    assert scores["auc_robot"] is None, "nothing moved in depth"
+    spiking = [{"shown": "background", "spiked": spiked} for spiked in (True, False)]
+    clips = table(*spiking, {"shown": "rightward", "spiked": True}, {"shown": "background"})
+    assert board.direction_scores(table(), clips)["false_alarms"].value == 0.5, "of backgrounds, of spiking models"
+
+
+def test_repeats_of_a_condition_are_no_independent_trials():
+    """Four clips, five repeats each: where repeats agree they tell no more than four clips do."""
+    once = table(*translations(SIGNED))
+    agree = board.share(pl.concat([once] * 5), "right")
+    assert (agree.value, agree.n) == (1.0, 20)
+    assert (agree.low, agree.high) == (board.share(once, "right").low, 1.0)
+    by_clip = board.share(table(*[{"right": i < 2, "condition": f"{i}"} for i in range(4)] * 5), "right")
+    rows = [{"right": (i + repeat) % 2 == 0, "condition": f"{i}"} for i in range(4) for repeat in range(5)]
+    by_repeat = board.share(table(*rows), "right")
+    assert by_clip.high - by_clip.low > by_repeat.high - by_repeat.low, "all of the spread is between clips"
+
+
+@pytest.mark.parametrize(("across", "depth", "area"), [
+    ([3, 4, 5], [0, 1, 2], 1.0), ([0, 1], [2, 3], 0.0), ([1, 1], [1, 1, 1], 0.5), ([0, 2], [1, 1], 0.5),
+    ([1, 2], [1, 0], 0.875),
+])  # fmt: skip
+def test_separation_of_translation_from_depth(across, depth, area):
+    rows = [{"shown": "upward", "strength": float(value)} for value in across]
+    rows += [{"shown": "receding", "strength": float(value)} for value in depth]
+    score = board.direction_scores(table(), table(*rows))["auc_clips"]
+    assert (score.value, score.n) == (area, len(rows))
+    assert score.low <= area <= score.high
+
+
+def test_area_under_roc_is_mann_whitney_s_and_its_interval_covers():
+    rng = np.random.default_rng(0)
+    true = stats.norm.cdf(1 / math.sqrt(2))  # of two unit normals one apart
+    covered = 0
+    for _ in range(50):
+        across, depth = rng.normal(1, 1, 60), rng.normal(0, 1, 30)
+        value, low, high = area_under_roc(across, depth)
+        assert value == pytest.approx(stats.mannwhitneyu(across, depth).statistic / (60 * 30))
+        covered += low <= true <= high
+    assert 43 <= covered <= 50
+
+
+def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
+    """At 30 frames/s: 15 frames apart are one alarm, 16 are two."""
+    spikes = np.zeros(60, int)
+    assert alarm_count(spikes, 30.0) == 0
+    spikes[[10, 11, 12, 27]] = 1
+    assert alarm_count(spikes, 30.0) == 1
+    spikes[43] = 2
+    assert alarm_count(spikes, 30.0) == 2
+    assert alarm_count(np.ones(300, int), 30.0) == 1
+
+
+def test_the_first_alarm_is_between_the_approach_s_begin_and_contact():
+    contact = np.array([math.nan, 0.3, 0.2, 0.1, 0.0, -0.1])
+    assert first_alarm_s(np.array([1, 0, 1, 1, 0, 0]), contact) == 0.2
+    assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None
+
+
+@pytest.mark.parametrize(("count", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)])
+def test_the_interval_of_a_count_is_garwood_s(count, low, high):
+    assert poisson_interval(count) == pytest.approx((low, high), abs=2e-3)
+
+
+@pytest.mark.parametrize("l_over_v", board.L_OVER_V_S)
+def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v):
+    """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
+    clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
+    sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
+    fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
+    assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)
+
+
+def test_contact_goes_on_after_the_square_stops_and_is_none_of_what_recedes():
+    contact = stimulus("looming", l_over_v_s=0.08).contact_s()
+    assert np.isnan(contact[:9]).all() and contact[-1] < 0.0
+    np.testing.assert_allclose(np.diff(contact[9:]), -1 / 30)
+    for changes in ({"motion": "receding"}, {"object": "absent"}):
+        assert np.isnan(stimulus("looming", **changes).contact_s()).all()
+
+
+def looming_clips(peak, alarms, spiking=True):
+    """Three approaches straight ahead at 0.9, and others at ``peak``."""
+    ahead = zip((0.04, 0.08, 0.16), (0.2, 0.4, 1.0), strict=True)
+    rows = [{"shown": "looming", "looming": 0.9, "condition": f"looming-even dark looming {s:g} s", "contact_s": t}
+            for s, t in ahead]  # fmt: skip
+    rows += [{"shown": shown, "looming": peak} for shown in ("receding", "upward", "grating")]
+    counts = [alarms] * 3 + [0, 0, 3]
+    spikes = [{"alarms": count, "seconds": 30.0} if spiking else {"contact_s": None} for count in counts]
+    return table(*(row | spike for row, spike in zip(rows, spikes, strict=True)))
+
+
+def test_scores_of_an_ideal_looming_detector_of_a_silent_one_and_of_one_without_a_threshold():
+    ideal = board.looming_scores(table(), looming_clips(0.6, 1))
+    assert ideal["auc_translation"].value == ideal["auc_recession"].value == ideal["auc_background"].value == 1.0
+    assert (ideal["answered"].value, ideal["answered"].n) == (1.0, 3)
+    dark = ideal["contact_dark_s"]
+    assert (dark.value, dark.low, dark.high, dark.n) == (0.4, 0.2, 1.0, 3) and ideal["contact_light_s"] is None
+    assert (ideal["alarms_translation"].value, ideal["alarms_gratings"].value) == (0.0, 6.0)
+    assert ideal["alarms_background"] is None and ideal["auc_translation_robot"] is None
+    silent = board.looming_scores(table(), looming_clips(0.9, 0))
+    assert (silent["auc_translation"].value, silent["answered"].value) == (0.5, 0.0)
+    without = board.looming_scores(table(), looming_clips(0.6, 0, spiking=False))
+    assert without["answered"] is without["alarms_gratings"] is without["contact_dark_s"] is None
+    assert without["auc_recession"].value == 1.0
+
+
+@pytest.mark.parametrize("kind", [DIRECTION, LOOMING])
+def test_every_score_has_a_place_in_the_figure_and_the_table(kind):
+    scores = {DIRECTION: board.direction_scores, LOOMING: board.looming_scores}[kind](table(), table())
+    assert sorted((*scores, *TIMES)) == sorted(name for names in PANELS[kind].values() for name in names)
+
+
+def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypatch):
+    """Of a model without any score nothing is known: it comes last."""
+    given = {"loom": (0, 0), "b": (3, 1), "c": (3, 3), "d": (4, 0), "a": (3, 1), "gone": None}
+    rows = []
+    for name, value in given.items():
+        rights, strong = value or (0, 0)
+        ways = [{"shown": way, "right": i < rights, "strength": float(i < strong), "model": name}
+                for i, way in enumerate(SIGNED)]  # fmt: skip
+        rows += [*ways, {"shown": "looming", "strength": 0.5, "model": name}] if value else []
+    shown = table(*rows)
+    models = [dataclasses.replace(choose("emd"), label=name) for name in given]
+    planned = {DIRECTION: [type("Batch", (), {"specs": [type("Trial", (), {"models": models})]})]}
+    (ranked,) = board.rank(planned, {"robot": shown, DIRECTION: shown}, {"us_99x72": {"c": [4.0]}}).values()
+    assert ranked["model"].to_list() == ["d", "c", "a", "b", "loom", "gone"]
+    second = ranked.row(1, named=True)
+    assert (second["direction_robot"], second["direction_robot_n"], second["us_99x72"]) == (0.75, 4, 4.0)
+    assert second["us_99x72_low"] is second["false_alarms"] is None, "one round has no interval"
+
+
+def test_times_have_the_interval_of_order_statistics_and_a_model_that_raises_has_none(tmp_path):
+    assert median_interval(range(1, 41)) == (14.0, 27.0)  # binomial(40, 1/2): ranks 14 and 27
+    text = user_files.MODEL.replace("now = luma", "raise ValueError(1)\n        now = luma")
+    (tmp_path / "odd.py").write_text(text)
+    taken = board.time_models([choose("emd"), choose(str(tmp_path / "odd.py"))], (24, 32))
+    assert set(taken) == {"emd"}
+    assert len(taken["emd"]) == board.ROUNDS and min(taken["emd"]) > 0
+
+
+def test_each_model_stands_on_the_boards_of_its_channels():
+    planned = board.plan(list(MODELS), 1, 0)
+    boards = {part: {model.label for model in planned[part][0].specs[0].models} for part in (DIRECTION, LOOMING)}
+    assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
+    assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
+    assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
+
+
+@pytest.mark.parametrize(
+    ("kind", "counts", "shape"), [(DIRECTION, (24, 16), (180, 320)), (LOOMING, (48, 32), (72, 99))]
+)
+def test_clips_are_what_the_help_says_and_those_on_an_even_ground_are_the_same_at_any_seed(kind, counts, shape):
+    even, moving = board.clip_experiments(kind, ["dsnn"])
+    assert (len(even.clips), len(moving.clips), even.repeats, moving.repeats) == (*counts, 1, 5)
+    for experiment in (even, moving):
+        assert all(clip.build(0).shape == shape for clip in experiment.clips)
+    assert [clip.build(0).params for clip in even.clips] == [clip.build(9).params for clip in even.clips]
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """A board of two robot trials and a few clips, without timing."""
+    whole = board.clip_experiments
+
+    def some(kind, models):
+        return tuple(dataclasses.replace(part, clips=part.clips[::9]) for part in whole(kind, models))
+
+    robot = dataclasses.replace(board.ROBOT, design=Translation((10.0,), (6.0,), "both"))
+    monkeypatch.setattr(board, "ROBOT", robot)
+    monkeypatch.setattr(board, "clip_experiments", some)
+    monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
+
+
+def test_a_user_s_model_is_ranked_by_any_number_of_workers_and_the_folder_goes_on(tmp_path, capsys, few):
+    (tmp_path / "my_model.py").write_text(user_files.MODEL)
+    planned = board.plan(["lgmd1", str(tmp_path / "my_model.py")], 1, 0)
+    boards, failures = board.run(planned, tmp_path / "out", Resources(0))
+    assert not failures
+    assert boards[DIRECTION].select("model", "direction_robot", "direction_robot_n").rows() == [("gradient", 1.0, 2)]
+    assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
+    again, _ = board.run(planned, tmp_path / "out", Resources(0))
+    assert capsys.readouterr().err.count(" of them done already") == 5
+    parallel, _ = board.run(planned, tmp_path / "two", Resources(2, quiet=True))
+    for kind in (DIRECTION, LOOMING):
+        assert boards[kind].equals(again[kind]) and boards[kind].equals(parallel[kind])
+        assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
+    with pytest.raises(UsageError, match="emd"):
+        board.run(board.plan(["emd"], 1, 0), tmp_path / "out", Resources(0, quiet=True))
