@@ -16,6 +16,7 @@ from .bench.public.result import load as load
 from .bench.public.run import run as run
 from .bench.public.version import __version__ as __version__
 from .bench.run.errors import UsageError as UsageError
+from .bench.sources.clip_claims import ClipClaim as ClipClaim
 from .bench.sources.clips import Clip as Clip
 from .bench.sources.clips import Figure as Figure
 from .bench.sources.clips import OfflineExperiment as OfflineExperiment
@@ -31,7 +32,6 @@ from .bench.sources.path import Leg as Leg
 from .bench.sources.path import Path as Path
 from .bench.stats.checks import Check as Check
 from .bench.stats.checks import decide as decide
-from .bench.stats.clips import ClipClaim as ClipClaim
 from .bench.stats.scores import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict

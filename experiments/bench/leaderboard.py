@@ -28,11 +28,11 @@ from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clip_claims import SIGNED, answer
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Angular, Translation
 from experiments.bench.sources.experiment import Design, Experiment
-from experiments.bench.stats.clips import SIGNED, answer
 from experiments.bench.stats.scores import Score
 from experiments.bench.stats.tests import area_under_roc, effective_number, median_interval, proportion_interval
 from experiments.bench.store.files import Files, drawn_from, tables_of

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import polars as pl
 
 from experiments import OFFLINE
@@ -20,9 +20,9 @@ from experiments.bench.run.play import FRAMES, Showing, Trial, play
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clip_claims import ClipClaim, find, judge
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
 from experiments.bench.stats import stored
-from experiments.bench.stats.clips import ClipClaim, find, judge
 from experiments.bench.stats.summary import summary_rows
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
@@ -80,11 +80,12 @@ class OfflinePlan:
         return f"{len(self.trials)} clips, {frames:,} frames"
 
     def is_random(self) -> bool:
-        """Return whether the clips may differ with the seed, as those before a scene do."""
+        """Return whether the clips may differ with the seed: of those that ship, whether any frame of any clip does."""
         if self.experiment.repeats > 1 or self.experiment.name not in OFFLINE:
             return True
-        first, second = (next(iter(self.experiment.clips[0].open(seed))).image for seed in (0, 1))
-        return not np.array_equal(first, second)
+        pairs = ((clip.open(0), clip.open(1)) for clip in self.experiment.clips)
+        frames = (frame for one, other in pairs for frame in zip_longest(one, other))
+        return any(one is None or other is None or (one.image != other.image).any() for one, other in frames)
 
 
 def plan(
@@ -214,14 +215,16 @@ def verdicts(
     rows
         The run's rows.
     all_rows
-        The same models' rows in other runs too: see `experiments.bench.stats.clips.judge`.
+        The same models' rows in other runs too: see `experiments.bench.sources.clip_claims.judge`.
     """
-    return [_verdict(find(claim), plan, rows, all_rows or rows) for claim in plan.experiment.claims]
+    random = plan.is_random()
+    return [_verdict(find(claim), plan, rows, all_rows or rows, random) for claim in plan.experiment.claims]
 
 
 def _verdict(
-    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]]
-) -> Verdict:
+    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]],
+    random: bool,
+) -> Verdict:  # fmt: skip
     outcomes: list[Outcome] = []
     for repeat in range(plan.repeats):
         of_seed = [row for row in rows if row["repeat"] == repeat]
@@ -229,4 +232,4 @@ def _verdict(
         lost = Outcome.unjudged("some of its clips failed")
         outcomes.append(judge(claim, of_seed, plan.thresholds, all_rows) if whole else lost)
     outcomes[0] = outcomes[0].noting([mixture(rows)])
-    return claim.verdict(*outcomes, random=plan.is_random(), experiment=plan.experiment.name)
+    return claim.verdict(*outcomes, random=random, experiment=plan.experiment.name)

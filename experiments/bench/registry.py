@@ -12,11 +12,11 @@ from experiments import NAMES, OFFLINE
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, is_file
+from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.claim import PAPER, Claim, claim_ids
-from experiments.bench.stats.clips import ClipClaim
 from scenes import is_arena_file
 from scenes.hints import nearest
 

@@ -30,13 +30,12 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up, shown_models
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources import robot_claims
+from experiments.bench.sources import clip_claims, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.stats import clips as clip_claims
+from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import LEAST_JUDGED, count
-from experiments.bench.stats.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance

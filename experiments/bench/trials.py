@@ -21,16 +21,16 @@ from experiments.bench.run.play import play
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
-from experiments.bench.sources import room
+from experiments.bench.sources import excitation, room
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED, START_CM_S2
 from experiments.bench.sources.course import nominal
+from experiments.bench.sources.excitation import NEEDED, WHOLE, Course, without_parts
 from experiments.bench.sources.experiment import Design, Drawing, Experiment, Settings
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.sources.robot_claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE, find, flaws, judge
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable
-from experiments.bench.stats import excitation, stored
+from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
-from experiments.bench.stats.excitation import NEEDED, WHOLE, Course, without_parts
 from experiments.bench.stats.summary import summary_rows
 from experiments.bench.stats.tests import holm, paired
 from experiments.bench.stats.verdict import Verdict

@@ -12,9 +12,9 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from dsnn import MODELS
+from experiments.bench.sources.clip_claims import SIGNED, ClipClaim, Row, answer, rows_of
 from experiments.bench.stats.checks import Check, Needs
 from experiments.bench.stats.claim import texts
-from experiments.bench.stats.clips import SIGNED, ClipClaim, Row, answer, rows_of
 from experiments.bench.stats.verdict import Outcome
 from experiments.claims.model_clips import names
 

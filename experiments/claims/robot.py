@@ -12,11 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from experiments.bench.sources.robot_claims import RobotClaim
-from experiments.bench.stats import judging
-from experiments.bench.stats.checks import Check, exceeds
-from experiments.bench.stats.claim import shipped
-from experiments.bench.stats.judging import (
+from experiments.bench.sources import judging
+from experiments.bench.sources.judging import (
     ACROSS,
     ANGLES,
     CONNECTIONS,
@@ -45,6 +42,9 @@ from experiments.bench.stats.judging import (
     paired_text,
     paper_trials,
 )
+from experiments.bench.sources.robot_claims import RobotClaim
+from experiments.bench.stats.checks import Check, exceeds
+from experiments.bench.stats.claim import shipped
 from experiments.bench.stats.tests import contrast, proportion_interval, trend
 from experiments.bench.stats.verdict import Outcome
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments import Axis, Check, Level, Study
 from experiments.background import SPEEDS
-from experiments.bench.stats.clips import DSNN, ClipClaim, find, levels, rises
+from experiments.bench.sources.clip_claims import DSNN, ClipClaim, find, levels, rises
 from experiments.bench.studies.study import Tables
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def answered(counts: "Counts") -> list[dict[str, Any]]:
 
     The object moves rightward and the background leftward, in every replicate before another scene.
     """
-    from experiments.bench.stats.clips import answer
+    from experiments.bench.sources.clip_claims import answer
 
     point, model = counts.plan.judged[0]
     crossings = [

@@ -16,8 +16,8 @@ from experiments.bench.leaderboard import DIRECTION, LOOMING, PANELS, RESPONSES,
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
+from experiments.bench.sources.clip_claims import SIGNED, answer
 from experiments.bench.sources.designs import Translation
-from experiments.bench.stats.clips import SIGNED, answer
 from experiments.bench.stats.tests import area_under_roc, median_interval
 from tests.helpers import user_files
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from experiments.bench.stats.clips import SIGNED
+from experiments.bench.sources.clip_claims import SIGNED
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from experiments.bench.report import clips as clips_figure
 from experiments.bench.report import robot as robot_figure
+from experiments.bench.sources import excitation as excitation_courses
 from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.stats import excitation as excitation_courses
-from experiments.bench.stats.excitation import BALANCED, WHOLE, Course, Trial
+from experiments.bench.sources.excitation import BALANCED, WHOLE, Course, Trial
 
 SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"

@@ -41,9 +41,8 @@ def show(report: Report, recordings: bool) -> None:
         out_console.print(report.open_loop)
     out_console.print()
     show_verdicts(report.verdicts, model=several, provenance=report.provenance)
-    for model in _silent(report.rows):
-        text = f"{model} is silent: all its potentials are 0. Frames are grey levels from 0 to 255, dark is 0"
-        out_console.print(text, markup=False)
+    for model, greys in _silent(report.rows).items():
+        out_console.print(f"{model} is silent: all its potentials are 0{greys}", markup=False)
     if report.comparisons:
         show_table(_comparisons_table(report))
     if report.flaws:
@@ -54,11 +53,14 @@ def show(report: Report, recordings: bool) -> None:
     show_files(report.folder, names, bool(recordings and report.rows), done)
 
 
-def _silent(rows: Rows) -> list[str]:
-    """Return the models whose potentials are 0 in every frame of every trial."""
-    ends = ("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
-    by_model = group(rows, "model").items()
-    return [model for (model,), of_model in by_model if not any(row[end] for row in of_model for end in ends)]
+def _silent(rows: Rows) -> dict[str, str]:
+    """Return the models whose potentials are 0 in every frame of every trial, and what these frames were."""
+    ends, silent = ("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming"), {}
+    for (model,), of_model in group(rows, "model").items():
+        if not any(row[end] for row in of_model for end in ends):
+            greys = [row[name] for row in of_model for name in ("darkest", "brightest") if row[name] is not None]
+            silent[model] = f". Its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
+    return silent
 
 
 def _comparisons_table(report: Report) -> Table:

@@ -169,8 +169,8 @@ def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str =
     """
     skipped: dict[str, int] = {}
     for verdict in verdicts:
-        if few := re.search(r"needs at least (\d+) trials", verdict.outcome.deciding):
-            skipped[verdict.id] = int(few[1])
+        if verdict.outcome.least:
+            skipped[verdict.id] = verdict.outcome.least
         else:
             show_verdict(verdict, model=model, provenance=provenance)
     if skipped:

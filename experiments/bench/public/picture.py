@@ -13,10 +13,10 @@ from experiments.bench.figures.plotting import drawing
 from experiments.bench.report import clips as clips_figure
 from experiments.bench.report import robot as robot_figure
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources import excitation
 from experiments.bench.sources.clips import Figure as Drawing
+from experiments.bench.sources.excitation import NEEDED, WHOLE
 from experiments.bench.sources.rows import drawable
-from experiments.bench.stats import excitation
-from experiments.bench.stats.excitation import NEEDED, WHOLE
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 from scenes import arena_name

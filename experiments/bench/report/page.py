@@ -16,10 +16,10 @@ from experiments.bench.figures import plotting
 from experiments.bench.report import style
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
+from experiments.bench.sources.clip_claims import ASSUMED, paper_claims
+from experiments.bench.sources.excitation import described
 from experiments.bench.stats.claim import title_of, words
-from experiments.bench.stats.clips import ASSUMED, paper_claims
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
-from experiments.bench.stats.excitation import described
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import NAME, PIXELS, RENDERERS, read_description

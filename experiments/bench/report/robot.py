@@ -18,8 +18,8 @@ from scipy.special import stdtrit
 
 from experiments.bench.report import style
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.excitation import BALANCED, MOTION, PARTS, WHOLE
 from experiments.bench.sources.rows import varying
-from experiments.bench.stats.excitation import BALANCED, MOTION, PARTS, WHOLE
 from experiments.bench.stats.tests import LEAST_FOR_INTERVAL, summarise
 from experiments.bench.store.origin import origin
 from experiments.bench.store.parameters import in_title
@@ -86,7 +86,7 @@ def draw(
     title
         What was run; the caption begins with it.
     excitations
-        Likewise, for each condition and frame means over trials: `experiments.bench.stats.excitation`.
+        Likewise, for each condition and frame means over trials: `experiments.bench.sources.excitation`.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str
     levels
         Levels of the column ``varies``, in its order.
     samples
-        The values of the trials at each level.
+        The values of the trials at each level, three or more.
 
     Returns
     -------
@@ -227,9 +227,7 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str
         One mean is called larger than another only where its interval lies above the other's.
     """
     summaries = [summarise(values) for values in samples]
-    count, least = len(levels), min(len(values) for values in samples)
-    if least < LEAST_FOR_INTERVAL:
-        return f"has no interval (n = {least})"
+    count = len(levels)
     if count == 1:
         return "is {0.mean:.3g}, with 95 % interval {0.ci_low:.3g} to {0.ci_high:.3g}".format(*summaries)
     if not any(map(any, samples)):
@@ -248,9 +246,15 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str
 
 
 def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
-    """Return the order of a measure that most curves have, one for each model and other condition, and how many."""
+    """Return the order of a measure that most curves have, one for each model and other condition, and how many.
+
+    Of one or two trials each, whose means have no intervals, it names what is drawn.
+    """
     noun, column = measure[0], next(iter(measure[2]))
     curves = {key: _samples(of, column) for key, of in _by(rows.drop_nulls(column), "model", "other")}
+    fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
+    if fewest < LEAST_FOR_INTERVAL:
+        return f"{noun} by {_unit(varies)[0]}, {'one trial' if fewest == 1 else 'two trials'} each"
     most = max((len(levels) for levels, _ in curves.values()), default=0)
     orders = {key: order(*curve, varies) for key, curve in curves.items() if len(curve[0]) > 1 or most == 1}
     ((common, so),) = Counter(orders.values()).most_common(1) or [("is not known", 0)]
@@ -501,7 +505,8 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
         axes.set_ylabel(style.wrapped(label, 0.9), fontsize=style.BODY)
     grid[0, 0].set_xlim(*_busy([curves]))
     whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
-    style.headline(figure, f"{whole[:1].upper()}{whole[1:]}; with w_i = 1 the {balanced}")
+    other = "with w_i = 1 too" if balanced == whole else f"with w_i = 1 the {balanced}"
+    style.headline(figure, f"{whole[:1].upper()}{whole[1:]}; {other}")
     n, w_i = excitations.select("n", "w_i").row(0)
     left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
     style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")

@@ -39,8 +39,6 @@ SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
 
 PARTS = "parts"
 """The folder of the trials' own files, which is there while a run is, and after a kill."""
-ATTEMPTS = 5
-"""Attempts to read tables that another process may be joining."""
 
 
 def _part(folder: Path, trial: int, name: str) -> Path:
@@ -75,15 +73,6 @@ def read_table(folder: Path, name: str, columns: list[str] | None = None) -> pl.
     FileNotFoundError
         No trial is finished.
     """
-    for _ in range(ATTEMPTS):
-        try:
-            return _read(folder, name, columns)
-        except FileNotFoundError:  # joined meanwhile
-            continue
-    return _read(folder, name, columns)
-
-
-def _read(folder: Path, name: str, columns: list[str] | None) -> pl.DataFrame:
     parts, whole = _in_parts(folder), folder / f"{name}.parquet"
     if not parts:
         return read_parquet(whole, columns)

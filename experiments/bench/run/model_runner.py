@@ -95,13 +95,10 @@ class ModelRunner:
         self.seconds += time.perf_counter() - began
         if self.trouble:
             return None
-        try:
-            response = checked_answer(answer, self._channels, self._shape if asked else None)
-        except AnswerError as error:
-            self.trouble = f"in frame {self._frames}, {error}"
-            return None
-        except Exception as error:  # attributes of a user's own class may raise anything
-            self.trouble = traced(error)
+        response: Response | None = self._guarded(
+            lambda: checked_answer(answer, self._channels, self._shape if asked else None)
+        )
+        if response is None:
             return None
         self._frames += 1
         if self._keep:
@@ -115,6 +112,8 @@ class ModelRunner:
     def _guarded(self, call: Callable[[], Any]) -> Any:
         try:
             return call()
+        except AnswerError as error:
+            self.trouble = f"in frame {self._frames}, {error}"
         except Exception as error:
             self.trouble = traced(error)
         return None

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Literal
 
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
@@ -146,13 +145,6 @@ def load_model(source: str) -> ModelEntry:
     entry = declared(Path(source), "MODEL")
     if not isinstance(entry, ModelEntry):
         raise UsageError(f"{source}: MODEL is a {type(entry).__name__}, expected a dsnn.ModelEntry")
-    for preset in (entry.robot, entry.offline or entry.robot):
-        for channel in entry.channels:
-            try:
-                entry.threshold(channel, preset)
-            except (TypeError, ValueError):
-                name = entry.thresholds.get(channel, "t_sp")
-                raise UsageError(f"{source}: MODEL's parameter {name} is a threshold: legal is a number") from None
     return entry
 
 
@@ -189,6 +181,8 @@ PRESET = "preset"
 
 FORM = "expected NAME:PARAM=VALUE or NAME:PARAM=VALUE,PARAM=VALUE, for example dsnn:w_i=1"
 _PARAM = r"[A-Za-z_]\w*="
+_FILE, _NAME = rf"(?P<file>.+?\.py)(?::(?={_PARAM})(?P<of_file>.*))?", r"(?P<name>[^:]*)(?::(?P<of_name>.*))?"
+"""A model as it is typed, with or without settings: a file, whose path may have colons, or a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,10 +218,12 @@ def ask(text: str) -> ModelRequest:
     A path ends at its ``.py``, so that it may have colons; a comma begins another setting only before ``NAME=``, so
     that a value may have commas.
     """
-    source, colon, settings = _split(text)
-    if not colon:
-        return ModelRequest(text, text, "", MappingProxyType({}))
+    parts = re.fullmatch(f"{_FILE}|{_NAME}", text, re.DOTALL)
+    assert parts is not None, "the last alternative takes every text"
+    source, settings = (parts["file"], parts["of_file"]) if parts["file"] else (parts["name"], parts["of_name"])
     assignments: dict[str, str] = {}
+    if settings is None:
+        return ModelRequest(text, source, "", assignments)
     for part in re.split(rf",(?={_PARAM})", settings):
         name, _, value = part.partition("=")
         if not re.match(_PARAM, part) or not value:
@@ -235,7 +231,7 @@ def ask(text: str) -> ModelRequest:
         if name in assignments:
             raise UsageError(f"--model {text}: {name} is there twice")
         assignments[name] = value
-    return ModelRequest(text, source, settings, MappingProxyType(assignments))
+    return ModelRequest(text, source, settings, assignments)
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
@@ -262,19 +258,6 @@ def beside(declaring: Path, text: str, where: str) -> str:
     if not path.is_file():
         raise UsageError(f"{declaring}: {where}: {path}: no such file (a path is relative to the file that has it)")
     return f"{path}:{asked.settings}" if asked.settings else str(path)
-
-
-def _split(text: str) -> tuple[str, str, str]:
-    """Source, colon and settings; a source alone has no colon."""
-    if text.endswith(".py") and Path(text).is_file():
-        return text, "", ""
-    after = re.search(rf"\.py:(?={_PARAM})", text)
-    if after is None and text.endswith(".py"):
-        return text, "", ""
-    end = after.start() if after else text.rfind(".py:")
-    if end < 0:
-        return text.partition(":")
-    return text[: end + 3], ":", text[end + 4 :]
 
 
 def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[SelectedModel]:

@@ -14,7 +14,7 @@ from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET as PRESET
-from experiments.bench.run.models import ConfiguredModel, ModelRequest, SelectedModel, family, look_up
+from experiments.bench.run.models import ConfiguredModel, SelectedModel, family, look_up
 from scenes.hints import closest
 
 LISTED_BY = "colias parameters"
@@ -27,13 +27,10 @@ def applied(models: Sequence[SelectedModel], collected: Mapping[str, Mapping[str
     configured = []
     for model in models:
         common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
-        network = changed(model.section, common, model.asked.values, _after_colon(model.asked))
+        typed = functools.partial("--model {}: {}={}".format, model.asked.text)
+        network = changed(model.section, common, model.asked.values, typed)
         configured.append(dataclasses.replace(model.chosen, network=network))
     return tuple(configured)
-
-
-def _after_colon(asked: ModelRequest) -> Callable[[str, str], str]:
-    return lambda name, text: f"--model {asked.text}: {name}={text}"
 
 
 def watchers(
@@ -190,16 +187,10 @@ def _split(text: str, schema: Mapping[str, Any]) -> Any:
     return next((value for value in schema.get("enum", ()) if str(value) == text), text)
 
 
-def _properties(cls: type) -> dict[str, dict[str, Any]]:
-    return _properties_once(cls)
-
-
 @functools.cache
-def _properties_once(cls: type) -> dict[str, dict[str, Any]]:
+def _properties(cls: type) -> dict[str, dict[str, Any]]:
     """Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
-    schema = TypeAdapter(cls).json_schema()
-    properties: dict[str, dict[str, Any]] = schema["properties"]
-    return properties
+    return dict(TypeAdapter(cls).json_schema()["properties"])
 
 
 def _legal(schema: Mapping[str, Any]) -> str:

@@ -12,8 +12,8 @@ from experiments.bench.run.errors import check_declared, short
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.user_code import run_main
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, WHERE_SET, Condition
+from experiments.bench.sources.excitation import NEEDED
 from experiments.bench.stats.claim import Claim, check_claims
-from experiments.bench.stats.excitation import NEEDED
 
 Drawing = Literal["spikes", "mechanism", "excitation"]
 

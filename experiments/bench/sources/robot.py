@@ -209,6 +209,7 @@ class RobotSource:
             "robot": OBSERVER, "sim_time_s": frame.time, "stimulus_bearing_deg": float(np.degrees(ahead)),
             "along_m": self._tracker.along, "offset_m": self._tracker.offset,
             "exposure_ms": frame.exposure_ms, "row_time_us": frame.row_time_us,
+            "darkest": int(frame.luma.min()), "brightest": int(frame.luma.max()),
         }  # fmt: skip
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
@@ -237,6 +238,8 @@ class RobotSource:
                 "drive": "open" if settings.robot.open_loop else "feedback",
                 "closest_cm": float(away_cm(frames, settings.camera.forward_cm).min()),
                 "seconds_in_view": float(self._parts["in_view"].sum()) / settings.camera.fps,
+                "darkest": frames["darkest"].min(),
+                "brightest": frames["brightest"].max(),
             }
         return {**self._of_stimulus, **responses(model, frames, self._parts, settings.camera.fps)}
 

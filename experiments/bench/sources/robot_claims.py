@@ -13,10 +13,10 @@ from typing import Any, ClassVar, Literal, get_args
 from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Motion
+from experiments.bench.sources.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.checks import is_number, unreadable
 from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group
@@ -250,7 +250,8 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     refuted = result.verdict == "fails" and claim.of_every_trial
     fewest = result.fewest or _fewest(of_motions, *(("model",) if claim.models else ()))
     if fewest < claim.least and not refuted:
-        return result.withheld(f"needs at least {claim.least} trials of each condition (has {fewest})")
+        why = f"needs at least {claim.least} trials of each condition (has {fewest})"
+        return replace(result.withheld(why), least=claim.least)
     return result
 
 

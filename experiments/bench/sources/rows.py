@@ -58,6 +58,10 @@ class TrialRow(ModelRow):
     """
     spikes_in_inner_window: int | None
     """Number of spikes in a shorter time about the axis: see `experiments.bench.sources.measures`."""
+    darkest: int
+    """Lowest grey level in the frames that the model was shown, 0 to 255."""
+    brightest: int
+    """Highest grey level in them."""
     frames: int
     wall_s: float
     """Time that the trial took to compute."""

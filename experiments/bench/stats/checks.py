@@ -118,34 +118,17 @@ def exceeds(
     >>> check.passes, check.text
     (False, '0.3 spikes at 15 degrees, +0.3 against 0.0 at 0 (needs +1 or more)')
     """
-    difference = _difference(value, other)
-    asks = f"{MARGIN[quantity]:+g} or more"
-    return Check(_beside(says, difference, other, than, quantity), difference, MARGIN[quantity], "at least",
-                 unit=_UNIT[quantity], scale=scale, asks=asks)  # fmt: skip
-
-
-def does_not_exceed(
-    says: str, value: float, other: float, than: str, quantity: Quantity, *, scale: float = 1.0
-) -> Check:
-    """Return the check that a number is not more than another, as `exceeds` has it, with the same parameters."""
-    difference = _difference(value, other)
-    return Check(_beside(says, difference, other, than, quantity), difference, MARGIN[quantity], "below",
-                 unit=_UNIT[quantity], scale=scale, asks=f"below {MARGIN[quantity]:+g}")  # fmt: skip
+    difference = round(float(value) - float(other), _PLACES)
+    signed, plain = _FORM[quantity]
+    text = f"{says}, {difference:{signed}} against {other:{plain}} {than}"
+    return Check(text, difference, MARGIN[quantity], "at least", unit=_UNIT[quantity], scale=scale,
+                 asks=f"{MARGIN[quantity]:+g} or more")  # fmt: skip
 
 
 _UNIT: Mapping[Quantity, str] = {"spikes": "spikes", "potential": ""}
 _FORM: Mapping[Quantity, tuple[str, str]] = {"spikes": ("+.1f", ".1f"), "potential": ("+.4f", ".4f")}
 _PLACES = 9
 """Decimal places of a difference: means of counts that differ by 1 do so by a last bit less in floating point."""
-
-
-def _difference(value: float, other: float) -> float:
-    return round(float(value) - float(other), _PLACES)
-
-
-def _beside(says: str, difference: float, other: float, than: str, quantity: Quantity) -> str:
-    signed, plain = _FORM[quantity]
-    return f"{says}, {difference:{signed}} against {other:{plain}} {than}"
 
 
 def weakest(checks: Iterable[Check]) -> Check:

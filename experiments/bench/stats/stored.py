@@ -23,7 +23,7 @@ from typing import Any
 
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.count import Count
-from experiments.bench.stats.verdict import Decision, Outcome, Verdict
+from experiments.bench.stats.verdict import Outcome, Verdict
 
 VERSION = 2
 
@@ -34,15 +34,17 @@ def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
 
 
 def _entry(verdict: Verdict) -> dict[str, Any]:
-    fields = plain(verdict)
-    equal, count = fields.pop("equal"), verdict.count
-    return {**fields, "equal_terms": equal, "word": count.word, "interval": count.interval}
+    fields, count = plain(verdict), verdict.count
+    decisions = [{"verdict": came_to, "check": plain(check)} for came_to, check in verdict.decisions]
+    more = {"equal_terms": fields.pop("equal"), "word": count.word, "interval": count.interval}
+    return {**fields, **more, "decisions": decisions}
 
 
 def plain(value: Any) -> Any:
     """Return a record as JSON has it; a number that is not finite, for which JSON has none, stands as a text."""
     if dataclasses.is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        stored = (field.name for field in dataclasses.fields(value) if field.metadata.get("stored", True))
+        return {name: plain(getattr(value, name)) for name in stored}
     if isinstance(value, tuple):
         return [plain(part) for part in value]
     if isinstance(value, Real) and not isinstance(value, int):
@@ -57,10 +59,10 @@ def verdicts(content: Mapping[str, Any]) -> list[Verdict]:
 
 def _verdict(row: Mapping[str, Any]) -> Verdict:
     equal = row["equal_terms"]
-    decisions = [Decision(one["verdict"], _check(one["check"]) if one["check"] else None) for one in row["decisions"]]
+    decisions = tuple((one["verdict"], _check(one["check"]) if one["check"] else None) for one in row["decisions"])
     return Verdict(
         row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
-        row["experiment"], row["trouble"], Count(**equal) if equal else None, tuple(decisions),
+        row["experiment"], row["trouble"], Count(**equal) if equal else None, decisions,
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 from experiments.bench.run.errors import short
@@ -63,6 +63,9 @@ class Outcome:
     equal
         The outcome where the models that it compares with are on equal terms (`Claim.equal_terms`); ``None`` of a
         claim without, and where these were not shown.
+    least
+        Number of trials of each condition that it needs, where it was not judged for want of them; 0 of any other. No
+        file has it.
 
     Raises
     ------
@@ -80,6 +83,7 @@ class Outcome:
     trouble: str = ""
     checks: tuple[Check, ...] = ()
     equal: Outcome | None = None
+    least: int = field(default=0, compare=False, metadata={"stored": False})
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
@@ -270,14 +274,6 @@ def _listed(checks: Sequence[Check]) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Decision:
-    """What a claim came to in one replicate, and its weakest check; ``None`` where nothing was asked."""
-
-    verdict: Judged
-    check: Check | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Verdict:
     """Verdict on a claim over all its replicates.
 
@@ -299,7 +295,7 @@ class Verdict:
         In how many replicates it held with the models that it compares with on equal terms; ``None`` of a claim that
         compares with none, or where these were not shown.
     decisions
-        What decided in each replicate, the first one first; empty of a verdict out of a file that does not hold them.
+        What it came to in each replicate, the first one first, and the weakest check there, if anything was asked.
     """
 
     id: str
@@ -311,7 +307,7 @@ class Verdict:
     experiment: str = ""
     trouble: str = ""
     equal: Count | None = None
-    decisions: tuple[Decision, ...] = ()
+    decisions: tuple[tuple[Judged, Check | None], ...] = ()
 
     @classmethod
     def of(
@@ -340,5 +336,5 @@ class Verdict:
         counted = count([outcome.verdict for outcome in outcomes], random=random)
         again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
         equal = count(again, random=random) if any(outcome.equal for outcome in outcomes) else None
-        decisions = tuple(Decision(one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes)
+        decisions = tuple((one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes)
         return cls(*words, outcomes[0], counted, model, experiment, trouble, equal, decisions)

@@ -17,8 +17,8 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.run.play import Trial
 from experiments.bench.run.settings import changed, check_counts, watchers
+from experiments.bench.sources.clip_claims import ClipClaim, find
 from experiments.bench.sources.clips import TRIALS, Clip, OfflineExperiment, clips_of, described_scenes
-from experiments.bench.stats.clips import ClipClaim, find
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.studies import choice, grid

@@ -1,7 +1,7 @@
 """Studies of claims that compare the DSNN with another model, along that model's constants.
 
-The constants of the other models are not known: see `experiments.bench.stats.clips.ASSUMED`. A claim is judged by its
-own judge once for each variant of the other model, all on the same clips.
+The constants of the other models are not known: see `experiments.bench.sources.clip_claims.ASSUMED`. A claim is
+judged by its own judge once for each variant of the other model, all on the same clips.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
-from experiments.bench.stats.clips import ASSUMED, ClipClaim, find, paper_claims
+from experiments.bench.sources.clip_claims import ASSUMED, ClipClaim, find, paper_claims
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.study import Axis, Level, Study, Tables

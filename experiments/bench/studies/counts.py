@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.robot_claims import RobotClaim
 from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.clips import ClipClaim
 from experiments.bench.stats.count import REASONS, Count, Reason, count
 from experiments.bench.stats.verdict import Outcome, together
 from experiments.bench.store.rows import Failure, group

@@ -11,11 +11,11 @@ from functools import partial
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams
+from experiments.bench.sources import judging
+from experiments.bench.sources.clip_claims import POTENTIALS
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.robot_claims import flaws
-from experiments.bench.stats import judging
 from experiments.bench.stats.checks import unreadable
-from experiments.bench.stats.clips import POTENTIALS
 from experiments.bench.stats.tests import summarise
 from experiments.bench.store.rows import group, known
 

@@ -10,12 +10,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from experiments.bench.sources import clip_claims
+from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.sources.robot_claims import RobotClaim, find, outcome
-from experiments.bench.stats import clips as clips_claims
 from experiments.bench.stats.claim import Claim
-from experiments.bench.stats.clips import ClipClaim
 from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]
@@ -87,7 +87,7 @@ def of_clips(claim: ClipClaim, trials: Replicate, place: str) -> Outcome:
     lost = sum(trials.lost.get((place, model), 0) for model in claim.models)
     if lost:
         return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
-    return clips_claims.judge(claim, rows, trials.thresholds, trials.rows)
+    return clip_claims.judge(claim, rows, trials.thresholds, trials.rows)
 
 
 def of_several(claim: RobotClaim, trials: Replicate, place: str) -> Outcome:

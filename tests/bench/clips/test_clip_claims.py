@@ -9,8 +9,8 @@ from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.run.play import Trial, show
 from experiments.bench.run.settings import watchers
-from experiments.bench.stats.clips import ASSUMED, MATCHED, POTENTIALS, judge, paper_claims
-from experiments.bench.stats.judging import CONNECTIONS
+from experiments.bench.sources.clip_claims import ASSUMED, MATCHED, POTENTIALS, judge, paper_claims
+from experiments.bench.sources.judging import CONNECTIONS
 from tests.helpers.clip_rows import (
     FEWER,
     SIGNED,

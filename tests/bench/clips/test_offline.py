@@ -1,5 +1,6 @@
 """Off-line experiments: what their clips are, runs from the command line."""
 
+import dataclasses
 import json
 import subprocess
 import sys
@@ -11,11 +12,11 @@ import pytest
 from dsnn import DSNN, DSNNParams
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.offline import play_clip
+from experiments.bench.offline import plan, play_clip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
+from experiments.bench.sources.clip_claims import find
 from experiments.bench.sources.clips import Clip, OfflineExperiment
-from experiments.bench.stats.clips import find
 from tests.helpers import user_files
 
 
@@ -53,6 +54,16 @@ def test_repeats_share_a_background_and_differ_between_each_other():
     assert [s.seed for s in all_showings] == [5, 5, 6, 6]
     first = [s.condition.build(s.seed)[0].luma for s in all_showings]
     assert np.array_equal(first[0], first[1]) and not np.array_equal(first[0], first[2])
+
+
+TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)
+
+
+@pytest.mark.parametrize(("clips", "random"), [((CLIP,), False), ((TREMBLING,), True), ((CLIP, TREMBLING), True)])
+def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
+    """The first frames of all of these are empty, and so equal at every seed."""
+    experiment = OfflineExperiment("clean", "", clips, ("dsnn",))
+    assert plan(experiment, (), (), 1, 0).is_random() is random
 
 
 OWN = """

@@ -57,9 +57,11 @@ def test_a_title_orders_no_means_whose_intervals_overlap(seed):
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_a_title_orders_nothing_where_there_are_no_intervals(count):
-    text = robot.order([1.0, 2.0], [[0.0] * count, [9.0] * count], SPEED)
-    assert not re.search("rises|falls|largest|least", text)
+def test_a_title_finds_nothing_where_there_are_no_intervals(count):
+    """Neither an order, nor in how many models."""
+    rows = robot_rows(["dsnn", "hybrid"], SPEEDS, count)
+    text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED)
+    assert not re.search(r"rises|falls|largest|least|\d of \d", text)
 
 
 @pytest.mark.parametrize("rising", range(3, 6))

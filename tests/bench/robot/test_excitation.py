@@ -12,7 +12,7 @@ from dsnn.direction import layers
 from dsnn.filters import alpha
 from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, planned
-from experiments.bench.stats.excitation import (
+from experiments.bench.sources.excitation import (
     BALANCED,
     EXCITED,
     NEEDED,

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from experiments.bench.sources.judging import DSNN, VARIANTS
 from experiments.bench.sources.robot_claims import flaws, judge, outcome, paper_claims
-from experiments.bench.stats.judging import DSNN, VARIANTS
 from tests.bench.robot.test_claims import depth, rows
 
 CLAIMS = paper_claims()

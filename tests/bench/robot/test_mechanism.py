@@ -15,9 +15,9 @@ from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, SHOWN, planned
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.judging import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
 from experiments.bench.sources.measures import responses, windows
 from experiments.bench.sources.robot_claims import paper_claims
-from experiments.bench.stats.judging import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
 from experiments.bench.trials import plan
 
 CLAIMS = paper_claims()

@@ -4,8 +4,8 @@ import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
 from experiments.bench.public.run import RunRequest, missing_models, planned
+from experiments.bench.sources import clip_claims
 from experiments.bench.sources.robot_claims import judge
-from experiments.bench.stats import clips as clips_claims
 from tests.bench.robot.test_claims import rows
 
 HOLDS = Outcome("holds", "as measured")
@@ -41,7 +41,7 @@ WRONG = {
     "a value alone": lambda: clip_claim(conditions={"motion": "rightward"}),
     "twice": lambda: experiment(claim(), claim()),
     "one alone": lambda: Experiment("mine", "", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
-    "the paper's object": lambda: clips(clips_claims.find("C1")),
+    "the paper's object": lambda: clips(clip_claims.find("C1")),
     "no verdict": lambda: Outcome("yes", ""),
     "a side that there is not": lambda: Check("3 spikes", 3, 2, "over"),
     "one bound in place of two": lambda: Check("3 spikes", 3, 2, "within"),
@@ -99,7 +99,7 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     assert verdict.outcome.verdict == "judge failed" and message in verdict.outcome.trouble
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
-    assert message in clips_claims.judge(clip_claim(judge=failing_judge), clip_rows, {"dsnn": 0.1}).trouble
+    assert message in clip_claims.judge(clip_claim(judge=failing_judge), clip_rows, {"dsnn": 0.1}).trouble
 
 
 def test_a_judge_is_not_asked_about_nothing():
@@ -124,7 +124,7 @@ def test_columns_that_there_are_not():
     measured = judge(claim(reads=("spike",)), trials, 0.2).outcome.measured
     assert measured == "trials have no column spike; nearest: spikes"
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present"}]
-    outcome = clips_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), clip_rows, {"dsnn": 0.1})
+    outcome = clip_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), clip_rows, {"dsnn": 0.1})
     assert outcome.measured == "clips have no column speed_px"
 
 
@@ -139,11 +139,11 @@ def test_clips_that_a_claim_is_about():
         return HOLDS
 
     thresholds = {"dsnn": 0.1, "emd": 0.3}
-    assert clips_claims.judge(clip_claim(judge=heed), clip_rows, thresholds).verdict == "holds"
+    assert clip_claims.judge(clip_claim(judge=heed), clip_rows, thresholds).verdict == "holds"
     of_emd = clip_claim(judge=heed, models={"emd"}, conditions={"motion": ("present",)})
-    assert clips_claims.judge(of_emd, clip_rows, thresholds).verdict == "holds"
+    assert clip_claims.judge(of_emd, clip_rows, thresholds).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
-    assert clips_claims.judge(clip_claim(models=("flow",)), clip_rows, thresholds).measured == "needs flow"
+    assert clip_claims.judge(clip_claim(models=("flow",)), clip_rows, thresholds).measured == "needs flow"
 
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():

@@ -9,10 +9,10 @@ import pytest
 from experiments.bench import offline, registry
 from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduce import other_readings
+from experiments.bench.sources.clip_claims import ASSUMED, compared, paper_claims
+from experiments.bench.sources.judging import FALLING
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import PAPER, claim_ids
-from experiments.bench.stats.clips import ASSUMED, compared, paper_claims
-from experiments.bench.stats.judging import FALLING
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes

@@ -4,7 +4,7 @@ import pytest
 
 from experiments.background import SPEEDS
 from experiments.bench import registry
-from experiments.bench.stats.clips import judge, paper_claims
+from experiments.bench.sources.clip_claims import judge, paper_claims
 from experiments.bench.studies import run
 from experiments.bench.studies.counts import Counts
 from experiments.studies.background import BACKGROUND, BESIDE, NAME, STUDY, answered, at_speed

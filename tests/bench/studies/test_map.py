@@ -16,9 +16,9 @@ import experiments
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.run.errors import UsageError
+from experiments.bench.sources.judging import DEPTH
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.count import REASONS
-from experiments.bench.stats.judging import DEPTH
 from experiments.bench.studies import figure, run
 from experiments.bench.studies.counts import TOGETHER, Counts, regions
 from experiments.bench.studies.study import Axis, Level, Study

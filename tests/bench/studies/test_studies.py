@@ -11,7 +11,7 @@ from colias_sim.config import CameraConfig, RobotConfig
 from experiments.bench import reproduce
 from experiments.bench.cli import main
 from experiments.bench.run.errors import UsageError
-from experiments.bench.stats.clips import paper_claims
+from experiments.bench.sources.clip_claims import paper_claims
 from experiments.bench.studies import figure, registry, run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import EVERY_MODEL
