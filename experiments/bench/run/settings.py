@@ -187,10 +187,12 @@ def _split(text: str, schema: Mapping[str, Any]) -> Any:
     return next((value for value in schema.get("enum", ()) if str(value) == text), text)
 
 
-@functools.cache
-def _properties(cls: type) -> dict[str, dict[str, Any]]:
-    """Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
+def _schemas(cls: Any) -> dict[str, dict[str, Any]]:
     return dict(TypeAdapter(cls).json_schema()["properties"])
+
+
+_properties: Callable[[type], dict[str, dict[str, Any]]] = functools.cache(_schemas)
+"""Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
 
 
 def _legal(schema: Mapping[str, Any]) -> str:
