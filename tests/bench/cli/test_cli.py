@@ -20,6 +20,8 @@ from tests.helpers import user_files
 from tests.helpers.inside import inside
 from tests.helpers.processes import CLI, WITHOUT_GL
 
+RENDERED = True
+
 REPOSITORY = Path(__file__).parents[3]
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
 RERUN = [sys.executable, "-m", "rerun"]

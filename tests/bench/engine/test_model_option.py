@@ -117,7 +117,7 @@ def test_one_model_under_two_settings_is_paired(colias):
     (colias.folder / "my_model.py").write_text(user_files.MODEL)
     given = ("--model", "dsnn:n_con=4,tau_s=200,10", "--model", "my_model.py:gain=1e-9")
     common = ("--set", "experiment.speeds_cm_s=20", "--set", "dsnn.n_con=6", "--repeats", "3", "--no-recordings")
-    done = ran(colias, "run", "speed", *common, *given, "--workers", "1", "--out", "out")
+    ran(colias, "run", "speed", *common, *given, "--workers", "1", "--out", "out")
     labels = ["dsnn", "dsnn:n_con=4,tau_s=200,10", "gradient:gain=1e-9"]
     assert models_of(colias.folder / "out") == labels
     there = json.loads((colias.folder / "out" / "run.json").read_text())
@@ -132,7 +132,6 @@ def test_one_model_under_two_settings_is_paired(colias):
     rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     peaks = {label: max(row["peak_hs"] for row in rows if row["model"] == label) for label in labels}
     assert len(set(peaks.values())) == 3 and peaks[labels[2]] < 1e-3
-    assert labels[1] in " ".join(done.stdout.split()) and labels[1] in (colias.folder / "out/figure.svg").read_text()
     again = colias("run", "speed", *common, *given, "--workers", "0", "--out", "out")
     assert again.returncode == 0 and "3 of them done already" in again.stderr
     given = (*given[:2], "--model", "my_model.py:gain=1", "--workers", "0")

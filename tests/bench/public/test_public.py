@@ -21,6 +21,8 @@ from experiments.bench.store.files import drawn_from
 from experiments.bench.store.kinds import CLIPS
 from tests.conftest import Colias
 
+RENDERED = True
+
 PACKAGE = Path(experiments.__file__).parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
 QUICK = {"repeats": 2, "recordings": False, "quiet": True, "workers": 0}

@@ -10,6 +10,8 @@ from experiments import Figure
 from experiments.bench.report.clips import course, course_finding, direction_finding, draw, shares, with_responses
 from tests.helpers.figure_rows import clip_frames, clip_trials, strength
 
+RENDERED = True
+
 MODELS = ("dsnn", "emd", "dsnn-on-blocked")
 SPEEDS = [{"speed": speed, "grey": grey} for grey in (0.0, 100.0) for speed in (20.0, 60.0, 120.0)]
 THRESHOLDS = {"dsnn": 0.16, "emd": None, "dsnn-on-blocked": 0.3}

@@ -21,6 +21,8 @@ from tests.helpers.figure_rows import (
     robot_rows,
 )
 
+RENDERED = True
+
 MODELS = ("dsnn", "emd", "lgmd1")
 SPEED = "speed_cm_s"
 FAR = [{"distance_cm": far} for far in (5.0, 10.0, 15.0)]

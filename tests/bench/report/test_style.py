@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 from experiments.bench.report import style
 from experiments.bench.stats.tests import summarise
 
+RENDERED = True
+
 
 def luminance(colour):
     channels = np.array(to_rgb(colour))

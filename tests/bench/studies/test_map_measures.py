@@ -18,6 +18,8 @@ from experiments.bench.studies.counts import Counts, reaches
 from experiments.bench.studies.measures import MEASURES
 from tests.bench.studies.test_map import planned
 
+RENDERED = True
+
 POTENTIAL, COUNT, PEAK = (MEASURES[name] for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
 
 

@@ -207,7 +207,7 @@ def test_what_is_missing_is_trained_and_all_are_judged(begun, monkeypatch, capsy
         assert row["interval_over"] == ("training seeds" if behaviour == "PPO" else "episodes")
         assert (row["training_seeds"], row["steps"], row["envs"], row["torch"]) == ("3 to 5", "1024", "2", "2.13.0")
     assert float(rows["return", "PPO"]["ci_low"]) < float(rows["return", "PPO"]["ci_high"])
-    assert (begun / "policies.png").stat().st_size > 5_000 and (begun / "policies.svg").exists()
+    assert (begun / "policies.png").exists() and (begun / "policies.svg").exists()
     assert json.loads((begun / "training.json").read_text())["seeds"] == [3, 4, 5]
 
     first = (begun / "policies.csv").read_bytes()

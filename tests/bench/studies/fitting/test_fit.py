@@ -34,6 +34,8 @@ from dataclasses import dataclass
 import dsnn
 from experiments import Check, Clip, ClipClaim, OfflineExperiment
 
+RENDERED = True
+
 SMALL = {"rows": 16, "columns": 24, "speed": 60.0, "count": 9, "duration_s": 0.2}
 
 
