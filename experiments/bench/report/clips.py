@@ -240,7 +240,7 @@ def _traces(
             axes.margins(y=0.15)
             axes.locator_params(nbins=3)
             axes.tick_params(labelbottom=row == len(models) - 1)
-            label = "" if place else f"{level or 0.0:.3g}" if row else "threshold"
+            label = "" if place else f"{level or 0.0:.3g}"
             style.threshold(axes, level, signed=shown != ["looming"], name=label)
             for name in shown if (model, clip) in cells else ():
                 largest = clip == max(peaks[name], key=peaks[name].__getitem__)

@@ -333,7 +333,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> li
     axes.margins(y=0.08)
     low, high = axes.get_ylim()
     signed = rows.select(*measure[2]).min().min_horizontal().item() < 0.0
-    axes.set_ylim(low if signed else 0.0, high if axes.dataLim.y1 > 0.0 else 1.0)
+    axes.set_ylim(*((low, high) if signed else (0.0, 1.08 * axes.dataLim.y1 or 1.0)))
     return ends if len(ends) > 1 else []
 
 
@@ -394,7 +394,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     peaks = [_traces(axes, of, varies) for axes, of in zip(shown, lines, strict=True)]
     for axes, model in zip(shown, models, strict=True):
         low, high, level = axes.dataLim.y0, axes.dataLim.y1, thresholds.get(model)
-        name = f"{'threshold ' if axes is shown[0] else ''}{level or 0.0:.3g}"
+        name = f"{'threshold ' if few and axes is shown[0] else ''}{level or 0.0:.3g}"
         style.threshold(axes, level, signed=low < -0.3 * high, name=name, most=1.5 * max(high, -low))
     shown[0].set_xlim(*_busy(lines))
     for part, x, y in zip(parts, (_axis(varies), label), (COUNT[1], "potential (HS right positive)"), strict=True):
@@ -466,19 +466,18 @@ def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     models = _names(rows, "model")
     high = min(2.0 if len(models) == 1 else 1.3, (style.PAGE - 1.6) / len(models))
     figure = Figure((style.WIDTH, high * len(models) + 1.3), layout="constrained")
-    measures, ends = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM), {}
+    measures = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM)
     parts: Any = figure.subfigures(1, len(measures))
     for part, measure in zip(parts, measures, strict=True):
-        shown = _grid(part, models if part is parts[0] else [" "] * len(models), 1, sharex=True)
-        for axes, model in reversed(list(zip(shown, models, strict=True))):
-            ends[shown[0]] = _points(axes, rows.filter(model=model), measure, varies)
+        shown = _grid(part, models, 1, sharex=True)
+        named = [axes for axes, model in zip(shown, models, strict=True)
+                 if _points(axes, rows.filter(model=model), measure, varies)]  # fmt: skip
+        for axes in named[:1]:  # names beside the lines would take a third of so narrow a panel
+            axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0, markerscale=0.0)
         part.supxlabel(_axis(varies), fontsize=style.BODY)
         part.supylabel(measure[1], fontsize=style.BODY)
     _headlines(parts, [finding(rows, measure, varies) for measure in measures])
     _caption(figure, title, rows, varies, POINTS)
-    figure.draw_without_rendering()
-    for axes, of_first in ends.items():
-        style.label_ends(axes, of_first)
     return figure
 
 

@@ -123,7 +123,7 @@ def means(axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], co
 def threshold(
     axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold", most: float = math.inf
 ) -> None:
-    """Draw a threshold with its name at the line, of either sign where the potential is ``signed``; ``None``: none.
+    """Draw a threshold with its name below the line, of either sign where the potential is ``signed``; ``None``: none.
 
     One above ``most`` is named and not drawn, so that the axis fits the data.
     """
@@ -132,8 +132,8 @@ def threshold(
     for sign in () if level > most else (1, -1) if signed else (1,):
         axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
     text, place, unit = (f"{name} is above", 1.0, "axes fraction") if level > most else (name, level, "data")
-    axes.annotate(text if name else "", (0.0, place), (2.0, 1.5), ("axes fraction", unit), "offset points",
-                  fontsize=SMALL, color=GREY, zorder=1, in_layout=False)  # fmt: skip
+    axes.annotate(text if name else "", (0.0, place), (2.0, -2.0), ("axes fraction", unit), "offset points", va="top",
+                  fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO, in_layout=False)  # fmt: skip
 
 
 def decades(axes: Axes, values: npt.ArrayLike, which: str = "y") -> None:
