@@ -61,6 +61,12 @@ def dark_edges(image):
     return dark.min(), dark.max() + 1
 
 
+def test_the_greys_of_a_row_are_the_ends_of_its_images(played):
+    for trial in played:
+        images = trial.recording.images
+        assert (trial.row["darkest"], trial.row["brightest"]) == (images.min(), images.max())
+
+
 def test_the_pinhole_is_that_of_the_robots_camera(first):
     recording = first["translation", "rightward"].recording
     lens, turn, _ = recording.pinhole()

@@ -205,11 +205,11 @@ def packed(chunks: Sequence[Chunk], layout: Sequence[Chunk], name: str, identity
     stream = rr.RecordingStream(APPLICATION, recording_id=identity)
     try:
         # In memory, not in a file: on a full disk a flush of Rerun's own writer of files may never return.
-        memory = stream.memory_recording()
+        memory = stream.binary_stream()
         send_layout(stream, layout)
         stream.send_recording_name(name)
         stream.send_chunks(chunks)
-        return memory.drain_as_bytes()
+        return memory.read(flush=True) or b""
     finally:
         stream.disconnect()
         # Of streams that nobody holds any more Rerun keeps all that they were sent (rerun#2116), until it is
