@@ -205,7 +205,7 @@ def packed(chunks: Sequence[Chunk], layout: Sequence[Chunk], name: str, identity
     stream = rr.RecordingStream(APPLICATION, recording_id=identity)
     try:
         # In memory, not in a file: on a full disk a flush of Rerun's own writer of files may never return.
-        memory = stream.binary_stream()
+        memory = rr.binary_stream(stream)
         send_layout(stream, layout)
         stream.send_recording_name(name)
         stream.send_chunks(chunks)
