@@ -17,7 +17,7 @@ NUMBERS := runs/numbers
 numbers: $(READY) ## The documentation's measured figures anew: the whole reproduction (NUMBERS=DIR goes on with one), then the text
 	$(BIN)/colias reproduce --full --out $(NUMBERS)
 	$(BIN)/colias study fidelity --out $(NUMBERS)/fidelity
-	$(BIN)/python -m tools.numbers $(NUMBERS)
+	$(BIN)/python -m tools.results reproduction $(NUMBERS)
 
 HERO := runs/hero
 hero: $(READY) ## The first picture of README and site, docs/hero.webp, from a run that docs/sources.json notes; it opens in mid-crossing
@@ -28,7 +28,7 @@ hero: $(READY) ## The first picture of README and site, docs/hero.webp, from a r
 	$(BIN)/python -c "from PIL import Image, ImageSequence; path = 'docs/hero.webp'; \
 		frames = [frame.copy() for frame in ImageSequence.Iterator(Image.open(path))]; half = len(frames) // 2; \
 		frames[half].save(path, save_all=True, append_images=frames[half + 1:] + frames[:half], duration=100, loop=0, quality=80)"
-	$(BIN)/python -m tools.sources take $(HERO) hero.webp
+	$(BIN)/python -m tools.results take $(HERO) hero.webp
 
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
 	sh tools/setup.sh --train
@@ -47,9 +47,8 @@ test: $(READY) ## Every test; those that need Debian's chromium, mesa-vulkan-dri
 
 PYTHONS :=
 release: $(READY) ## The source distribution and the wheel, into dist/, checked and tried in empty environments; refused while the documentation shows what is stale
-	$(BIN)/python -m tools.numbers --check
 	sh tools/setup.sh --fit
-	$(BIN)/python -m tools.sources check
+	$(BIN)/python -m tools.results check
 	sh tools/setup.sh --release
 	$(BIN)/python -m tools.release $(PYTHONS)
 

@@ -1,0 +1,211 @@
+"""Results of the documentation are of runs that are noted, and what is not is refused."""
+
+import json
+import re
+
+import polars as pl
+import pytest
+
+import experiments
+from experiments import Check
+from experiments.bench import leaderboard
+from experiments.bench.footage import claims as footage_claims
+from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
+from experiments.bench.run.runs import Enough, first
+from experiments.bench.sources.robot_claims import paper_claims
+from experiments.bench.stats import tests as statistics
+from experiments.bench.stats.claim import PAPER, claim_ids
+from experiments.bench.stats.count import SIGNS, Count
+from experiments.bench.stats.stored import document, plain
+from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.store.description import to_json
+from experiments.bench.store.files import read_parquet, rows_hash
+from experiments.bench.studies.counts import FORM
+from experiments.bench.tune import FAMILIES
+from tests.helpers.chapters import PAGES as CHAPTERS
+from tools import results as tool
+from tools.results import CELLS, MEASURED, RESULTS, ROOT, SOURCES, SUMMARY, places, read, renewed
+
+TABLE = "<!-- table: fast -->\n| crossing | trials |\n|---|---|\n| rightward | 1 |\n<!-- end of table -->\n"
+COMMAND = ["run", "speed", "--repeats", "1", "--seed", "3", "--set", "experiment.speeds_cm_s=20"]
+CLAIMS = paper_claims()
+
+
+def test_every_page_shows_what_was_measured_and_every_picture_and_table_is_of_a_run_that_is_noted():
+    pages = renewed(ROOT, read(ROOT / RESULTS))
+    assert pages and all(page.read_text() == text for page, text in pages.items())
+    shown = {place: digest for source in read(ROOT / SOURCES).values() for place, digest in source["shows"].items()}
+    assert shown == places(ROOT)
+
+
+def test_the_pages_have_every_claim_with_its_count():
+    measured = read(ROOT / RESULTS)
+    assert [claim["id"] for claim in measured["claims"]] == list(claim_ids())
+    rows = [row for row in tool.claims(measured).splitlines() if row.startswith("| **")]
+    for row, claim in zip(rows, measured["claims"], strict=True):
+        count = Count(**claim["count"])
+        assert f"({claim['id']})" in row and f"| {SIGNS[count.kind]} " in row
+        assert not count.random or count.half or not count.judged or f"{count.holds} of {count.judged}" in row
+    assert set(SUMMARY) <= set(claim_ids(PAPER))
+
+
+def test_the_first_experiment_s_numbers_are_those_of_the_claim():
+    (claim,) = [claim for claim in read(ROOT / RESULTS)["claims"] if claim["id"] == "C15"]
+    means = dict(re.findall(r"(\d+) cm/s: ([\d.]+)", claim["measured"]))
+    shown = re.findall(r"([\d.]+)(?: spikes)? at (\d+) cm/s", (ROOT / "README.md").read_text())
+    assert {speed: float(number) for number, speed in shown} == {speed: float(mean) for speed, mean in means.items()}
+
+
+def test_a_table_of_numbers_is_of_a_run_or_says_why_it_is_of_none():
+    """A table is one of numbers if more than a third of its cells begin with one."""
+    for page in (ROOT / "docs").glob("*.md"):
+        text = re.sub(r"<!-- (table|measured): .*?<!-- end of \w+ -->", "", page.read_text(), flags=re.DOTALL)
+        for before, table in re.findall(r"([^\n]*)\n((?:\|[^\n]*\n)+)", text):
+            cells = [cell.strip() for row in table.splitlines()[2:] for cell in row.strip("|").split("|")]
+            numbers = sum(bool(re.match(r"[-+]?\d", cell)) for cell in cells)
+            assert before.startswith("<!-- no rows: ") or numbers <= len(cells) / 3, (page.name, table)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run of two crossings, as its command leaves it in a clean checkout."""
+    from experiments.bench.cli.main import command
+
+    folder = tmp_path_factory.mktemp("runs") / "fast"
+    assert command([*COMMAND, "--out", str(folder), "--workers", "0", "--quiet"]) == 0
+    description = json.loads((folder / "run.json").read_text())
+    description["source"] |= {"commit": "abc123abc123", "dirty": False}
+    (folder / "run.json").write_text(json.dumps(description))
+    return folder
+
+
+@pytest.fixture
+def docs(run, tmp_path, monkeypatch):
+    """The folder of a page with a table of the run, and of a reproduction that has the code's design."""
+    monkeypatch.setattr(tool, "planned", lambda scale, seed: seed)
+    monkeypatch.setattr(tool, "design", lambda seed: {"digest": f"of seed {seed}"})
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "README.md").touch()
+    (tmp_path / "docs" / "page.md").write_text(TABLE)
+    (tmp_path / SOURCES).write_text("{}")
+    scale = json.loads(to_json(design(planned(QUICK, 0))["scale"]))
+    measured = {"design": {"seed": 0, "scale": scale, "digest": "of seed 0"}, "measured_with": {"commit": "abc"}}
+    (tmp_path / RESULTS).write_text(json.dumps(measured))
+    tool.main(["take", str(run), "page.md#fast"], tmp_path)
+    return tmp_path
+
+
+def changed(path, change):
+    value = read(path)
+    change(value)
+    path.write_text(json.dumps(value))
+
+
+@pytest.mark.parametrize("change, named", [
+    (lambda docs: None, ""),
+    (lambda docs: (docs / "docs/page.md").write_text(TABLE.replace("1 |", "2 |")), "#fast"),
+    (lambda docs: (docs / "docs/page.md").write_text(""), "#fast"),
+    (lambda docs: (docs / "docs/new.png").write_bytes(b"1"), "new.png"),
+    (lambda docs: changed(docs / RESULTS, lambda value: value["design"].update(seed=1)), "design"),
+    (lambda docs: changed(docs / RESULTS, lambda value: value["measured_with"].update(commit="a with changes")), "a "),
+    (lambda docs: changed(docs / SOURCES, lambda value: value["fast"]["first"].update(peak_hs=0.5)), "peak_hs"),
+    (lambda docs: changed(docs / SOURCES, lambda value: value["fast"]["first"].update(gone=0.5)), "gone"),
+    (lambda docs: changed(docs / SOURCES, lambda value: value["fast"].update(
+        command=value["fast"]["command"].replace("--seed 3", "--seed 4"))), "peak_hs"),
+], ids=["as noted", "an edited table", "a table gone", "a picture of no run", "another design", "a changed tree",
+        "another number", "a lost column", "another seed"])  # fmt: skip
+def test_what_is_stale_is_refused(docs, change, named):
+    change(docs)
+    if not named:
+        tool.check(docs)
+        return
+    with pytest.raises(SystemExit, match=named):
+        tool.check(docs)
+
+
+def test_a_run_of_changed_code_or_without_a_place_is_not_taken(run, docs):
+    text = (run / "run.json").read_text()
+    try:
+        (run / "run.json").write_text(text.replace('"dirty": false', '"dirty": true'))
+        with pytest.raises(SystemExit, match="abc123abc123 with changes"):
+            tool.note(run, ["page.md#fast"], docs)
+    finally:
+        (run / "run.json").write_text(text)
+    with pytest.raises(SystemExit, match=r"other\.png"):
+        tool.note(run, ["other.png"], docs)
+
+
+def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
+    folder, other = tmp_path / "run", Check("|VS| <up> to 0.1", 0.1, 0.2, "below")
+    (folder / "behave-optomotor").mkdir(parents=True)
+    (folder / "fidelity").mkdir()
+    held = Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)", checks=(other,))
+    paper = [Verdict.of(("C1", "it turns", "ours"), [held, Outcome("fails", "m"), held, Outcome.unjudged("m")]),
+             Verdict.of(("C14", "it turns", "ours"), [Outcome("holds", "m")] * 40)]  # fmt: skip
+    ours = Verdict.of(("B3", "it turns", "ours"), [Outcome("fails", "0.2", decided="0.1 (needs above 0.5)")])
+    counts = [{"point": {tool.EYE.name: eye, tool.WHEELS.name: wheels}, "claim": "C14", "holds": n, "fails": 20 - n}
+              for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
+    files = {
+        "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
+        "claims": document(paper), "behaviours": document([ours]),
+        "pooled": {"C13": plain(Outcome("fails", "m", n=60, broken=1))},
+        "fidelity/fidelity": {"form": FORM, "study": "fidelity", "counts": counts},
+    }  # fmt: skip
+    for name, value in files.items():
+        (folder / f"{name}.json").write_text(to_json(value))
+    (folder / "behave-optomotor" / "scores.csv").write_text(
+        "env,behaviour,measure,episodes,value,ci_low,ci_high\n"
+        "colias_sim/Optomotor-v0,still,gain,2,0.25,nan,nan\ncolias_sim/Optomotor-v0,still,return,2,9,8,10\n"
+    )
+    (tmp_path / "docs").mkdir()
+    names = ("claims", "cameras", "behaviours")
+    marks = [f"<!-- measured: {name} -->\nold\n<!-- end of measured -->" for name in names]
+    page = tmp_path / "docs" / "page.md"
+    page.write_text("before\n" + "\n".join(marks) + "\nafter\n")
+    (tmp_path / "README.md").touch()
+    tool.main(["reproduction", str(folder)], tmp_path)
+    text = page.read_text()
+    assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
+    assert r"| # 2 of 3 (not shown in 1) | \|VS\| 0.1 (needs below 0.2) |" in text
+    assert "(C14) | ✓ holds (40 of 40) | ✓ holds (20 of 20) | ✕ fails (0 of 20) | ✕ fails (0 of 20) |" in text
+    assert "| Optomotor-v0 | `still` | gain 0.25; return 9 (8 .. 10) |" in text
+
+
+def test_the_figures_of_design_in_prose_are_those_of_the_code():
+    text = " ".join(" ".join(MEASURED.sub("", page.read_text()) for page in CHAPTERS).split())
+    even, moving = leaderboard.clip_experiments(leaderboard.DIRECTION, ["dsnn"])
+    robot = len(leaderboard.ROBOT.design.conditions()) * leaderboard.REPEATS
+    alone = sum(dict(clip.changes).get("object") == "absent" or clip.stimulus == "foliage" for clip in moving.clips)
+    (least,), (most,) = ({c.least for c in CLAIMS.values() if c.of_every_trial == of} for of in (False, True))
+    assert USUAL.steps == 30 * 30
+    for phrase in (
+        f"the same {robot} robot trials",
+        f"the same {len(even.clips) * even.repeats + len(moving.clips) * moving.repeats} clips",
+        f"; {alone * moving.repeats} of background alone",
+        f"every model, {sum(len(family.probes) for family in FAMILIES.values())} clips",
+        f"{USUAL.replicates} replicates (`--full`: {FULL.replicates} with the robot,"
+        f" {FULL.offline_replicates} of clips)",
+        f"{USUAL.repeats} repeats of each condition at one seed",
+        f"at {USUAL.episodes} seeds, for half a minute each",
+        f"at least {least} trials of each condition, or {most} if it is about every single trial",
+        f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
+        f"of {statistics.PERMUTATIONS} permutations",
+        f"of a mean of {statistics.LEAST_FOR_INTERVAL} or {statistics.LEAST_FOR_BOOTSTRAP - 1} trials is Student's",
+    ):
+        assert phrase in text, phrase
+
+
+def test_the_hash_of_rows_is_of_what_they_say_and_not_of_the_time_they_took(tmp_path):
+    def written(name, **columns):
+        pl.DataFrame({"spikes": [1, 2], "wall_s": [0.1, 0.2]} | columns).write_parquet(tmp_path / name)
+        return rows_hash(tmp_path / name)
+
+    once = written("a")
+    assert written("b", wall_s=[9.0, 9.0]) == once != written("c", spikes=[1, 3])
+
+
+def test_a_batch_is_cut_after_its_first_jobs_and_keeps_them(tmp_path):
+    fast = {"experiment.speeds_cm_s": "20"}
+    with first(2), pytest.raises(Enough, match="2 of 3 trials"):
+        experiments.run("speed", repeats=3, settings=fast, out=tmp_path / "cut", workers=0, quiet=True)
+    assert set(read_parquet(tmp_path / "cut" / "trials.parquet")["trial"].to_list()) == {0, 1}

@@ -1,0 +1,289 @@
+"""Results that the documentation shows: which runs they are of, and whether these still come out so.
+
+    python -m tools.results take RUN... PLACE...   # note finished runs and what shows them
+    python -m tools.results reproduction RUN       # take over a finished colias reproduce --full and renew the pages
+    python -m tools.results check                  # refuse what is of no run, was changed since, or comes out otherwise
+
+``docs/sources.json`` has of each run the command that makes it again, the commit, the numbers of its first trial and
+the SHA-256 of what shows it: a picture in docs/ (``map-c6.png``), or a table of a page (``maps.md#c13-c19``) between
+``<!-- table: c13-c19 -->`` and its end. ``docs/results.json`` has the verdicts and scores of the reproduction; what
+stands between ``<!-- measured: NAME -->`` and its end is written from it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import hashlib
+import json
+import re
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from experiments.bench import registry
+from experiments.bench.cli.main import command
+from experiments.bench.reproduce import Scale, design, planned, rate
+from experiments.bench.run.runs import Enough, first
+from experiments.bench.stats import stored
+from experiments.bench.stats.claim import PAPER, claim_ids, words
+from experiments.bench.stats.count import SIGNS, Count, totals
+from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.store import provenance
+from experiments.bench.store.description import read_description
+from experiments.bench.store.files import UNREPEATABLE, read_parquet, tables_of
+from experiments.bench.studies.counts import count_of
+from experiments.bench.studies.stored import studies
+from experiments.studies.fidelity import EYE, STUDY, WHEELS
+
+ROOT = Path(__file__).parents[1]
+SOURCES, RESULTS = Path("docs") / "sources.json", Path("docs") / "results.json"
+WITHOUT_ROWS = ("budget.png", "eye.png")
+"""Pictures in docs/ that are drawn from no trials."""
+TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->", re.DOTALL)
+MEASURED = re.compile(r"(<!-- measured: (\w+) -->\n).*?(<!-- end of measured -->)", re.DOTALL)
+SUMMARY: Mapping[str, str] = {
+    "C14": "The sign of HS tells the direction of a crossing",
+    "C15": "Spikes peak near 6 cm/s",
+    "C29": "The peak stays when one time window counts the spikes of all speeds",
+    "C16": "Spikes fall with distance",
+    "C13": "Straight approach and recession give no spikes",
+    "C17": "An approach straight ahead gives the fewest spikes",
+    "C19": "A recession straight ahead gives the fewest spikes",
+    "C21": "Two looming detectors spike most in a straight approach",
+}
+"""Claim -> its words in the summary."""
+CELLS = tuple(product((level.label for level in EYE.levels), (level.label for level in WHEELS.levels)))
+"""Every eye and drive of the study `fidelity`; the first are those of a reproduction."""
+ROBOTS_EYE = CELLS.index(("ov7670", CELLS[0][1]))
+
+
+def read(path: Path) -> Any:
+    """Return the JSON in a file."""
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def write(path: Path, value: Any) -> None:
+    """Write JSON into a file."""
+    path.write_text(json.dumps(value, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def places(root: Path) -> dict[str, str]:
+    """Return what the documentation shows of runs: each picture and table, and its SHA-256."""
+    docs = root / "docs"
+    pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name not in WITHOUT_ROWS]
+    shown = {path.name: path.read_bytes() for path in sorted(pictures)}
+    for page in sorted(docs.glob("*.md")):
+        tables = TABLE.findall(page.read_text(encoding="utf-8"))
+        shown |= {f"{page.name}#{name}": text.encode() for name, text in tables}
+    return {place: hashlib.sha256(content).hexdigest() for place, content in shown.items()}
+
+
+def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:
+    """Return what ``docs/sources.json`` has of a finished run.
+
+    Parameters
+    ----------
+    run
+        Its folder.
+    shows
+        Pictures in docs/, and tables as ``PAGE#NAME``.
+    root
+        The folder of docs/.
+
+    Exits with a message where docs/ has no such place, or the run is of code that nobody can check out.
+    """
+    there = places(root)
+    if unknown := [place for place in shows if place not in there]:
+        sys.exit(f"docs/ has no {unknown[0]}; it has {', '.join(there)}")
+    (part, *_), line = tables_of(run), read_description(run)["command"]["line"]
+    commit = provenance.commit(read_description(part.parent)["source"])  # a leaderboard's parts alone know their code
+    if not commit or not re.fullmatch("[0-9a-f]+", commit):
+        sys.exit(f"{run} is of commit {commit}, which nobody can check out")
+    for option in {"--out", "--workers"} & {*line}:  # neither changes a number
+        at = line.index(option)
+        line = line[:at] + line[at + 2 :]
+    return {
+        "command": shlex.join(line),
+        "commit": commit,
+        "first": {} if line[0] == "train" else first_numbers(run),  # whose first trial comes after the training
+        "shows": {place: there[place] for place in shows},
+    }
+
+
+def first_numbers(run: Path) -> dict[str, float]:
+    """Return the numbers of a run's first trial that are not 0, by column; none if it failed."""
+    rows = read_parquet(tables_of(run)[0]).filter(trial=0).drop(UNREPEATABLE, strict=False).head(1).to_dicts()
+    return {name: value for row in rows for name, value in row.items() if isinstance(value, float) and value}
+
+
+def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
+    """Do a noted command up to its first trial; return the noted numbers that are others now, ``None`` if gone."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "run"
+        with suppress(Enough), first(1):
+            command([*shlex.split(source["command"]), "--out", str(out), "--workers", "0", "--quiet"])
+        now = first_numbers(out)
+    return {name: now.get(name) for name, value in source["first"].items() if now.get(name) != value}
+
+
+def check(root: Path) -> None:
+    """Exit with a message for what is of no run, was changed since, or comes out otherwise now."""
+    sources, results, there = read(root / SOURCES), read(root / RESULTS), places(root)
+    for name, source in sources.items():
+        for place, digest in source["shows"].items():
+            if there.get(place) != digest:
+                sys.exit(f"docs/{place} was changed since it was taken from the run {name}")
+    if new := there.keys() - {place for source in sources.values() for place in source["shows"]}:
+        sys.exit(f"docs/sources.json has no run of {', '.join(sorted(new))}")
+    for page, text in renewed(root, results).items():
+        if page.read_text(encoding="utf-8") != text:
+            sys.exit(f"{page} has other numbers than {RESULTS}")
+    measured, commit = results["design"], results["measured_with"]["commit"]
+    scale = Scale(**{**measured["scale"], "offline": tuple(measured["scale"]["offline"])})
+    if "with changes" in commit or design(planned(scale, measured["seed"]))["digest"] != measured["digest"]:
+        sys.exit(f"the reproduction, of commit {commit}, has another design than the code: run make numbers")
+    for name, source in sources.items():
+        if source["first"] and (other := differences(source)):
+            sys.exit(f"{name}: the first trial of colias {source['command']} has other numbers: {other}")
+        print(f"results: {name} comes out as noted", file=sys.stderr)
+
+
+def taken(run: Path) -> dict[str, Any]:
+    """Return what ``docs/results.json`` has of a finished reproduction, with the study of eyes and drives in it."""
+    designed, pooled = read(run / "design.json"), read(run / "pooled.json")
+    verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
+    scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/scores.csv"))]
+    commits = {provenance.commit(read_description(table.parent)["source"]) or "unknown" for table in tables_of(run)}
+    return {
+        "design": {name: designed[name] for name in ("seed", "scale", "digest")},
+        "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},
+        "claims": [_kept(verdict, pooled.get(verdict.id)) for verdict in verdicts],
+        "eyes": [
+            {"eye": row["point"][EYE.name], "drive": row["point"][WHEELS.name], "claim": row["claim"],
+             "count": dataclasses.asdict(count_of(row))}
+            for row in studies(run)[STUDY.name]["counts"]
+        ],
+        "scores": pl.concat(scores, how="diagonal").to_dicts(),
+    }  # fmt: skip
+
+
+def _kept(verdict: Verdict, whole: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what is kept of a verdict; ``whole`` is its outcome on the trials of all replicates together."""
+    decided, outcome = verdict.outcome.deciding, verdict.outcome
+    if whole and (broken := rate(verdict.id, Outcome(whole["verdict"], "", n=whole["n"], broken=whole["broken"]))):
+        decided += f"; all replicates: {broken}"
+    if outcome.equal:
+        decided += f"; on equal terms {outcome.equal.verdict}: {outcome.equal.deciding}"
+    count, equal = dataclasses.asdict(verdict.count), verdict.equal and dataclasses.asdict(verdict.equal)
+    return {"id": verdict.id, "count": count, "equal_terms": equal, "measured": outcome.measured, "decided": decided}
+
+
+def renewed(root: Path, results: Mapping[str, Any]) -> dict[Path, str]:
+    """Return each page that has measured parts, with its text as the results have it."""
+    parts = {"summary": summary, "claims": claims, "cameras": cameras, "behaviours": behaviours}
+    pages = [root / "README.md", *sorted((root / "docs").glob("*.md"))]
+    return {
+        page: MEASURED.sub(lambda part: f"{part[1]}{parts[part[2]](results)}{part[3]}", text)
+        for page, text in ((page, page.read_text(encoding="utf-8")) for page in pages)
+        if MEASURED.search(text)
+    }
+
+
+def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    escaped = ([cell.replace("|", r"\|").replace("\n", " ") for cell in row] for row in rows)
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|", *(f"| {' | '.join(row)} |" for row in escaped)]
+    return "\n".join(lines) + "\n"
+
+
+def counts(results: Mapping[str, Any]) -> dict[str, list[Count | None]]:
+    """Return claim of the paper -> its count under each eye and drive of `CELLS`; ``None`` where it was not run."""
+    eyes = {(row["claim"], row["eye"], row["drive"]): Count(**row["count"]) for row in results["eyes"]}
+    return {
+        claim["id"]: [Count(**claim["count"]), *(eyes.get((claim["id"], *cell)) for cell in CELLS[1:])]
+        for claim in results["claims"]
+        if claim["id"] in claim_ids(PAPER)
+    }
+
+
+def verdict(count: Count | None) -> str:
+    """Say a claim's verdict with its sign, and in how many replicates it held."""
+    if count is None:
+        return "not run"
+    held = str(count) if count.random else "at any seed"
+    return f"{SIGNS[count.kind]} {f'{count.word} ({held})' if count.word else held}"
+
+
+def summary(results: Mapping[str, Any]) -> str:
+    """Tell what claims of the robot came to, with an ideal camera and with a model of the robot's, and count all."""
+    every = counts(results)
+    rows = [[f"{says} ({claim})", *(verdict(every[claim][eye]) for eye in (0, ROBOTS_EYE))]
+            for claim, says in SUMMARY.items()]  # fmt: skip
+    return f"{_totals(results)}.\n\n" + markdown(("claim", "ideal camera", "model of the robot's camera"), rows)
+
+
+def _totals(results: Mapping[str, Any]) -> str:
+    whole = totals([(claim, under[0]) for claim, under in counts(results).items() if under[0]])
+    return f"{'; '.join(whole)}. Measured by commit {results['measured_with']['commit']}"
+
+
+def cameras(results: Mapping[str, Any]) -> str:
+    """Tell what each claim about the robot came to under each camera and drive."""
+    rows = [[f"{words(claim).title} ({claim})", *map(verdict, under)] for claim, under in counts(results).items()
+            if claim in registry.answering()]  # fmt: skip
+    return markdown(["claim", *(f"{eye} eye, {drive}" for eye, drive in CELLS)], rows)
+
+
+def claims(results: Mapping[str, Any]) -> str:
+    """Tell of each claim its words, its verdict, and the number that decided in replicate 0, with its bound."""
+    rows = []
+    for claim in results["claims"]:
+        asked, count = words(claim["id"]), Count(**claim["count"])
+        says = f"**{asked.title}** ({claim['id']}): {asked.says}.{' The equations imply it.' if asked.implied else ''}"
+        equal = f"; on equal terms {verdict(Count(**claim['equal_terms']))}" if claim["equal_terms"] else ""
+        cause = f". *Why:* {asked.cause or 'Not known.'}" if count.word in ("fails", "sometimes") else ""
+        rows.append([says, verdict(count) + equal, claim["decided"] + cause])
+    return f"{_totals(results)}.\n\n{markdown(('claim', 'verdict', 'what decided in replicate 0'), rows)}"
+
+
+def behaviours(results: Mapping[str, Any]) -> str:
+    """Tell the scores of each behaviour in each env, with their intervals."""
+    measured: dict[tuple[str, str], list[str]] = {}
+    for row in results["scores"]:
+        value, low, high = (f"{float(row[name] or 'nan'):.3g}" for name in ("value", "ci_low", "ci_high"))
+        text = f"{row['measure']} {value}" + ("" if low == "nan" else f" ({low} .. {high})")
+        measured.setdefault((row["env"].partition("/")[2], f"`{row['behaviour']}`"), []).append(text)
+    heads = ("env", "behaviour", "measures, with 95 % intervals")
+    return markdown(heads, ([*key, "; ".join(texts)] for key, texts in measured.items()))
+
+
+def main(arguments: Sequence[str] | None = None, root: Path = ROOT) -> None:
+    """Take runs, take a reproduction, or check all; exit with a message where something is stale."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.results", description="Results that the documentation shows."
+    )
+    parser.add_argument("action", choices=("take", "reproduction", "check"))
+    parser.add_argument("words", nargs="*", metavar="RUN... PLACE", help="folders, then pictures and tables in docs/")
+    given = parser.parse_args(arguments)
+    runs = [Path(word) for word in given.words if Path(word).is_dir()]
+    if given.action == "check":
+        check(root)
+    elif given.action == "take":
+        shows = [word for word in given.words if Path(word) not in runs]
+        write(root / SOURCES, read(root / SOURCES) | {run.name: note(run, shows, root) for run in runs})
+    else:
+        write(root / RESULTS, taken(runs[0]))
+        for page, text in renewed(root, read(root / RESULTS)).items():
+            page.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
