@@ -229,7 +229,7 @@ def plan(models: Sequence[str], repeats: int | None, seed: int) -> Plan:
     planned: dict[str, list[Batch[Any]]] = {ROBOT.name: [trials.batch(robot, trials.ROWS_ONLY)]}
     for board, names in boards.items():
         for experiment in clip_experiments(board, names) if names else ():
-            clips = offline.plan(experiment, (), (), repeats if experiment.repeats > 1 else None, seed)
+            clips = offline.plan(experiment, experiment.models, (), repeats if experiment.repeats > 1 else None, seed)
             planned.setdefault(board, []).append(offline.batch(clips))
     return planned
 

@@ -15,7 +15,7 @@ from experiments import OFFLINE
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
-from experiments.bench.run.models import ConfiguredModel, shown_models
+from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Showing, Trial, play
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
@@ -90,7 +90,7 @@ class OfflinePlan:
 
 def plan(
     experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int,
-    *, only: bool = False, pictures: Pictures | None = None,
+    pictures: Pictures | None = None,
 ) -> OfflinePlan:  # fmt: skip
     """Return a checked plan from what a person typed.
 
@@ -98,8 +98,8 @@ def plan(
     ----------
     experiment
         The experiment.
-    models, only
-        Models that are shown the clips beside the experiment's own, or with ``only`` instead of them.
+    models
+        The models that are shown the clips.
     assignments
         ``SECTION.NAME=VALUE`` texts.
     repeats
@@ -122,7 +122,7 @@ def plan(
         if text.partition(".")[0] in stimuli:
             declared = "set in its file, as Clip(name, stimulus, {parameter: value})"
             raise UsageError(f"--set {text}: the stimuli of {experiment.name} are {declared}")
-    chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
+    chosen, _ = watchers(models, assignments)
     return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
 
 

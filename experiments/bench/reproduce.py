@@ -231,7 +231,7 @@ def _clips(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> Off
     experiment = registry.find(name)
     assert isinstance(experiment, OfflineExperiment)
     repeats = scale.offline_replicates if experiment.repeats > 1 else None  # with one repeat nothing is random
-    return offline.plan(experiment, (), (), repeats, seed, pictures=pictures)
+    return offline.plan(experiment, experiment.models, (), repeats, seed, pictures)
 
 
 def single_model_experiments() -> tuple[str, ...]:
@@ -645,7 +645,7 @@ def judge_models(
             if clips:
                 summary = "clips of the models' own claims"
                 shown = OfflineExperiment(name, summary, clips, labels, repeats=repeats, recorded=False)
-                part = offline.plan(shown, (), (), None, seed)
+                part = offline.plan(shown, labels, (), None, seed)
                 thresholds |= part.thresholds
                 batch = offline.batch(part, frames=False)
                 with batch.run(folder / name, pool, resources) as run:

@@ -14,9 +14,8 @@ from experiments.behaviours import GROUPS, REFERENCE
 from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pilot, episodes_needed, pilot, power
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.survival import Survival, best_against, published
-from experiments.bench.engine.terminal import coloured, count, out_console, show_table, stacked
+from experiments.bench.engine.terminal import count, out_console, show_table, stacked
 from experiments.bench.stats.scores import Score, written
-from experiments.bench.stats.verdict import Verdict
 
 
 def show(played: Played, recorded: bool) -> None:
@@ -82,21 +81,6 @@ def show_survival(survivals: Sequence[Survival], group: str, path: Path) -> None
     for text in filter(None, line):
         out_console.print(text, markup=False)
     out_console.print(f"{'survival':<12}{path}", soft_wrap=True, markup=False)
-
-
-def show_claims(claims: Sequence[Verdict]) -> None:
-    """Our own claims, a line each."""
-    if not claims:
-        return
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("claim", "verdict", "we say"):
-        table.add_column(name, no_wrap=name != "we say")
-    for claim in claims:
-        outcome = claim.outcome
-        decided = f" (decided by: {outcome.decided})" if outcome.decided else ""
-        table.add_row(claim.id, coloured(claim.count), f"{claim.says}: {outcome.measured}{decided}")
-    out_console.print()
-    show_table(table)
 
 
 def _table(played: Played) -> Table:

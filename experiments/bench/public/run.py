@@ -156,9 +156,7 @@ def planned(experiment: Experiment | OfflineExperiment, asked: RunRequest) -> Pl
             raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
         if asked.pictures and not any(clip.takes_scene() for clip in experiment.clips):
             raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
-        return clips_plan(
-            experiment, models, asked.assignments, asked.repeats, asked.seed, only=True, pictures=asked.pictures
-        )
+        return clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, asked.pictures)
     trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, asked.pictures)
     return both(trials) if asked.eyes == BOTH_EYES else trials
 

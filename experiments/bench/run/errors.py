@@ -58,11 +58,10 @@ LONGEST_TROUBLE = 500
 """Characters of what is told of one failure."""
 
 
-def printable(text: str, limit: int = LONGEST_TROUBLE) -> str:
-    """``text`` in one line of at most ``limit`` characters, all of them printable."""
-    line = " ".join(text[: 2 * limit].split())
-    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
-    return line if len(line) <= limit else f"{line[: limit - 3]}..."
+def printable(text: str) -> str:
+    """``text`` in one line of at most `LONGEST_TROUBLE` characters, all of them printable."""
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(text.split()))
+    return line if len(line) <= LONGEST_TROUBLE else f"{line[: LONGEST_TROUBLE - 3]}..."
 
 
 def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:

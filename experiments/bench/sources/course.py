@@ -241,19 +241,3 @@ def _angular(condition: Condition, settings: Settings) -> Course:
     acceleration = condition.acceleration_cm_s2 / 100
     route = Route.line(start, length, speed, wait=STILL_S, rest=STILL_S)
     return Course(Script(route, acceleration), start, (), STANDING)
-
-
-def reach_cm(route: Course, radius_cm: float) -> float:
-    """Tell how far from the arena's centre the edge of a stimulus gets, which has to stay inside the wall."""
-    line = route.stimulus.route
-    ends = (line.start, line.point(line.length))
-    return 100 * max(math.hypot(end.x, end.y) for end in ends) + radius_cm
-
-
-def clearance_cm(condition: Condition, settings: Settings, route: Course) -> float:
-    """Room between the bodies where they come nearest, less what 3 sd of the start pose's errors may take of it."""
-    errors = 0.3 * settings.pose_sd_mm
-    if condition.motion == "translation":  # a skewed approach or recession errs sideways, not ahead
-        errors += 50 * route.stimulus.route.length * math.sin(math.radians(3 * settings.heading_sd_deg))
-    forward = 100 * abs(route.observer.route.start.x)
-    return settings.camera.forward_cm + condition.distance_cm - (ROBOT_RADIUS_CM + body_cm(settings)) - forward - errors

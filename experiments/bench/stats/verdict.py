@@ -118,10 +118,7 @@ class Outcome:
         return cls("holds" if holds else "fails", texts, effect, n, decided, fewest, checks=listed)
 
     @classmethod
-    def unjudged(
-        cls, why: str, *, reason: Reason = "not shown", effect: str = "", n: int = 0, fewest: int = 0,
-        checks: Iterable[Check] = (),
-    ) -> Outcome:  # fmt: skip
+    def unjudged(cls, why: str, *, reason: Reason = "not shown", n: int = 0) -> Outcome:
         """Return the outcome of a claim that cannot be judged.
 
         Parameters
@@ -130,7 +127,7 @@ class Outcome:
             Why, in words.
         reason
             The same in one of the words of `experiments.bench.stats.count.REASONS`.
-        effect, n, fewest, checks
+        n
             As of an `Outcome`.
 
         Returns
@@ -138,7 +135,7 @@ class Outcome:
         Outcome
             The reason, with ``why`` in ``measured``.
         """
-        return cls(reason, why, effect, n, fewest=fewest, checks=tuple(checks))
+        return cls(reason, why, n=n)
 
     @classmethod
     def together(cls, parts: Mapping[str, Outcome]) -> Outcome:

@@ -16,6 +16,7 @@ from experiments.bench.offline import plan as clips_plan
 from experiments.bench.offline import play_clip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
+from experiments.bench.run.models import shown_models
 from experiments.bench.run.play import FRAMES
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, pixels
@@ -64,7 +65,8 @@ def planned(
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in with_robot}
         study = replace(study, models=(MODEL,))
     if study.as_run:
-        run_plan = clips_plan(offline[0], study.models[1:], (), study.replicates, seed, pictures=pictures)
+        models = shown_models(offline[0].models, study.models[1:], only=False)
+        run_plan = clips_plan(offline[0], models, (), study.replicates, seed, pictures)
         return clips.points_of_run(study, run_plan)
     if offline:
         return clips.planned(study, offline, seed, pictures)

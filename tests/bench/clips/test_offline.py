@@ -63,7 +63,7 @@ TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)
 def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
     """The first frames of all of these are empty, and so equal at every seed."""
     experiment = OfflineExperiment("clean", "", clips, ("dsnn",))
-    assert plan(experiment, (), (), 1, 0).is_random() is random
+    assert plan(experiment, experiment.models, (), 1, 0).is_random() is random
 
 
 OWN = """

@@ -51,7 +51,7 @@ def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
     study_plan = studies.planned(
         Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
     )
-    ran = plan(DEPTH, (), (), 6, 3)
+    ran = plan(DEPTH, DEPTH.models, (), 6, 3)
     assert [(s.seed, s.condition) for s in study_plan.specs] == [(s.seed, s.condition) for s in ran.trials]
     assert [s.seed for s in ran.trials] == [3 + k for k in range(6) for _ in DEPTH.clips]
 
@@ -65,8 +65,8 @@ def test_scenes_of_one_kind_differ_by_the_replicate_s_seed():
 
 def test_a_run_s_description_has_the_scene_of_each_replicate():
     """So that a run before windows of one photograph is not gone on with before scenes."""
-    assert plan(DEPTH, (), (), 3, 0).describe()["backgrounds"] == ["photograph", "dead-leaves", "pink"]
-    assert "backgrounds" not in plan(registry.find("clean"), (), (), None, 0).describe()
+    assert plan(DEPTH, DEPTH.models, (), 3, 0).describe()["backgrounds"] == ["photograph", "dead-leaves", "pink"]
+    assert "backgrounds" not in plan(registry.find("clean"), ["dsnn"], (), None, 0).describe()
     study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
     assert studies.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
 
@@ -111,7 +111,7 @@ def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
     told = []
     for grey in (100, 101):
         user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", grey=grey))
-        told.append(json.loads(to_json(plan(DEPTH, (), (), 2, 0, pictures=user_pictures).describe())))
+        told.append(json.loads(to_json(plan(DEPTH, DEPTH.models, (), 2, 0, user_pictures).describe())))
     (difference,) = differences(*told)
     assert difference.startswith("--pictures is 1.png")
     assert differences(told[0], told[0]) == []

@@ -24,7 +24,7 @@ def test_by_default_nothing_is_changed():
     usual = planned(("dsnn", "emd", "lgmd1"))
     assert usual.changed() == {} and "changed" not in describe(usual)
     assert with_columns(TRIAL_SCHEMA, usual.changed()) == TRIAL_SCHEMA
-    assert clips_plan(CLIPS, (), (), 1, 0).changed() == {}
+    assert clips_plan(CLIPS, CLIPS.models, (), 1, 0).changed() == {}
     assert planned(("dsnn",), "dsnn.n_con=8", "experiment.distances_cm=8").changed() == {}, "typed, but the same"
 
 

@@ -53,7 +53,8 @@ def peaked(rows, model, counts):
 
 def frames(*repeats):
     """Clips of the experiment clutter-frames that are those of clutter-speed: one set of rows a repeat."""
-    plan = offline.plan(registry.find("clutter-frames"), (), (), len(repeats), 0)
+    experiment = registry.find("clutter-frames")
+    plan = offline.plan(experiment, experiment.models, (), len(repeats), 0)
     rows = [
         {**row, "clip": prefix(SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
         for r, clip_rows in enumerate(repeats)
@@ -161,7 +162,7 @@ def test_a_study_of_constants_says_with_which_a_claim_holds():
     study = along("constants-emd", "two choices", ("C26",), "emd", ("emd:spacing=4", "emd:spacing=1"))
     experiment = registry.find("clutter-contrast")
     experiment = dataclasses.replace(experiment, models=("dsnn", "emd:spacing=4", "emd:spacing=1"))
-    plan = points_of_run(study, offline.plan(experiment, (), (), 1, 0))
+    plan = points_of_run(study, offline.plan(experiment, experiment.models, (), 1, 0))
     trial = {spec.condition.name: spec.index for spec in plan.specs}
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
     clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}

@@ -258,7 +258,7 @@ def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
     assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("3 spikes", 3.0, 2.0, unit="spikes")])) == 1.0
     assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("VS", 0.19, 0.2)])) == pytest.approx(-5.0)
     assert slack(Outcome.of([Check("HS", 0.9, 0.2)])) == MOST
-    assert slack(Outcome.unjudged("silent", reason="silent model", checks=[Check("0", 0.0, 0.0, "at most")])) == -MOST
+    assert slack(Outcome("silent model", "silent", checks=(Check("0", 0.0, 0.0, "at most"),))) == -MOST
 
 
 def test_a_claim_that_holds_in_some_replicates_is_not_kept():
