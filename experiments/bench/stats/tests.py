@@ -116,12 +116,10 @@ def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float
             half = float(special.stdtrit(n - 1, 0.975)) * sd / math.sqrt(n)
             low, high = mean - half, mean + half
         else:
-            from scipy import stats
-
+            # As scipy.stats.bootstrap has it: that module takes longer to load than most runs take to be summed up.
             tail = float(special.ndtr(math.sqrt(n / (n - 1)) * special.stdtrit(n - 1, 0.025)))
-            interval = stats.bootstrap((sample,), np.mean, n_resamples=RESAMPLES, confidence_level=1 - 2 * tail,
-                                    method="percentile", rng=stream("bootstrap.mean", SEED))  # fmt: skip
-            low, high = float(interval.confidence_interval.low), float(interval.confidence_interval.high)
+            drawn = sample[stream("bootstrap.mean", SEED).integers(0, n, (RESAMPLES, n))].mean(axis=1)
+            low, high = map(float, np.quantile(drawn, (tail, 1 - tail)))
     if not math.isnan(low):
         low, high = max(low, lowest), min(high, highest)
     return Summary(n, mean, sd, float(np.median(sample)), low, high)
@@ -246,10 +244,10 @@ def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
         return Test(name, "tau", math.nan, math.nan)
     if len(set(levels)) < 2 or len(set(pooled)) < 2:
         return Test(name, "tau", 0.0, 1.0, least=1.0)
-    from scipy import stats
-
     how, p, least = _of_arrangements(levels, pooled)
-    return Test(f"{name}, {how}", "tau", float(stats.kendalltau(levels, pooled).statistic), p, least)
+    table = _counted(levels, pooled)
+    pairs = [(len(pooled) ** 2 - int((counts**2).sum())) / 2 for counts in (table.sum(axis=1), table.sum(axis=0))]
+    return Test(f"{name}, {how}", "tau", int(_rising(table)) / math.sqrt(math.prod(pairs)), p, least)
 
 
 def contrast(first: Sequence[float], second: Sequence[float]) -> Test:
@@ -273,9 +271,8 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Test:
     difference = difference[difference != 0]
     if difference.size == 0:
         return Test(name, "rank-biserial", 0.0, 1.0, least=1.0)
-    from scipy import stats
-
-    doubled = np.rint(2 * stats.rankdata(np.abs(difference))).astype(int)  # shared ranks are halves
+    _, place, alike = np.unique(np.abs(difference), return_inverse=True, return_counts=True)
+    doubled = (2 * np.cumsum(alike) - alike + 1)[place]  # shared ranks are halves
     seen, whole = int((doubled * np.sign(difference)).sum()), int(doubled.sum())
     if difference.size <= EXACT_PAIRS:
         how, p = "exact", _share_beyond(_signed_sums(doubled), abs(seen))
@@ -299,9 +296,7 @@ def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[
     P is taken over all arrangements of the values over the levels, with as many at each as there are. The statistic is
     the number of pairs at different levels in rising order less those in falling order.
     """
-    from scipy import stats
-
-    table = np.asarray(stats.contingency.crosstab(levels, values).count)
+    table = _counted(levels, values)
     sizes, ties = table.sum(axis=1), table.sum(axis=0)
     seen = abs(int(_rising(table)))
     if sizes.sum() <= EXACT_VALUES and np.prod(np.sort(sizes)[:-1] + 1) <= EXACT_STATES:
@@ -309,6 +304,14 @@ def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[
         farthest = int(np.abs(np.flatnonzero(chances) - chances.size // 2).max())
         return "exact", _share_beyond(chances, seen), _share_beyond(chances, farthest)
     return *_drawn(_drawn_rises(sizes, ties), seen), 0.0
+
+
+def _counted(levels: Sequence[float], values: Sequence[float]) -> Whole:
+    """Count how often each value (columns) is there at each level (rows), both in rising order."""
+    rows, columns = (np.unique(each, return_inverse=True)[1] for each in (levels, values))
+    table = np.zeros((rows.max() + 1, columns.max() + 1), np.int64)
+    np.add.at(table, (rows, columns), 1)
+    return table
 
 
 def _rising(tables: Whole) -> Whole:

@@ -21,8 +21,6 @@ from experiments.bench.store.files import drawn_from
 from experiments.bench.store.kinds import CLIPS
 from tests.conftest import Colias
 
-RENDERED = True
-
 PACKAGE = Path(experiments.__file__).parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
 QUICK = {"repeats": 2, "recordings": False, "quiet": True, "workers": 0}
@@ -81,7 +79,7 @@ with open("began.txt", "a") as file:
 from experiments import Experiment, Translation, run
 
 EXPERIMENT = Experiment("mine", "mine", Translation((20.0, 30.0), (8.0,)), "speed_cm_s", repeats=1, claims=("C14",))
-made = run(EXPERIMENT, models=["emd"], settings={"dsnn.n_con": 6}, seed=3, workers=2, out="out", recordings=False)
+made = run(EXPERIMENT, models=["emd"], settings={"dsnn.n_con": 6}, seed=3, workers=1, out="out", recordings=False)
 print(made)
 """
 OF_COLIAS = ("--model", "emd", "--set", "dsnn.n_con=6", "--seed", "3", "--workers", "1", "--no-recordings", "--quiet")
@@ -118,7 +116,7 @@ def test_from_anywhere_the_same_rows(way, tmp_path, by_command):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout == "out: mine, seed 3; dsnn.n_con=6; not judged: C14 (dsnn), C14 (emd); 2 of 2 trials\n"
-    assert done.stderr.startswith("mine: 2 trials, about ") and "on 2 workers, into out" in done.stderr
+    assert done.stderr.startswith("mine: 2 trials, about ") and "on 1 worker, into out" in done.stderr
     assert (tmp_path / "began.txt").read_text() == "once\n"
     assert [{k: v for k, v in row.items() if k != "code"} for row in rows_of(tmp_path / "out")] == by_command
 
