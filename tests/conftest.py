@@ -64,13 +64,13 @@ def blank_figures(request: pytest.FixtureRequest) -> Iterator[None]:
         yield
 
 
-def _blank(figure: Figure, path: Path, *, format: str, metadata: dict[str, str], **_: Any) -> None:
+def _blank(figure: Figure, path: Any, *, format: str, metadata: dict[str, str] | None = None, **_: Any) -> None:
     """Write a picture of one pixel, with what is noted of it."""
     if format == "svg":
         path.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="1pt" height="1pt"/>')
         return
     noted = PngInfo()
-    for name, value in metadata.items():
+    for name, value in (metadata or {}).items():
         noted.add_text(name, value)
     Image.new("L", (1, 1)).save(path, format, pnginfo=noted)
 
