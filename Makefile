@@ -16,7 +16,7 @@ reproduce: $(READY) ## The paper's robot experiments, and which of its claims ho
 NUMBERS := runs/numbers
 numbers: $(READY) ## The documentation's measured figures anew: the whole reproduction (NUMBERS=DIR goes on with one), then the text
 	$(BIN)/colias reproduce --full --out $(NUMBERS)
-	$(BIN)/colias study fidelity --out $(NUMBERS)/fidelity
+	$(BIN)/colias sweep fidelity --out $(NUMBERS)/fidelity
 	$(BIN)/python -m tools.results reproduction $(NUMBERS)
 
 HERO := runs/hero

@@ -14,6 +14,7 @@ from .bench.public.listing import runs as runs
 from .bench.public.result import Run as Run
 from .bench.public.result import load as load
 from .bench.public.run import run as run
+from .bench.public.sweep import sweep as sweep
 from .bench.public.version import __version__ as __version__
 from .bench.run.errors import UsageError as UsageError
 from .bench.sources.clip_claims import ClipClaim as ClipClaim
@@ -38,9 +39,9 @@ from .bench.stats.verdict import Verdict as Verdict
 from .bench.studies.fitting.fit import Fit as Fit
 from .bench.studies.fitting.fitted import Fitted as Fitted
 from .bench.studies.fitting.optimum import Optimum as Optimum
-from .bench.studies.study import Axis as Axis
-from .bench.studies.study import Level as Level
-from .bench.studies.study import Study as Study
+from .bench.study import Axis as Axis
+from .bench.study import Level as Level
+from .bench.study import Study as Study
 
 NAMES: tuple[str, ...]
 OFFLINE: tuple[str, ...]
@@ -88,5 +89,6 @@ __all__ = [
     "run",
     "runs",
     "score",
+    "sweep",
     "watch",
 ]

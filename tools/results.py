@@ -34,13 +34,12 @@ from experiments.bench.reproduce import Scale, design, planned, rate
 from experiments.bench.run.runs import Enough, first
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
-from experiments.bench.stats.count import SIGNS, Count, totals
+from experiments.bench.stats.count import SIGNS, Count, count_of, totals
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
 from experiments.bench.store.description import read_description
 from experiments.bench.store.files import UNREPEATABLE, read_parquet, tables_of
-from experiments.bench.studies.counts import count_of
-from experiments.bench.studies.stored import studies
+from experiments.bench.study import stored as studies
 from experiments.studies.fidelity import EYE, STUDY, WHEELS
 
 ROOT = Path(__file__).parents[1]

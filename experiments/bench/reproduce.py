@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments import OFFLINE
-from experiments.bench import offline, registry
+from experiments.bench import offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
 from experiments.bench.closed_loop import claims as behaviour_claims
 from experiments.bench.closed_loop import figure as behaviour_figure
@@ -26,6 +26,7 @@ from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflinePlan, OfflineReport
+from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up, shown_models
 from experiments.bench.run.runs import Resources
@@ -44,14 +45,10 @@ from experiments.bench.store.files import Files
 from experiments.bench.store.kinds import REPRODUCTION
 from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure, mixture
-from experiments.bench.studies import registry as study_registry
-from experiments.bench.studies import run as study_run
-from experiments.bench.studies.clips import points_of_run
-from experiments.bench.studies.counts import Counts
-from experiments.bench.studies.grid import Point
-from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
-from experiments.bench.studies.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
-from experiments.bench.studies.study import WHOLE, Study
+from experiments.bench.study import WHOLE, Study, shipped
+from experiments.bench.sweep import Sweep
+from experiments.bench.sweep_plan import EVERY_MODEL
+from experiments.bench.sweep_plan import Plan as SweepPlan
 from experiments.bench.trials import Plan, Report, conclude, describe, plan
 from experiments.claims import model_clips
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
@@ -145,7 +142,7 @@ class Plans:
     robot: list[Plan]
     clips: list[OfflinePlan]
     behaviours: list[BehaviourPlan]
-    studies: dict[str, StudyPlan]
+    studies: dict[str, SweepPlan]
 
     def paper(self) -> list[Plan]:
         """Return the plans of the paper's experiments: replicate 0."""
@@ -205,9 +202,9 @@ def planned(
         )
     if scale.moves:
         moves = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
-        studies[SENSITIVITY] = study_run.planned(moves, seed, pictures=pictures)
+        studies[SENSITIVITY] = sweep_plan.planned(moves, seed, pictures=pictures)
     if scale.moves and not robot_only:
-        studies[SENSITIVITY_CLIPS] = study_run.planned(SENSITIVE_ON_CLIPS, seed, pictures=pictures)
+        studies[SENSITIVITY_CLIPS] = sweep_plan.planned(SENSITIVE_ON_CLIPS, seed, pictures=pictures)
     return Plans(
         scale, seed, robot,
         clips=[] if robot_only else [_clips(name, scale, seed, pictures) for name in scale.offline],
@@ -242,7 +239,7 @@ def single_model_experiments() -> tuple[str, ...]:
 def replicates_plan(
     replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False,
     pictures: Pictures | None = None,
-) -> StudyPlan:  # fmt: skip
+) -> SweepPlan:  # fmt: skip
     """Plan replicates of the paper's experiments with the robot: a study without a grid.
 
     Parameters
@@ -269,7 +266,7 @@ def replicates_plan(
         experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
         probe=series_of((MODEL, BEST.label)) if onboard else None,
     )  # fmt: skip
-    return study_run.planned(study, seed, models, pictures)
+    return sweep_plan.planned(study, seed, models, pictures)
 
 
 def design(plans: Plans) -> dict[str, Any]:
@@ -332,7 +329,7 @@ class Reproduction:
     runs: list[Report]
     offline: list[OfflineReport]
     behaviours: list[Played]
-    studies: list[Counts]
+    studies: list[Sweep]
     failures: Mapping[str, Sequence[Failure]]
 
 
@@ -358,17 +355,17 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
             shows = [_shown(part, folder, pool, resources) for part in plans.clips]
             played = [_played(part, folder, pool, resources) for part in plans.behaviours]
             for name, part in plans.studies.items():
-                batch = study_run.batch(part, name)
+                batch = sweep.batch(part, name)
                 with batch.run(folder / name, pool, resources) as run:
                     failures[name] = run.failures()
-                    counts[name] = Counts(part, run.trials().to_dicts(), failures[name])
+                    counts[name] = Sweep(part, run.trials().to_dicts(), failures[name])
         runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
     results: list[Report | OfflineReport | Played] = [*runs, *shows, *played]
     failures |= {done.folder.name: done.failures for done in results}
     specs = [spec for part in plans.paper() for spec in part.specs()]
     every = [replicate(specs, [row for report in runs for row in report.rows])]
     if REPLICATES in counts:
-        every += counts.pop(REPLICATES).replicates(Point(), EVERY_MODEL)
+        every += counts.pop(REPLICATES).replicates((), EVERY_MODEL)
     studies = [*_read_off(shows), *counts.values()]
     if plans.scale.onboard and SENSITIVITY in counts:
         studies.append(onboard(plans, every, counts[SENSITIVITY]))
@@ -400,24 +397,26 @@ def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resourc
     return done
 
 
-def _read_off(shows: Sequence[OfflineReport]) -> Iterator[Counts]:
+def _read_off(shows: Sequence[OfflineReport]) -> Iterator[Sweep]:
     """Yield the counts of the studies whose points are clips of off-line experiments."""
     for show in shows:
         if show.plan.experiment.name in READ_OFF:
-            study = study_registry.find(show.plan.experiment.name)
-            yield Counts(points_of_run(study, show.plan), show.rows)
+            study = dataclasses.replace(shipped(show.plan.experiment.name), replicates=show.plan.repeats)
+            yield Sweep(sweep_plan.planned(study, show.plan.seed, pictures=show.plan.pictures), show.rows)
 
 
-def onboard(plans: Plans, every: Sequence[Replicate], moved: Counts) -> Counts:
+def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
     """Count the claims in the robot's own arithmetic, on the reproduction's own replicates.
 
     It watched replicate 0 beside the moves of the network, whose seed is the same.
     """
     labels = tuple(form.label for form in FORMATS[:2])
     study = dataclasses.replace(ONBOARD, models=labels, repeats=plans.scale.repeats, replicates=len(every))
-    defaults = Point((("moved", DEFAULTS),))
-    given = {(Point(), model): [moved.replicate(defaults, model, 0), *every[1:]] for model in (MODEL, BEST.label)}
-    return Counts(study_run.planned(study, plans.seed), given=given)
+    defaults = (("moved", DEFAULTS),)
+    given: dict[Any, Sequence[Replicate]] = {
+        ((), model): [moved.replicates(defaults, model)[0], *every[1:]] for model in (MODEL, BEST.label)
+    }
+    return Sweep(sweep_plan.planned(study, plans.seed), given=given)
 
 
 def _write(result: Reproduction) -> None:
@@ -509,7 +508,7 @@ def rate(claim: str, whole: Outcome) -> str:
 
 
 def other_readings(
-    every: Sequence[Replicate], shows: Sequence[OfflineReport], moved: Sequence[Counts], name: str = "replicate"
+    every: Sequence[Replicate], shows: Sequence[OfflineReport], moved: Sequence[Sweep], name: str = "replicate"
 ) -> Iterator[dict[str, str]]:
     """Yield what claims came to under other readings of the paper than those taken, as far as any was run.
 
@@ -528,10 +527,10 @@ def other_readings(
         ``reading``, ``claim``, the other reading in ``under``, and what it ``came_to``.
     """
     levels = {
-        (cell.point.values[0][1], cell.claim): cell.outcomes
+        (point[0][1], claim): outcomes
         for counts in moved
-        for cell in counts.cells
-        if cell.model == MODEL
+        for (point, model, claim), outcomes in counts.outcomes.items()
+        if model == MODEL
     }
     for reading in READINGS:
         for claim in bears_on(reading):

@@ -13,16 +13,14 @@ from typing import TYPE_CHECKING, Any
 from experiments import Axis, Check, Level, Study
 from experiments.background import SPEEDS
 from experiments.bench.sources.clip_claims import DSNN, ClipClaim, find, levels, rises
-from experiments.bench.studies.study import Tables
+from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.count import count_of
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from experiments.bench.stats.claim import Claim
-    from experiments.bench.studies.counts import Counts
-
 NAME = "background (px/s)"
-BACKGROUND = Axis(NAME, tuple(Level(f"{speed:g}") for speed in SPEEDS), unit="px/s")
+BACKGROUND = Axis(NAME, tuple(Level(f"{speed:g}") for speed in SPEEDS), title=NAME)
 GREYS = (0.0, 255.0)
 """Of the objects of C6 and C7: a dark and a light one."""
 RIGHTWARD = ("C5",)
@@ -50,7 +48,7 @@ C7_RISES = replace(
 """C7 compares speeds of the background too, which one speed cannot answer."""
 
 
-def at_speed(claim: "Claim", point: Mapping[str, str]) -> ClipClaim:
+def at_speed(claim: Claim, point: Mapping[str, str]) -> ClipClaim:
     """Return one of the paper's claims asked at one speed of the background."""
     assert isinstance(claim, ClipClaim)
     speed = float(point[NAME])
@@ -65,53 +63,45 @@ def at_speed(claim: "Claim", point: Mapping[str, str]) -> ClipClaim:
     return replace(claim, conditions=conditions)
 
 
-def tables(counts: "Counts") -> Tables:
-    """Say where each claim breaks, and in how many crossings each model answers the object."""
-    return {"Where each claim breaks": breaks(counts), "Crossings answered rightward": answered(counts)}
+def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return where each claim breaks, and in how many crossings each model responds to the object."""
+    return {"Where each claim breaks": breaks(result), "Crossings answered rightward": answered(result)}
 
 
-def answered(counts: "Counts") -> list[dict[str, Any]]:
-    """Say of each model in how many crossings the strongest of HS and VS is rightward, by the background's px a frame.
+def answered(result: Any) -> list[dict[str, Any]]:
+    """Return in how many crossings the strongest of HS and VS is rightward, by model and the background's px a frame.
 
     The object moves rightward and the background leftward, in every replicate before another scene.
     """
     from experiments.bench.sources.clip_claims import answer
 
-    point, model = counts.plan.judged[0]
-    crossings = [
-        row
-        for replicate in counts.replicates(point, model)
-        for row in replicate.rows
-        if row["motion"] == "rightward" and row["object"] != "absent"
-    ]
-    by_model: dict[str, dict[str, list[bool]]] = {}
-    for row in crossings:
-        column = f"{abs(row['background_speed']) / FPS:.2g}"
-        by_model.setdefault(row["model"], {}).setdefault(column, []).append(answer(row) == "rightward")
+    point, model = result.plan.judged[0]
+    found: dict[str, dict[str, list[bool]]] = {}
+    for row in (row for replicate in result.replicates(point, model) for row in replicate.rows):
+        if row["motion"] == "rightward" and row["object"] != "absent":
+            column = f"{abs(row['background_speed']) / FPS:.2g}"
+            found.setdefault(row["model"], {}).setdefault(column, []).append(answer(row) == "rightward")
     return [
         {"model": name, **{column: f"{sum(hits)}/{len(hits)}" for column, hits in columns.items()}}
-        for name, columns in by_model.items()
+        for name, columns in found.items()
     ]
 
 
-def breaks(counts: "Counts") -> list[dict[str, Any]]:
-    """Say for each claim at which speeds it holds, in px a frame, and what decided at the lowest at which it fails."""
+def breaks(result: Any) -> list[dict[str, Any]]:
+    """Return for each claim at which speeds it holds, in px a frame, and what decided at the lowest where it fails."""
     rows = []
-    for claim in counts.plan.study.claims:
-        name = getattr(claim, "id", claim)
-        cells = {float(dict(cell.point.values)[NAME]) / FPS: cell for cell in counts.cells if cell.claim == name}
-        failing = {speed: cell for speed, cell in cells.items() if cell.count.fails}
-        first = min(failing, default=0.0)
-        decided = f"{first:.2g} px a frame: {failing[first].outcomes[0].decided}" if failing else ""
-        rows.append(
-            {
-                "claim": f"{name}, the DSNN's half" if any(cell.count.half for cell in cells.values()) else name,
-                "holds at (px a frame)": _listed(speed for speed, cell in cells.items() if cell.holds),
-                "fails at": _listed(failing),
-                "not judged at": _listed(speed for speed, cell in cells.items() if not cell.drawn.judged),
-                "breaks first": decided,
-            }
-        )
+    for (claim,), table in result.counts.group_by("claim", maintain_order=True):
+        found = {row[NAME] / FPS: (count_of(row), row["decided"]) for row in table.iter_rows(named=True)}
+        halves = {speed: counted.half or counted for speed, (counted, _) in found.items()}
+        failing = [speed for speed, (counted, _) in found.items() if counted.fails]
+        half = any(counted.half for counted, _ in found.values())
+        rows.append({
+            "claim": f"{claim}, the DSNN's half" if half else claim,
+            "holds at (px a frame)": _listed(speed for speed, part in halves.items() if part.holds == part.replicates),
+            "fails at": _listed(failing),
+            "not judged at": _listed(speed for speed, part in halves.items() if not part.judged),
+            "breaks first": f"{min(failing):.2g} px a frame: {found[min(failing)][1]}" if failing else "",
+        })  # fmt: skip
     return rows
 
 

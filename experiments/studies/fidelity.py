@@ -1,31 +1,24 @@
 """The claims about the robot with the model of its eye, and with its wheels; not those of speeds beyond these."""
 
-from collections.abc import Sequence
 from typing import Any
 
 from experiments import Axis, Level, Study
-from experiments.bench.studies.counts import Counts
-from experiments.bench.studies.study import Tables
 
 EYE = Axis("eye", (Level("default"), Level("ov7670", ("camera.preset=ov7670",))))
 WHEELS = Axis("wheels", (Level("pose feedback"), Level("open loop", ("robot.preset=colias4",))))
 
 
-def driven(counts: Counts) -> Tables:
-    """Say how the stimulus moved at each point: mean errors of its speed, and of its largest distance from the path."""
-    rows: list[dict[str, Any]] = []
-    for point, model in counts.plan.judged:
-        every = (row for replicate in counts.replicates(point, model) for row in replicate.rows)
-        trials = list({row["trial"]: row for row in every}.values())  # some are seen by several models
-        speed = [abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1.0) for row in trials]
-        path = [row["path_error_mm"] for row in trials]
-        rows.append({**dict(point.values), "trials": len(trials), "speed error": _mean(speed),
-                     "path error (mm)": _mean(path)})  # fmt: skip
+def driven(result: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return how the stimulus moved at each point: mean errors of its speed, and of its distance from the path."""
+    rows = []
+    for point, model in result.plan.judged:
+        every = [row for replicate in result.replicates(point, model) for row in replicate.rows]
+        trials = list({row["trial"]: row for row in every}.values())  # some are shown to several models
+        speed = sum(abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1.0) for row in trials)
+        path, number = sum(row["path_error_mm"] for row in trials), max(len(trials), 1)
+        rows.append({**dict(point), "trials": len(trials), "speed error": speed / number,
+                     "path error (mm)": path / number})  # fmt: skip
     return {"How the stimulus moved": rows}
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / max(len(values), 1)
 
 
 STUDY = Study(

@@ -1,21 +1,16 @@
 """C13 to C20 in the arithmetic of the robot's own processor, in several formats of numbers."""
 
-import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from experiments import Study
-from experiments.bench.studies.replicates import MODEL, Replicate
-from experiments.bench.studies.study import Probe, Tables
-
-if TYPE_CHECKING:
-    import polars as pl
-
-    from experiments.bench.sources.robot import RobotTrial
-    from experiments.bench.store.rows import TrialRecord
-    from experiments.bench.studies.counts import Counts
+from experiments.bench.replicates import MODEL, Replicate
+from experiments.bench.stats.count import count
+from experiments.bench.study import Probe
 
 CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20")
 """The claims about counts of spikes on the robot."""
@@ -56,91 +51,63 @@ HS, SPIKES = "hs_series", "hs_spikes_series"
 """Columns of a trial's row: HS, in float32, and its spikes in every frame; null of a model whose are not kept."""
 
 
-def series(spec: "RobotTrial", *, labels: Sequence[str]) -> "TrialRecord":
-    """Run one trial in a worker; of the models called ``labels`` the rows have HS and its spikes in every frame."""
-    import numpy as np
-
-    from experiments.bench.run.play import show, tabulate
-    from experiments.bench.store.drawing import drawn_here
-
-    began_s = time.perf_counter()
-    showings = show(spec)
-    record = tabulate(spec, showings, time.perf_counter() - began_s, frames=False)
-    answers = {model.label: series for showing in showings for model, series in showing.series()}
-    rows = tuple(
-        {
-            **row,
-            HS: answers[row["model"]].hs.astype(np.float32).tolist() if row["model"] in labels else None,
-            SPIKES: answers[row["model"]].hs_spikes.tolist() if row["model"] in labels else None,
+def series(showings: Any, *, labels: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return HS and its spikes in every frame of the models called ``labels``, of what a trial showed."""
+    return {
+        model.label: {
+            HS: found.hs.astype(np.float32).tolist() if model.label in labels else None,
+            SPIKES: found.hs_spikes.tolist() if model.label in labels else None,
         }
-        for row in record.rows
-    )
-    return drawn_here(replace(record, rows=rows))
-
-
-def series_schema() -> "pl.Schema":
-    """Return the columns of a row of ``trials.parquet``, and those of `series` beside them."""
-    import polars as pl
-
-    from experiments.bench.sources.rows import TRIAL_SCHEMA
-
-    return TRIAL_SCHEMA | pl.Schema({HS: pl.List(pl.Float32), SPIKES: pl.List(pl.Int32)})
+        for showing in showings
+        for model, found in showing.series()
+    }
 
 
 def series_of(labels: Sequence[str]) -> Probe:
     """Return the probe that keeps HS and its spikes in every frame of the models called ``labels`` in the trials."""
-    return Probe(partial(series, labels=tuple(labels)), series_schema)
+    return Probe(partial(series, labels=tuple(labels)), {HS: list[float], SPIKES: list[int]})
 
 
-def errors(counts: "Counts") -> Tables:
-    """Say what each format does to the claims, and how far it is from the float network."""
-    (point, plain), *others = counts.plan.judged
+def errors(result: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return the claims that each format loses and gains, and how far it is from the float network."""
+    (point, plain), *others = result.plan.judged
+    floats = result.replicates(point, plain)
+    claims = [claim.id for claim, _ in result.plan.claims]
     return {
         "Formats": [
             {"format": entry.label, "computes with": entry.says, "fits": "yes" if entry.fits else "no"}
-            for entry in FORMATS if entry.label in [model for _, model in counts.plan.judged]
+            for entry in FORMATS if entry.label in [model for _, model in result.plan.judged]
         ],
         "Claims lost and gained against the float network": [
-            lost_and_gained(counts, claim, model, plain) for claim in counts_of(counts) for _, model in others
+            lost_and_gained(result, claim, model, plain) for claim in claims for _, model in others
         ],
         "Distance from the float network, frame by frame": [
-            error_row(model, counts.replicates(point, model), counts.replicates(point, plain), plain)
-            for _, model in others
+            error_row(model, result.replicates(point, model), floats, plain) for _, model in others
         ],
     }  # fmt: skip
 
 
-def counts_of(counts: "Counts") -> list[str]:
-    """Return the claims that were counted."""
-    return list(dict.fromkeys(cell.claim for cell in counts.cells))
-
-
-def lost_and_gained(counts: "Counts", claim: str, model: str, plain: str) -> dict[str, Any]:
+def lost_and_gained(result: Any, claim: str, model: str, plain: str) -> dict[str, Any]:
     """Return in how many replicates a claim holds of the float network alone, and of a format alone.
 
     It does not survive where it holds of the float network, over all replicates, and does not of the format.
     """
-    format_, float_ = counts.cell(claim, model), counts.cell(claim, plain)
-    pairs = [(a.verdict == "holds", b.verdict == "holds")
-             for a, b in zip(format_.outcomes, float_.outcomes, strict=True)]  # fmt: skip
-    words = float_.count.word, format_.count.word
+    ours, floats = (result.outcomes[(), name, claim] for name in (model, plain))
+    held = [(one.verdict == "holds", other.verdict == "holds") for one, other in zip(ours, floats, strict=True)]
+    words = [count(outcome.verdict for outcome in outcomes).word for outcomes in (floats, ours)]
     survives = "-" if "" in words or words[0] != "holds" else "yes" if words[1] == "holds" else "no"
-    return {
-        "claim": claim, "format": model, "lost": sum(b and not a for a, b in pairs),
-        "gained": sum(a and not b for a, b in pairs), "survives": survives,
-    }  # fmt: skip
+    return {"claim": claim, "format": model, "lost": held.count((False, True)), "gained": held.count((True, False)),
+            "survives": survives}  # fmt: skip
 
 
 def error_row(
     label: str, every: Sequence[Replicate], floats: Sequence[Replicate], plain: str = MODEL
 ) -> dict[str, Any]:
-    """Measure a format against the float network, frame by frame, on all trials that both answered.
+    """Measure a format against the float network, frame by frame, on all trials that both responded in.
 
     ``lost`` and ``gained`` are spikes that the float network or the format alone has, over all frames, as
     `dsnn.onboard.error.differences` counts them.
     """
-    import numpy as np
-
     format_, float_ = _series(every, label), _series(floats, plain)
     both = [key for key in float_ if key in format_]
     row = {"format": label, "frames": 0, "trials": len(both), "median of |HS error|": None, "99 %": None,
@@ -162,8 +129,6 @@ def error_row(
 
 def _series(every: Sequence[Replicate], label: str) -> Mapping[tuple[int, Any, Any], tuple[Any, Any]]:
     """Replicate, experiment and seed of a trial -> HS and spikes in its frames; without those that were not kept."""
-    import numpy as np
-
     return {
         (number, row["experiment"], row["seed"]): (np.asarray(row[HS], np.float64), np.asarray(row[SPIKES], np.int64))
         for number, replicate in enumerate(every)

@@ -13,7 +13,7 @@ import polars as pl
 from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
-from experiments.bench import tune
+from experiments.bench import sweep, sweep_plan, tune
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop.policy import About
 from experiments.bench.closed_loop.run import Played
@@ -23,10 +23,7 @@ from experiments.bench.report import tuning as tuning_report
 from experiments.bench.stats.curves import points_schema
 from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.stats.verdict import Outcome
-from experiments.bench.studies import figure as study_figure
-from experiments.bench.studies import run as study_run
-from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number
-from experiments.bench.studies.study import Study as GridStudy
+from experiments.bench.study import Study as GridStudy
 from experiments.bench.training import figure as training_figure
 from experiments.bench.training.study import Studied, Study
 from tests.helpers.figure_others import (
@@ -142,33 +139,34 @@ def training(models: Sequence[str]) -> Figure:
 
 
 def maps(models: Sequence[str]) -> Figure:
-    """Two axes, two claims and all together, a measure."""
+    """Two axes, two claims and all together, a measure with a threshold."""
     study = GridStudy(
-        "map", "a map", over=("dsnn.t_sp=0.1,0.16,0.2,0.3", "dsnn.n_con=4,6,8"), measures=("peak-speed-potential",),
-        experiments=("speed",), repeats=5, replicates=5, assignments=("camera.read_noise=0",),
+        "sweep", "a grid", over=("cluttered.grey=0,32,64,255", "cluttered.start=0,90,180"), measures=("peak-hs",),
+        claims=("C6",), experiments=("clutter-translation",), repeats=None, replicates=5,
     )  # fmt: skip
-    plan = study_run.planned(study)
+    plan = sweep_plan.planned(study)
+    words = ("holds", "fails", "silent model", "not shown", "holds", "holds")
 
-    class Turns(Counts):
+    class Turns(sweep.Sweep):
         @cached_property
-        def cells(self) -> list[ClaimCell]:  # type: ignore[override]
-            words = ("holds", "fails", "silent model", "not shown", "holds", "holds")
-            return [
-                ClaimCell(point, "dsnn", claim, "speed", tuple(Outcome(words[(place + i) % 6], "") for i in range(5)))
-                for claim in ("C15", TOGETHER)
+        def outcomes(self) -> dict[Any, tuple[Outcome, ...]]:
+            return {
+                (point, "dsnn", claim): tuple(Outcome(words[(place + i) % 6], "") for i in range(5))  # type: ignore
+                for claim in ("C6", sweep.TOGETHER)
                 for place, point in enumerate(plan.points)
-            ]
+            }
 
         @cached_property
-        def numbers(self) -> list[Number]:  # type: ignore[override]
-            return [
-                Number(point, "dsnn", measure, experiment, 2.0 * place, place, 3.0 * place, "at the end of the range",
-                       0, 5, "")
-                for measure, experiment in plan.measures
-                for place, point in enumerate(plan.points)
-            ]  # fmt: skip
+        def numbers(self) -> pl.DataFrame:
+            values = {"measure": "peak-hs", "threshold": 0.16, "mark": ""}
+            return pl.DataFrame(
+                [
+                    {**self._values(point, "dsnn"), **values, "value": 0.02 * place}
+                    for place, point in enumerate(plan.points)
+                ]
+            )
 
-    return study_figure.draw(Turns(plan))
+    return sweep.drawn(Turns(plan))  # type: ignore[no-any-return]
 
 
 FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {

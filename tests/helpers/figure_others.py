@@ -6,11 +6,12 @@ import dataclasses
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from experiments.bench import sweep, sweep_plan
 from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
@@ -18,16 +19,12 @@ from experiments.bench.firmware.settings import default
 from experiments.bench.report.video import Canvas, Reel
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.verdict import Judged, Outcome
-from experiments.bench.studies import figure as study_figure
-from experiments.bench.studies import run as study_run
-from experiments.bench.studies.counts import ClaimCell, Counts
 from experiments.bench.studies.fitting import figure as fit_figure
 from experiments.bench.studies.fitting.box import Box, Range
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.scores import Score
-from experiments.bench.studies.registry import find as find_study
-from experiments.bench.studies.study import Study
+from experiments.bench.study import Study, shipped
 from tests.helpers.figure_rows import wave
 
 # --- the chip ---------------------------------------------------------------------------------------------------------
@@ -57,32 +54,33 @@ def budget(models: Sequence[str]) -> Figure:
 
 def sensitivity(models: Sequence[str]) -> Figure:
     """Every move that the report shows; every word that there is."""
-    return study_figure.draw(studied("sensitivity"))
+    return sweep.drawn(studied("sensitivity"))
 
 
 def eyes_and_wheels(models: Sequence[str]) -> Figure:
-    return study_figure.draw(studied("fidelity"))
+    return sweep.drawn(studied("fidelity"))
 
 
 def range_of_eyes(models: Sequence[str]) -> Figure:
     """Points with names that are too many for rows: a map for each claim."""
-    return study_figure.draw(studied("eye-range"))
+    return sweep.drawn(studied("eye-range"))
 
 
-def studied(name: str) -> Counts:
-    """A study whose cells come to every word in turn."""
+def studied(name: str) -> sweep.Sweep:
+    """A study whose claims come to every verdict in turn."""
     words = get_args(Judged)
-    plan = study_run.planned(dataclasses.replace(find_study(name), repeats=1))
+    plan = sweep_plan.planned(dataclasses.replace(shipped(name), repeats=1))
 
-    class Turns(Counts):
+    class Turns(sweep.Sweep):
         @cached_property
-        def cells(self) -> list[ClaimCell]:  # type: ignore[override]
-            return [
-                ClaimCell(point, model, claim.id, place, tuple(Outcome(words[(row + column + i) % len(words)], "")
-                                                          for i in range(plan.replicates)))
+        def outcomes(self) -> dict[Any, tuple[Outcome, ...]]:
+            return {
+                (point, model, claim.id): tuple(
+                    Outcome(words[(row + column + i) % len(words)], "") for i in range(plan.replicates)
+                )
                 for row, (point, model) in enumerate(plan.judged)
-                for column, (claim, place) in enumerate(plan.claims)
-            ]  # fmt: skip
+                for column, (claim, _) in enumerate(plan.claims)
+            }
 
     return Turns(plan)
 

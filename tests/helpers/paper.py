@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from experiments.bench.reproduce import replicates_plan
-from experiments.bench.studies.counts import Counts
-from experiments.bench.studies.grid import Point
-from experiments.bench.studies.plan import EVERY_MODEL
+from experiments.bench.sweep import Sweep
+from experiments.bench.sweep_plan import EVERY_MODEL
 
 
 def design(count=1, repeats=5, seed=0, among=None):
@@ -20,4 +19,4 @@ def first(plan):
 
 def every(plan, rows):
     """The replicates of a plan, from the rows that there are."""
-    return Counts(plan, rows).replicates(Point(), EVERY_MODEL)
+    return Sweep(plan, rows).replicates((), EVERY_MODEL)

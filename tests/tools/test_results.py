@@ -20,7 +20,6 @@ from experiments.bench.stats.stored import document, plain
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import read_parquet, rows_hash
-from experiments.bench.studies.counts import FORM
 from experiments.bench.tune import FAMILIES
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
@@ -149,7 +148,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
         "claims": document(paper), "behaviours": document([ours]),
         "pooled": {"C13": plain(Outcome("fails", "m", n=60, broken=1))},
-        "fidelity/fidelity": {"form": FORM, "study": "fidelity", "counts": counts},
+        "fidelity/fidelity": {"study": "fidelity", "counts": counts},
     }  # fmt: skip
     for name, value in files.items():
         (folder / f"{name}.json").write_text(to_json(value))

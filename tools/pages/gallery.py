@@ -91,8 +91,8 @@ ENTRIES = (
     Entry("A tuning curve", "colias tune --model lgmd1 --only --curve speed --out tuning", "tuning/speed.png",
           "The answer against the speed of what moves.", "your-own-model.md|Your own model"),
     Entry("A map of claims",
-          "colias map clean --over dsnn.n_con=4,6,8 --over dsnn.d=1,2 --claims C1,C3 --replicates 1 --out map",
-          "map/map.png", "At which connections and sampling distances two claims hold. The defaults have red frames.",
+          "colias sweep clean --over dsnn.n_con=4,6,8 --over dsnn.d=1,2 --claims C1,C3 --replicates 1 --out map",
+          "map/sweep.png", "At which connections and sampling distances two claims hold. Triangles mark the defaults.",
           "maps.md|Maps"),
     Entry("An episode in motion",
           "colias behave avoidance --episodes 1 --no-baselines --out avoidance\n"

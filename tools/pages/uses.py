@@ -55,7 +55,7 @@ def _uses() -> Iterator[Use]:
         yield Use(f"the curve {name}", f"colias tune --curve {name}", "../commands/tune.md", _counted(clips))
     group_clips = tuple(clip for group in GROUPS.values() for clip in group)
     title = "the claims of the looming models' own papers"
-    yield Use(title, "colias study model-claims", "../commands/study.md", _counted(group_clips))
+    yield Use(title, "colias sweep model-claims", "../commands/sweep.md", _counted(group_clips))
 
 
 def _counted(clips: Iterable[Clip]) -> Counter[str]:

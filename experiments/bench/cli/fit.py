@@ -120,14 +120,14 @@ def fit(
     import dataclasses
 
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.studies import registry
     from experiments.bench.studies.fitting import run, table
+    from experiments.bench.study import fits, shipped
 
-    if experiment in registry.fits():
+    if experiment in fits():
         if over or claims or assignments or model or maximise or minimise:
             raise UsageError(f"{experiment}: its box, claims, model and settings are written down; leave out --over,"
                              " --claims, --maximise, --minimise, --set and --model")  # fmt: skip
-        asked = registry.find_fit(experiment)
+        asked = shipped(experiment, "FIT")
     else:
         asked = _typed(experiment, over or [], claims, model or "dsnn", assignments or [], maximise, minimise)
     numbers: dict[str, Any] = {
@@ -164,7 +164,7 @@ def _typed(
     from experiments.bench import registry
     from experiments.bench.run.errors import UsageError
     from experiments.bench.studies.fitting.fit import BOARDS, SLACK, Fit
-    from experiments.bench.studies.study import Study
+    from experiments.bench.study import Study
 
     names = [name for name in experiment.split(",") if name]
     if not names:

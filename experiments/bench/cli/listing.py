@@ -29,16 +29,15 @@ def list_all() -> None:
     from dsnn.stimuli import STIMULI
     from experiments import NAMES, OFFLINE
     from experiments.behaviours import BEHAVIOURS, GROUPS
-    from experiments.bench import registry
+    from experiments.bench import registry, study
     from experiments.bench.engine.terminal import out_console, show_line
     from experiments.bench.stats.claim import PAPER, claim_ids, words
-    from experiments.bench.studies import registry as studies
     from scenes import ARENAS
 
     experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
-    named = {name: studies.find(name).summary for name in studies.names()}
+    named = {name: study.shipped(name).summary for name in study.names()}
     named["model-claims"] = "the claims of the looming models' own papers, on clips"
-    fits = {name: studies.find_fit(name).study.summary for name in studies.fits()}
+    fits = {name: study.shipped(name, "FIT").study.summary for name in study.fits()}
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
     envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}

@@ -83,10 +83,10 @@ def reproduce(
 
     tables = {"fidelity": fidelity, "detectors": detectors, "onboard": onboard}
     for name in (name for name, used in tables.items() if used):
-        raise UsageError(f"reproduce --{name}: it is colias study {name} now")
+        raise UsageError(f"reproduce --{name}: it is colias sweep {name} now")
     if models:
         named = "".join(f" --model {name}" for name in models if name != "all")
-        raise UsageError(f"reproduce --models: it is colias study model-claims{named} now")
+        raise UsageError(f"reproduce --models: it is colias sweep model-claims{named} now")
     if quick and full:
         raise UsageError("--quick and --full: give one of them")
     check_counts(seed)

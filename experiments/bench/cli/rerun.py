@@ -15,7 +15,7 @@ from experiments.bench.figures.media import Medium
 if TYPE_CHECKING:
     from experiments.bench.store.record import Record
 
-REPEATED = ("run", "study", "map", "tune", "behave", "experiments.run")
+REPEATED = ("run", "sweep", "tune", "behave", "experiments.run")
 """Commands and calls whose runs can be repeated."""
 NOT_AGAIN = {"other_code": False, "cluster": None, "live": False, "viewer": None}
 """Options of the command that say nothing of its numbers."""
@@ -41,7 +41,7 @@ def rerun(
     Then every row of its tables is compared with the run's, bit for bit, and the first that differs is named. What
     computes otherwise than it did, such as a file that has changed, is named in a note.
 
-    For runs of run, study, map, tune and behave, recordings of live, and experiments.run in Python. Exit status: 0
+    For runs of run, sweep, tune and behave, recordings of live, and experiments.run in Python. Exit status: 0
     every row is equal, 1 one differs or trials failed, 2 it cannot be repeated.
     """
     from experiments.bench.engine.terminal import error_console, out_console

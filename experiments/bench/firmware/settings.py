@@ -182,15 +182,15 @@ def longest_delay() -> str:
 
 def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mapping[str, str], Firmware]]:
     """List every combination of ``KEY=V1,V2`` texts, each with its program; one without keys if ``over`` is empty."""
-    from experiments.bench.studies.grid import product
+    from experiments.bench.grid import product
 
     if not over:
         return [({}, firmware(assignments))]
     base = firmware(assignments)
     programs: list[tuple[Mapping[str, str], Firmware]] = []
     for point in product([plain_key(text) for text in over], [plain_key(text) for text in assignments]):
-        texts = [f"{key}={value}" for key, value in point.values]
-        programs.append((dict(point.values), firmware(texts, base, "--over")))
+        texts = [f"{key}={value}" for key, value in point]
+        programs.append((dict(point), firmware(texts, base, "--over")))
     if len(programs) > MOST_POINTS:
         raise UsageError(
             f"--over: {len(programs)} points; legal are up to {MOST_POINTS}, as each is built and emulated"

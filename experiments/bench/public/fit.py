@@ -9,11 +9,11 @@ from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
-from experiments.bench.studies import registry
 from experiments.bench.studies.fitting import run, table
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.optimum import Optimum
+from experiments.bench.study import shipped
 
 
 def fit(
@@ -68,7 +68,7 @@ def fit(
     >>> fitted = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
     >>> print(*fitted.sentences(), sep="\\n")
     """
-    asked = registry.find_fit(fit) if isinstance(fit, str) else fit
+    asked = shipped(fit, "FIT") if isinstance(fit, str) else fit
     if not isinstance(asked, Fit):
         raise UsageError(f"fit {short(fit)}: legal is an experiments.Fit, or the name of one that ships")
     plan = run.planned(asked, whole("seed", seed))

@@ -12,7 +12,6 @@ import polars as pl
 from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
 from experiments.bench.engine.templates import render
-from experiments.bench.figures import plotting
 from experiments.bench.report import style
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
@@ -25,12 +24,11 @@ from experiments.bench.store import provenance
 from experiments.bench.store.description import NAME, PIXELS, RENDERERS, read_description
 from experiments.bench.store.files import TABLE, Files, drawn_from
 from experiments.bench.store.rows import Failure, in_words
-from experiments.bench.studies import figure
-from experiments.bench.studies.constants import STUDIES as CONSTANTS
-from experiments.bench.studies.constants import compares_with, constants_text, outcomes
-from experiments.bench.studies.stored import studies
-from experiments.bench.studies.study import WHOLE
+from experiments.bench.study import WHOLE, stored
+from experiments.bench.sweep import drawn
 from experiments.claims.readings import READINGS, used_to_choose
+from experiments.studies.constants import STUDIES as CONSTANTS
+from experiments.studies.constants import compares_with, constants_text, outcomes
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 SILENT = "The model hardly responds to translations either, so that it satisfies the claim by being silent."
@@ -49,7 +47,7 @@ def write(result: Reproduction) -> Path:
         tables = [result.folder / name / TABLE for name in trials]
         style.save(panels(trials), result.folder / "panels", drawn_from(tables))
     for counts in result.studies:
-        plotting.save(figure.draw(counts), result.folder, counts.plan.study.name)
+        style.save(drawn(counts), result.folder / counts.plan.study.name)
     Files(result.folder).write_text("report.html", page(result))
     return result.folder / "report.html"
 
@@ -202,7 +200,7 @@ def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
     for played in result.behaviours:
         text = f"The measures of each behaviour in {played.env}."
         yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", played.failures)
-    for name, study in studies(result.folder).items():
+    for name, study in stored(result.folder).items():
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
         path = next(result.folder.glob(f"**/{name}.svg"), result.folder)

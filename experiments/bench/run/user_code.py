@@ -20,7 +20,7 @@ from experiments.bench.run.errors import UsageError
 _COMMANDS: Mapping[str, str] = MappingProxyType(
     {
         "EXPERIMENT": "colias run FILE",
-        "STUDY": "colias study FILE",
+        "STUDY": "colias sweep FILE",
         "MODEL": "--model FILE",
         "STIMULUS": "colias play FILE",
         "BEHAVIOUR": "colias behave FILE",

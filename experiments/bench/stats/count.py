@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 from experiments.bench.stats.tests import proportion_interval
 
@@ -248,3 +248,18 @@ PHRASES: Mapping[Kind, tuple[tuple[str, str], tuple[str, str]]] = MappingProxyTy
     "unjudged": (_UNJUDGED, _UNJUDGED),
 })  # fmt: skip
 """Kind -> phrases about one claim and about several; then the same where there are too few replicates for words."""
+
+
+def count_columns(counted: Count) -> dict[str, Any]:
+    """Return a count as columns: ``holds``, ``fails``, each reason, all replicates, the interval and the word."""
+    low, high = counted.interval or (None, None)
+    reasons = {str(reason): counted.unjudged.get(reason, 0) for reason in REASONS}
+    return {"holds": counted.holds, "fails": counted.fails, **reasons, "replicates": counted.replicates, "low": low,
+            "high": high, "word": counted.word}  # fmt: skip
+
+
+def count_of(columns: Mapping[str, Any]) -> Count:
+    """Return the count whose columns these are: see `count_columns`."""
+    return Count(
+        columns["holds"], columns["fails"], {reason: columns[reason] for reason in REASONS if columns.get(reason)}
+    )

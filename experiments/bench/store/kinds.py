@@ -46,9 +46,7 @@ CLIPS = Kind("clips", "clips that models are shown", "clips", "summary.csv")
 TUNING = Kind("tuning", "tuning curves", "clips", "preferences.csv")
 EPISODES = Kind("episodes", "episodes of behaviours", "episodes", "scores.csv")
 TRAINING = Kind("training", "the episodes that trained policies are judged by", "episodes", "scores.csv")
-MAP = Kind("map", "a map", summary="counts.csv")
-STUDY = Kind("study", "a study", summary="counts.csv")
-SWEEP = Kind("sweep", "a sweep", summary="sweep.csv", parts=True)
+SWEEP = Kind("sweep", "a sweep", summary="counts.csv")
 LEADERBOARD = Kind("leaderboard", "a leaderboard", summary="leaderboard.csv", parts=True)
 FIT = Kind("fit", "a fit", summary="fit.csv", parts=True)
 REPRODUCTION = Kind("reproduction", "a reproduction", parts=True)
@@ -59,7 +57,7 @@ FOOTAGE = Kind("footage", "footage that was watched", "frames")
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
-        TRIALS, MEASURED, CLIPS, TUNING, EPISODES, TRAINING, MAP, STUDY, SWEEP, LEADERBOARD, FIT, REPRODUCTION,
+        TRIALS, MEASURED, CLIPS, TUNING, EPISODES, TRAINING, SWEEP, LEADERBOARD, FIT, REPRODUCTION,
         WHOLE, FOOTAGE,
     )
 }  # fmt: skip

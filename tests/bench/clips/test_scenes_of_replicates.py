@@ -9,7 +9,7 @@ import pytest
 
 from dsnn.stimuli import SCENES
 from experiments import Clip, Study
-from experiments.bench import registry
+from experiments.bench import registry, sweep_plan
 from experiments.bench.engine.pictures import folder_pictures
 from experiments.bench.offline import plan, play_clip
 from experiments.bench.reproduce import replicates_plan
@@ -17,7 +17,6 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import clips_of
 from experiments.bench.store.description import differences, to_json
-from experiments.bench.studies import run as studies
 from experiments.bench.trials import plan as robot_plan
 
 DEPTH = registry.find("clutter-depth")
@@ -48,7 +47,7 @@ def test_a_clip_that_names_its_background_and_one_without_any_keep_theirs():
 
 
 def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
-    study_plan = studies.planned(
+    study_plan = sweep_plan.planned(
         Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
     )
     ran = plan(DEPTH, DEPTH.models, (), 6, 3)
@@ -68,7 +67,7 @@ def test_a_run_s_description_has_the_scene_of_each_replicate():
     assert plan(DEPTH, DEPTH.models, (), 3, 0).describe()["backgrounds"] == ["photograph", "dead-leaves", "pink"]
     assert "backgrounds" not in plan(registry.find("clean"), ["dsnn"], (), None, 0).describe()
     study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
-    assert studies.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
+    assert sweep_plan.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
 
 
 def test_rows_say_what_is_behind_the_object(tmp_path):
@@ -98,7 +97,7 @@ def test_the_wall_has_picture_r_in_replicate_r(tmp_path):
     assert {spec.settings.scene.wall for spec in trial_plan.specs()} == {user_pictures.files[0]}
     assert "scene.wall" not in trial_plan.changed()  # as a replicate's wall is no setting of all trials
     study = Study("s", "", claims=("C13",), experiments=("general",), repeats=10, replicates=4)
-    specs = studies.planned(study, 5, pictures=user_pictures).specs
+    specs = sweep_plan.planned(study, 5, pictures=user_pictures).specs
     walls = [next(s.settings.scene.wall for s in specs if s.repeat // 10 == k) for k in range(4)]
     assert walls == [user_pictures.files[k % 3] for k in range(4)]
     others = replicates_plan(2, 3, 6, pictures=dataclasses.replace(user_pictures, first=1)).specs

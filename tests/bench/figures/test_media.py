@@ -9,6 +9,8 @@ from PIL import Image
 from experiments.bench.figures.media import SHEETS, Medium, choose
 from experiments.bench.figures.plotting import TYPE, WIDTH, save
 
+RENDERED = True
+
 
 @pytest.fixture(autouse=True)
 def web_again():

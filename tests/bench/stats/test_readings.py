@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.bench import offline, registry
+from experiments.bench import offline, registry, sweep, sweep_plan
 from experiments.bench.offline import OfflineReport
 from experiments.bench.reproduce import other_readings
 from experiments.bench.sources.clip_claims import ASSUMED, compared, paper_claims
@@ -14,11 +14,7 @@ from experiments.bench.sources.judging import FALLING
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.verdict import Outcome
-from experiments.bench.studies.clips import points_of_run
-from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes
-from experiments.bench.studies.counts import ClaimCell, Counts
-from experiments.bench.studies.grid import Point
-from experiments.bench.studies.registry import find as find_study
+from experiments.bench.study import shipped
 from experiments.claims.readings import (
     READINGS,
     SPEEDS_IN_PX_PER_SECOND,
@@ -28,6 +24,7 @@ from experiments.claims.readings import (
 )
 from experiments.clutter_frames import OF, prefix
 from experiments.clutter_speed import EXPERIMENT as SPEED
+from experiments.studies.constants import STUDIES, along, compares_with, outcomes
 from experiments.studies.sensitivity import STUDY as ON_ROBOT
 from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
 from tests.bench.stats.test_replicates import planned_rows
@@ -36,6 +33,7 @@ from tests.helpers.paper import every as every_of
 from tests.helpers.paper import first
 
 CLAIMS = paper_claims()
+EMDS = registry.find("constants-emd").models[1:]
 
 COUNTS = {2.0: 10, 4.0: 30, 6.0: 60, 10.0: 40}
 """Spikes of a crossing: C15 holds of them."""
@@ -128,8 +126,8 @@ def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
 def test_moves_are_read_off_the_studies_of_sensitivity_where_they_were_run(evidence):
     sudden, soft = START_ACCELERATION.others
     outcome = Outcome("fails", "m", n=20, decided="9 of 10 fire")
-    cell = ClaimCell(Point((("moved", sudden),)), "dsnn", "C13", "general", (outcome,))
-    found = read(*evidence, SimpleNamespace(cells=[cell]))
+    outcomes_of = {((("moved", sudden),), "dsnn", "C13"): (outcome,)}
+    found = read(*evidence, SimpleNamespace(outcomes=outcomes_of))
     assert "9 of 10 fire" in found["C13", sudden]
     assert ("C13", soft) not in found and ("C19", sudden) not in found
 
@@ -151,33 +149,23 @@ def test_what_hangs_on_unknown_constants_is_not_judged_whichever_way_it_comes_ou
     assert (f"with those assumed {settled}: other part" in outcome.decided) == (verdict == "unknown constants")
 
 
-def test_the_claims_about_other_models_are_those_that_take_them():
-    assert set(comparing()) == {claim for claim, declaration in CLAIMS.items() if declaration.models & set(ASSUMED)}
-    asked = {claim.id for name in STUDIES for claim in find_study(name).claims}
-    assert asked == set(comparing())
+def test_the_claims_about_other_models_are_those_of_the_studies_of_constants():
+    compared_claims = {claim for claim, declaration in CLAIMS.items() if declaration.models & set(ASSUMED)}
+    assert {claim for claim in CLAIMS if compares_with(claim)} == compared_claims
+    assert {claim.id for name in STUDIES for claim in shipped(name).claims} == compared_claims
 
 
 def test_a_study_of_constants_says_with_which_a_claim_holds():
     """The EMD as it should be, and one whose peak does not rise with speed for the darkest and lightest object."""
-    study = along("constants-emd", "two choices", ("C26",), "emd", ("emd:spacing=4", "emd:spacing=1"))
-    experiment = registry.find("clutter-contrast")
-    experiment = dataclasses.replace(experiment, models=("dsnn", "emd:spacing=4", "emd:spacing=1"))
-    plan = points_of_run(study, offline.plan(experiment, experiment.models, (), 1, 0))
-    trial = {spec.condition.name: spec.index for spec in plan.specs}
+    plan = sweep_plan.planned(along("constants-emd", "two choices", ("C26",), "emd", EMDS[:2]))
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
     clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}
-    assert len(clips) <= len(trial)
     rows = [row for row in good if row["model"] == "dsnn"]
-    for label, source in (("emd:spacing=4", good), ("emd:spacing=1", flat)):
+    for label, source in zip(EMDS, (good, flat), strict=False):
         rows += [{**row, "model": label} for row in source if row["model"] == "emd"]
-    rows = [{**row, "trial": clips[row["clip"]], "experiment": "clutter-contrast"} for row in rows]
-    size = len(clips)
-    shares = {key: dataclasses.replace(share, trials=range(size)) for key, share in plan.shares.items()}
-    counts = Counts(dataclasses.replace(plan, shares=shares), rows)
-    assert {label: outcome.verdict for label, outcome in outcomes(counts, "C26").items()} == {
-        "spacing=4": "holds",
-        "spacing=1": "fails",
-    }
-    (row,) = counts.tables["With which constants each claim holds"]
-    assert "1 of 2 choices of the constants tried let it hold" in row["over all choices"]
-    assert "it holds with spacing = 4; it does not with spacing = 1" in row["over all choices"]
+    rows = [{**row, "trial": clips[row["clip"]], "experiment": "constants-emd"} for row in rows]
+    shares = {key: dataclasses.replace(share, trials=range(len(clips))) for key, share in plan.shares.items()}
+    result = sweep.Sweep(dataclasses.replace(plan, shares=shares), rows)
+    assert [outcome.verdict for outcome in outcomes(result, "C26").values()] == ["holds", "fails"]
+    (row,) = result.tables["With which constants each claim holds"]
+    assert all(label.partition(":")[2].replace(",", ", ") in row["over all choices"] for label in EMDS[:2])

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from experiments.bench.grid import ENDS, apart, keys_of
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET, look_up
 from experiments.bench.run.settings import changed, collect, schema_of, unit_of
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.studies.clips import offline
-from experiments.bench.studies.grid import ENDS, apart
-from experiments.bench.studies.study import Study, keys_of
+from experiments.bench.study import Study
+from experiments.bench.sweep_plan import clips_part
 from experiments.bench.trials import sections as robot_sections
 
 Setting = Mapping[str, str]
@@ -175,7 +175,8 @@ def _sections(study: Study, experiments: Sequence[Any]) -> dict[str, Any]:
         return {model.section: model.chosen.network for model in look_up(study.models)}
     for experiment in experiments:
         if isinstance(experiment, OfflineExperiment):
-            table = {**offline(experiment, study, 0, (), ()).base.sections, **table}
+            sections = clips_part(experiment, replace(study, assignments=()), 0, (), None).bases()[0]
+            table = {**{section: values[0] for section, values in sections.items()}, **table}
         else:
             table = {**robot_sections(experiment, study.models), **table}
     return table

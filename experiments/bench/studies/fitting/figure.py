@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from experiments.bench.figures.plotting import STYLE, WIDTH, headline, plain
-from experiments.bench.studies.counts import TOGETHER
-from experiments.bench.studies.figure import DEFAULT, SCALE, SHADES
+from experiments.bench.report.sweep import DEFAULT, SHADES
 from experiments.bench.studies.fitting.box import Range
 from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.optimum import Optimum, front
 from experiments.bench.studies.fitting.scores import Reading, Score
+from experiments.bench.sweep import TOGETHER
 
 MOST_PARAMETERS = 5
 """Parameters of which pairs are drawn: those that matter most."""
@@ -173,7 +173,7 @@ def _turns(turns: Axes, fitted: Fitted | Optimum) -> None:
     if isinstance(fitted, Fitted) and len(rows) > 1:
         rows = {TOGETHER: fitted.importance[""], **rows}
     shares = np.array([[row[key] for key in keys] for row in rows.values()])
-    turns.imshow(shares, cmap=SCALE, vmin=0.0, vmax=1.15, aspect="auto")
+    turns.imshow(shares, cmap="YlGnBu", vmin=0.0, vmax=1.15, aspect="auto")
     _cells(turns, shares, [[f"{share:.2f}" for share in row] for row in shares], 0.6)
     names = ["+".join(dict.fromkeys(key.partition(".")[2] for key in part.keys)) for part in fitted.box.ranges]
     turns.set_xticks(range(len(names)), list(map(plain, names)), rotation=20, ha="right")

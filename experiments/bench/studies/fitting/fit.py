@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.settings import MOST_JOBS
-from experiments.bench.studies.study import Study, make_tuples
+from experiments.bench.study import Study, make_tuples
 
 Sampler = Literal["tpe", "random"]
 """``tpe``: Optuna's tree-structured Parzen estimator; ``random``: every value alike."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.stats.count import LEAST_JUDGED, Count
-from experiments.bench.studies.counts import TOGETHER
 from experiments.bench.studies.fitting.result import FitResult, lost, setting_words
 from experiments.bench.studies.fitting.scores import Score, word
+from experiments.bench.sweep import TOGETHER
 
 
 @dataclass(frozen=True)

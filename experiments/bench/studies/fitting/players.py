@@ -11,20 +11,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from experiments.bench import leaderboard, tune
+from experiments.bench import leaderboard, sweep, sweep_plan, tune
+from experiments.bench.grid import apart
+from experiments.bench.measures import SPIKES
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ask, look_up
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.store.rows import Failure
-from experiments.bench.studies import run as study_run
-from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.fitting.box import Box, Setting, expanded
 from experiments.bench.studies.fitting.fit import LEADERBOARD, TUNING, Fit
 from experiments.bench.studies.fitting.scores import Reading, Score, readings, scores
-from experiments.bench.studies.grid import apart
-from experiments.bench.studies.measures import SPIKES
-from experiments.bench.studies.study import Axis, Level, Study
+from experiments.bench.study import Axis, Level, Study
 
 AXIS = "setting"
 APART = 1000
@@ -91,14 +89,14 @@ class Player:
     def _studied(
         self, name: str, settings: Sequence[Setting], study: Study, seed: int, pool: Workers
     ) -> list[Score] | list[Reading]:
-        plan = study_run.planned(study, seed)
-        batch = study_run.batch(plan, name)
+        plan = sweep_plan.planned(study, seed)
+        batch = sweep.batch(plan, name)
         with batch.run(self.out / name, pool, self.resources) as folder:
             failed = folder.failures()
             self.failures.extend(failed)
-            counts = Counts(plan, folder.trials().to_dicts(), failed)
+            result = sweep.Sweep(plan, folder.trials().to_dicts(), failed)
         by_label = dict(zip(study.axes[0].labels, settings, strict=True))
-        return scores(counts, by_label) if self.fit.of_claims else readings(counts, self.fit.goals, by_label)
+        return scores(result, by_label) if self.fit.of_claims else readings(result, self.fit.goals, by_label)
 
     def _boarded(self, folder: Path, settings: Sequence[Setting], seed: int, pool: Workers) -> list[dict[str, Any]]:
         texts = [text_of(self.fit, setting) for setting in settings]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench import registry
+from experiments.bench import registry, sweep_plan
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
@@ -23,14 +23,13 @@ from experiments.bench.run.streams import stream
 from experiments.bench.store.description import KIND, begun, reconciled, write_new
 from experiments.bench.store.kinds import FIT
 from experiments.bench.store.rows import Failure
-from experiments.bench.studies import run as study_run
 from experiments.bench.studies.fitting.box import Box, box_of
 from experiments.bench.studies.fitting.fit import NEXT_BEST, SLACK, TOGETHER, Fit, Goal
 from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.optimum import Optimum, front
 from experiments.bench.studies.fitting.players import Player, axis_of, check_board, study_of
 from experiments.bench.studies.fitting.scores import Reading, Score
-from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.sweep_plan import Plan
 
 TEST, SAMPLE = 1_000_000, 2_000_000
 """Numbers added to the seed of the search for the seeds of the judging anew, and of the sample."""
@@ -77,7 +76,7 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     """
     require_optuna()
     check_counts(seed, fit.held_out, "--held-out")
-    names = () if fit.board else fit.study.experiments or study_run.answering(fit.study.claims)
+    names = () if fit.board else fit.study.experiments or sweep_plan.answering(fit.study.claims)
     experiments = [registry.find(name) for name in names]
     if not experiments and not fit.board:
         raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
@@ -102,10 +101,10 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     return FitPlan(fit, box, seed, renderings, size // renderings)
 
 
-def _middle(fit: Fit, box: Box, seed: int) -> StudyPlan:
+def _middle(fit: Fit, box: Box, seed: int) -> Plan:
     """Return the plan of the setting in the middle of the box; a refusal of a measure names the fit's own option."""
     try:
-        return study_run.planned(replace(study_of(fit), axes=(axis_of([box.at([0.5] * len(box.ranges))]),)), seed)
+        return sweep_plan.planned(replace(study_of(fit), axes=(axis_of([box.at([0.5] * len(box.ranges))]),)), seed)
     except UsageError as error:
         raise UsageError(
             str(error).replace("--measure ", "--minimise " if fit.minimise else "--maximise ", 1)

@@ -11,9 +11,9 @@ import numpy as np
 from experiments.bench.stats.checks import MARGIN, Check
 from experiments.bench.stats.count import Count, count
 from experiments.bench.stats.verdict import Outcome, together
-from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.fitting.box import Setting
 from experiments.bench.studies.fitting.fit import KEPT, Goal
+from experiments.bench.sweep import Sweep
 
 MOST = 100.0
 """Slack at which each claim is clipped, in smallest differences. A claim that cannot be judged has it below 0."""
@@ -143,40 +143,40 @@ class Reading:
         return tuple(goal.signed(self.numbers[goal.name]) for goal in goals)
 
 
-def scores(counts: Counts, settings: Mapping[str, Setting]) -> list[Score]:
-    """Return the score of each setting, from a study's counts.
+def scores(result: Sweep, settings: Mapping[str, Setting]) -> list[Score]:
+    """Return the score of each setting, from a sweep.
 
     Parameters
     ----------
-    counts
+    result
         Of a study with one axis.
     settings
         Label of a level of that axis -> the setting; the scores are in this order.
     """
     outcomes: dict[str, dict[str, tuple[Outcome, ...]]] = {label: {} for label in settings}
-    for cell in counts.cells:
-        outcomes[cell.point.values[0][1]][cell.claim] = cell.outcomes
+    for (point, _, claim), found in result.outcomes.items():
+        outcomes[point[0][1]][claim] = found
     return [Score(setting, outcomes[label]) for label, setting in settings.items()]
 
 
-def readings(counts: Counts, goals: Sequence[Goal], settings: Mapping[str, Setting]) -> list[Reading]:
-    """Return the measures of each setting, from a study's counts.
+def readings(result: Sweep, goals: Sequence[Goal], settings: Mapping[str, Setting]) -> list[Reading]:
+    """Return the measures of each setting, from a sweep.
 
     Parameters
     ----------
-    counts
+    result
         Of a study with one axis.
     goals
         Names of its measures.
     settings
         Label of a level of that axis -> the setting; the readings are in this order.
     """
-    by_name = {measure.name: (measure, experiment) for measure, experiment in counts.plan.measures}
+    by_name = {measure.name: (measure, experiment) for measure, experiment in result.plan.measures}
     values: dict[str, dict[str, tuple[float, ...]]] = {label: {} for label in settings}
-    for point, model in counts.plan.judged:
+    for point, model in result.plan.judged:
         for goal in goals:
-            replicates = counts.values(*by_name[goal.name], point, model)
-            values[point.values[0][1]][goal.name] = tuple(np.nan if value is None else value for value in replicates)
+            replicates = result.values(*by_name[goal.name], point, model)
+            values[point[0][1]][goal.name] = tuple(np.nan if value is None else value for value in replicates)
     return [Reading(setting, values[label]) for label, setting in settings.items()]
 
 

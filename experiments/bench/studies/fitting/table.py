@@ -8,11 +8,11 @@ from typing import Any
 from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
+from experiments.bench.report.sweep import cell_text
 from experiments.bench.store.files import Files, tables_of
 from experiments.bench.store.kinds import FIT
 from experiments.bench.studies.fitting.fitted import Fitted
 from experiments.bench.studies.fitting.optimum import Optimum
-from experiments.bench.studies.table import cell_text
 
 ANEW = "anew.csv"
 SHOWN = 5

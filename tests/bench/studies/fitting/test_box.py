@@ -11,7 +11,7 @@ from experiments.bench.studies.fitting import run
 from experiments.bench.studies.fitting.box import Range, box_of
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.players import axis_of, text_of
-from experiments.bench.studies.study import Study
+from experiments.bench.study import Study
 
 
 def box(*over, experiment="general", **more):

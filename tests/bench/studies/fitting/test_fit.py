@@ -17,11 +17,10 @@ from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.store.files import tables_hash, tables_of
-from experiments.bench.studies import registry
 from experiments.bench.studies.fitting import run
 from experiments.bench.studies.fitting.fit import Fit
 from experiments.bench.studies.fitting.scores import MOST, Score, slack
-from experiments.bench.studies.study import Study
+from experiments.bench.study import Study, fits, shipped
 from tests.helpers.processes import CLI, start, wait_until
 
 pytest.importorskip("optuna")
@@ -269,7 +268,7 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
 
 
 def test_the_fits_that_ship_can_be_made():
-    plans = {name: run.planned(registry.find_fit(name)) for name in registry.fits()}
+    plans = {name: run.planned(shipped(name, "FIT")) for name in fits()}
     rendered = {name for name, plan in plans.items() if plan.box.outside}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
     assert {name for name, plan in plans.items() if plan.renderings == 1} == set(plans) - rendered, "all share frames"

@@ -18,7 +18,7 @@ from experiments.bench.studies.fitting.box import Box, Range
 from experiments.bench.studies.fitting.fit import Fit, Goal
 from experiments.bench.studies.fitting.optimum import Optimum, front
 from experiments.bench.studies.fitting.scores import Reading
-from experiments.bench.studies.study import Study
+from experiments.bench.study import Study
 
 pytest.importorskip("optuna")
 

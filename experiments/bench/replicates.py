@@ -28,7 +28,7 @@ LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 
 @dataclass(frozen=True, slots=True)
 class Replicate:
-    """A design, run once at one seed, before several models.
+    """The rows of a design that was run once, at one seed, for several models.
 
     Parameters
     ----------

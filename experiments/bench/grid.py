@@ -1,0 +1,191 @@
+"""The grid of a sweep: axes of ``KEY=V1,V2`` texts, points, and what a point sets in an experiment and in a model."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+from dsnn.field_docs import meaning
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import PRESET
+from experiments.bench.run.settings import collect, names, preset_of, unit_of
+from experiments.bench.study import Axis, Level
+
+Point = tuple[tuple[str, str], ...]
+"""Name of each axis with the label of a level."""
+Base = Mapping[str, tuple[Any, ...]]
+"""Section of ``--set`` -> its dataclasses: one, but of a stimulus one for each clip that shows it."""
+
+MOST_POINTS, MOST_AXES = 1000, 2
+ENDS: Mapping[str, int] = {"first": 0, "last": -1}
+"""Suffix of a key -> the place, in a parameter of several values, of the value that it means."""
+LONGEST_TITLE = 60
+"""Letters of a parameter's meaning above which its name stands in labels."""
+
+
+def keys_of(name: str) -> tuple[str, ...]:
+    """Return the keys of the parameters that have one value, from ``KEY`` or ``KEY+KEY``."""
+    keys = tuple(name.split("+"))
+    if len(keys) > 1 and "" in keys:
+        raise UsageError(f"--over {name}: a parameter is missing beside '+'; expected KEY+KEY=VALUES")
+    return keys
+
+
+def apart(key: str) -> tuple[str, str]:
+    """Split a key into that of the parameter and the end of it that is meant: ``first``, ``last`` or empty."""
+    parameter, _, end = key.rpartition(".")
+    return (parameter, end) if end in ENDS and "." in parameter else (key, "")
+
+
+def product(over: Sequence[str], assignments: Iterable[str] = ()) -> list[Point]:
+    """Return every combination of ``KEY=V1,V2,...`` texts, the last one fastest.
+
+    Parameters
+    ----------
+    over
+        The texts, one for each axis.
+    assignments
+        The ``KEY=VALUE`` texts of ``--set`` that hold at every point.
+
+    Raises
+    ------
+    UsageError
+        A text is not of that form, something is there twice, ``--set`` sets what an axis varies, or there are too many
+        points.
+    """
+    axes: dict[str, list[str]] = {}
+    fixed = {text.partition("=")[0]: text for text in assignments}
+    for text in over:
+        key, equals, values = text.partition("=")
+        levels = [value for value in values.split(",") if value]
+        if not equals or not levels:
+            raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
+        if len(set(levels)) < len(levels) or key in axes:
+            raise UsageError(f"--over {text}: a value or a key is there twice")
+        if clash := next((fixed[name] for name in keys_of(key) if name in fixed), None):
+            raise UsageError(f"--set {clash}: --over {text} sets that at every point; give one of them")
+        axes[key] = levels
+    points = [tuple(zip(axes, labels, strict=True)) for labels in itertools.product(*axes.values())]
+    if not axes or len(points) > MOST_POINTS:
+        raise UsageError(f"--over must be there once or more, with up to {MOST_POINTS} points, got {len(points)}")
+    return points
+
+
+def points_of(axes: Sequence[Axis]) -> list[Point]:
+    """Return every combination of levels; the last axis goes fastest."""
+    levels = itertools.product(*(axis.labels for axis in axes))
+    return [tuple(zip((axis.name for axis in axes), labels, strict=True)) for labels in levels]
+
+
+def knows(base: Base, key: str) -> bool:
+    """Tell whether ``--set`` knows a key there; one of an end, too."""
+    section, _, name = apart(key)[0].partition(".")
+    return section in base and name in names(base[section][0])
+
+
+def present(base: Base, key: str) -> Any:
+    """Return the value of a parameter; ``None`` where clips have several."""
+    section, _, name = key.partition(".")
+    values = {preset_of(value) if name == PRESET else getattr(value, name) for value in base[section]}
+    return values.pop() if len(values) == 1 else None
+
+
+def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None:
+    """Raise `UsageError` for a ``KEY=VALUE`` text whose key none of the experiments has."""
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not equals or not any(knows(base, key) for base in bases):
+            sections = {section: values[0] for base in bases for section, values in base.items()}
+            collect([f"{apart(key)[0]}{equals}{value}"], sections, option=option)
+
+
+def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[str]) -> tuple[Axis, ...]:
+    """Return the axes of ``KEY=V1,V2`` texts, checked against the experiments that they move.
+
+    The order in which values were typed changes neither the numbers of trials nor the tables.
+
+    Raises
+    ------
+    UsageError
+        There are more than `MOST_AXES`, a key is of no experiment or model, or is there twice; or as of `product`.
+    """
+    points = product(over, assignments)
+    keys = [key for name, _ in points[0] for key in keys_of(name)]
+    whole = [key for key in keys if not apart(key)[1]]
+    if len(points[0]) > MOST_AXES:
+        raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(points[0])}")
+    for key in keys:
+        if keys.count(key) > 1 or (apart(key)[1] and apart(key)[0] in whole):
+            raise UsageError(f"--over {key}: that parameter is moved twice")
+    return tuple(
+        _axis(name, list(dict.fromkeys(point[place][1] for point in points)), bases)
+        for place, (name, _) in enumerate(points[0])
+    )
+
+
+def _axis(name: str, labels: list[str], bases: Sequence[Base]) -> Axis:
+    keys = keys_of(name)
+    check_keys([f"{key}={labels[0]}" for key in keys], bases, "--over")
+    levels = tuple(Level(label, tuple(f"{key}={label}" for key in keys)) for label in labels)
+    if isinstance(Axis(name, levels).values()[0], float):
+        levels = tuple(sorted(levels, key=lambda level: float(level.label)))
+    defaults = {_default(key, bases) for key in keys}
+    title = " and ".join(dict.fromkeys(_title(key, bases) for key in keys))
+    return Axis(name, levels, defaults.pop() if len(defaults) == 1 else None, title, of_keys=True)
+
+
+def _default(key: str, bases: Sequence[Base]) -> float | str | None:
+    """Return the value without the axis; ``None`` where experiments differ or it has several."""
+    name, end = apart(key)
+    values = {present(base, name) for base in bases if knows(base, name)}
+    if end and not any(isinstance(value, tuple) for value in values):
+        raise UsageError(f"--over {key}: {name} has one value, neither a first nor a last")
+    value = values.pop() if len(values) == 1 else None
+    if isinstance(value, tuple) and (end or len(value) == 1):
+        value = value[ENDS.get(end, 0)]
+    if value is None or isinstance(value, tuple):
+        return None
+    return str(value).lower() if isinstance(value, bool) else float(value) if isinstance(value, int | float) else value
+
+
+def _title(key: str, bases: Sequence[Base]) -> str:
+    """Return what a parameter means in a few words, with the end of it that moves and its unit."""
+    parameter, end = apart(key)
+    section, _, name = parameter.partition(".")
+    value = next(base[section][0] for base in bases if knows(base, parameter))
+    words = meaning(type(value), name).partition(" (")[0].partition(",")[0].partition(";")[0].partition(":")[0]
+    unit = unit_of(value, name)
+    title = words if 0 < len(words) <= LONGEST_TITLE else name.replace("_", " ")
+    return f"{title}{f', {end}' if end else ''}{f' ({unit})' if unit else ''}"
+
+
+def sets(point: Point, axes: Sequence[Axis], base: Base) -> dict[str, str]:
+    """Return what a point sets: parameters with their texts. One of which an end moves has the other end as it is.
+
+    Parameters
+    ----------
+    point, axes
+        The point of these axes.
+    base
+        What there is to be set; keys of others are ignored.
+    """
+    values: dict[str, list[str]] = {}
+    for axis, (_, label) in zip(axes, point, strict=True):
+        for text in axis.level(label).settings:
+            key, _, value = text.partition("=")
+            parameter, end = apart(key)
+            if not knows(base, parameter):
+                continue
+            if end:
+                parts = values.setdefault(parameter, [str(part) for part in present(base, parameter)])
+                parts[ENDS[end]] = value
+            else:
+                values[parameter] = [value]
+    return {parameter: ",".join(parts) for parameter, parts in values.items()}
+
+
+def moves(axis: Axis, base: Base, fixed: Collection[str] = ()) -> bool:
+    """Tell whether an axis moves anything there but the ``fixed`` keys."""
+    keys = [apart(text.partition("=")[0])[0] for level in axis.levels for text in level.settings]
+    return any(knows(base, key) and key not in fixed for key in keys)

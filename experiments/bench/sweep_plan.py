@@ -1,0 +1,447 @@
+"""The trials of a sweep, and the points of its grid at which each of them counts.
+
+Points and models that differ in parameters of models alone share their frames: they are models of the same trials.
+Trials that no axis changes are run once, and count at every point.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import polars as pl
+
+from experiments import NAMES
+from experiments.bench import measures as measuring
+from experiments.bench import registry, trials
+from experiments.bench.engine.pictures import Pictures
+from experiments.bench.grid import Base, Point, axes_of, check_keys, knows, moves, points_of, sets
+from experiments.bench.measures import Measure
+from experiments.bench.replicates import MODEL, asked_models
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.run.play import Trial
+from experiments.bench.run.settings import changed, check_counts, watchers
+from experiments.bench.sources import clip_claims, clips, robot_claims
+from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.rows import TRIAL_SCHEMA
+from experiments.bench.stats.claim import Claim
+from experiments.bench.store import provenance
+from experiments.bench.store.parameters import Parameters, differing
+from experiments.bench.study import Axis, Study
+from scenes.hints import nearest
+
+EVERY_MODEL = ""
+"""The name under which all models are judged where each claim is judged on the models that it is about."""
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """The trials of one experiment and replicate that count at a point, and the models that see them there.
+
+    Parameters
+    ----------
+    experiment
+        The experiment's name.
+    trials
+        Their numbers in the run.
+    models
+        Name without the grid's values -> the model, whose label tells the points apart; the one judged is first.
+    """
+
+    experiment: str
+    trials: range
+    models: Mapping[str, ConfiguredModel]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A sweep to run, checked.
+
+    Parameters
+    ----------
+    study
+        What was asked for.
+    claims, measures
+        Claims and measures, each with the name of the experiment that it is judged on.
+    axes, points
+        The grid; the last axis goes fastest.
+    judged
+        Points, each with the name of a model that is judged there.
+    seed
+        Of replicate 0.
+    repeats
+        Trials of each condition in a replicate, of each experiment.
+    specs
+        Every trial, one replicate after the other.
+    shares
+        (point, model, experiment, replicate) -> the trials that count there.
+    description
+        The contents of ``run.json``.
+    parameters
+        The parameters that have columns in ``trials.parquet``.
+    """
+
+    study: Study
+    claims: tuple[tuple[Any, str], ...]
+    measures: tuple[tuple[Measure, str], ...]
+    axes: tuple[Axis, ...]
+    points: tuple[Point, ...]
+    judged: tuple[tuple[Point, str], ...]
+    seed: int
+    repeats: tuple[int, ...]
+    specs: tuple[Any, ...]
+    shares: Mapping[tuple[Point, str, str, int], Share]
+    description: Mapping[str, Any]
+    parameters: Parameters
+
+    @property
+    def replicates(self) -> int:
+        """The number of replicates."""
+        return self.study.replicates
+
+    @property
+    def things(self) -> str:
+        """What it runs: ``trials`` with the robot, or ``clips``."""
+        return "clips" if isinstance(self.specs[0].condition, Clip) else "trials"
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """The names of the experiments whose trials it runs."""
+        return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
+
+
+Rendering = tuple[list[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]]]
+"""Conditions, or clips' parameters; and from a replicate and the models to the trials."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One experiment of a sweep.
+
+    Parameters
+    ----------
+    declared
+        The experiment, with the values of ``--set``.
+    selected, models
+        The models shown: as they were asked for, and with the values of ``--set``.
+    base
+        The sections of ``--set`` beside the models' own.
+    repeats
+        Trials of each condition in a replicate.
+    render
+        Plans its trials with what a point sets in ``base``.
+    described
+        Further entries of ``run.json``.
+    """
+
+    declared: Any
+    selected: Sequence[SelectedModel]
+    models: tuple[ConfiguredModel, ...]
+    base: Base
+    repeats: int
+    render: Callable[[Mapping[str, str]], Rendering]
+    described: Mapping[str, Any]
+
+    def bases(self) -> list[Base]:
+        """Return the sections of ``--set`` that each model reads."""
+        pairs = zip(self.selected, self.models, strict=True)
+        return [{**self.base, selected.section: (model.network,)} for selected, model in pairs]
+
+
+def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
+    base = {section: (value,) for section, value in known.items()}
+    return [text for text in assignments if knows(base, text.partition("=")[0])]
+
+
+def robot_part(
+    declared: Experiment, models: Sequence[str], study: Study, seed: int, pictures: Pictures | None
+) -> Part:  # fmt: skip
+    """Return an experiment with the robot as a part of a sweep."""
+    assignments = _applying(study.assignments, trials.sections(declared, models))
+
+    def planned(over: Mapping[str, str]) -> trials.Plan:
+        texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
+        return trials.plan(declared, models, texts, study.repeats, seed, pictures)
+
+    def render(over: Mapping[str, str]) -> Rendering:
+        part = planned(over)
+
+        def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
+            settings = dataclasses.replace(part.settings, models=shown)
+            found = dataclasses.replace(part, settings=settings).replicate(replicate).specs()
+            return [dataclasses.replace(spec, repeat=replicate * part.repeats + spec.repeat) for spec in found]
+
+        return list(part.experiment.conditions()), specs
+
+    whole = planned({})
+    settings = whole.settings
+    base = {"robot": (settings.robot,), "camera": (settings.camera,), "scene": (settings.scene,),
+            "experiment": (whole.experiment.design,)}  # fmt: skip
+    described = {**trials.describe(whole), "changed": whole.changed()}
+    return Part(whole.experiment, look_up(models), settings.models, base, whole.repeats, render, described)
+
+
+def clips_part(
+    declared: OfflineExperiment, study: Study, seed: int, needed: Collection[str], pictures: Pictures | None
+) -> Part:
+    """Return an off-line experiment as a part of a sweep; ``needed`` are models of its own that are shown too.
+
+    The keys of its stimuli are those of every clip: ``cluttered.grey`` is the grey of each ``cluttered`` clip.
+    """
+    known = look_up(list(dict.fromkeys([*study.models, *declared.models])), "offline")[len(study.models) :]
+    texts = [*study.models, *(model.asked.text for model in known if model.chosen.label in needed)]
+    selected = look_up(texts, "offline")
+    stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
+    networks = {model.section: model.chosen.network for model in selected}
+    models, values = watchers(texts, _applying(study.assignments, networks | stimuli), stimuli)
+    clips_set = tuple(_changed(clip, values) for clip in declared.clips)
+    base: dict[str, tuple[Any, ...]] = {}
+    for clip in clips_set:
+        base[clip.entry.name] = (*base.get(clip.entry.name, ()), clip.build(seed).params)
+
+    def render(over: Mapping[str, str]) -> Rendering:
+        by_section: dict[str, dict[str, str]] = {}
+        for key, value in over.items():
+            section, _, name = key.partition(".")
+            by_section.setdefault(section, {})[name] = value
+        alike: dict[Any, list[Clip]] = {}
+        for clip in (_changed(clip, by_section) for clip in clips_set):  # those that are alike are shown once
+            same = (clip.stimulus, clip.build(0).params, clip.jitter_px, clip.takes_scene())
+            alike.setdefault(clip.name if study.as_run else same, []).append(clip)
+        shown = [dataclasses.replace(same[0], name=", ".join(clip.name for clip in same)) for same in alike.values()]
+
+        def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
+            found = clips.clips_of(shown, replicate, pictures)
+            return [Trial(declared.name, 0, replicate, seed + replicate, clip, variants) for clip in found]
+
+        return [clip.build(seed).params for clip in shown], specs
+
+    described = {**clips.described_scenes(clips_set, study.replicates, pictures),
+                 "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
+    return Part(dataclasses.replace(declared, clips=clips_set), selected, models, base, 1, render, described)
+
+
+def _changed(clip: Clip, texts: Mapping[str, Mapping[str, str]]) -> Clip:
+    """Return a clip with values for its stimulus; `UsageError` if one is not legal."""
+    given = texts.get(clip.entry.name, {})
+    params = changed(clip.entry.name, clip.build(0).params, given)
+    values = {**dict(clip.changes), **{name: getattr(params, name) for name in given}}
+    return dataclasses.replace(clip, changes=tuple(values.items())) if given else clip
+
+
+def planned(
+    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, pictures: Pictures | None = None
+) -> Plan:
+    """Check a study and list all its trials.
+
+    Parameters
+    ----------
+    study
+        The study.
+    seed
+        Of replicate 0; replicate k has ``seed`` + k.
+    models_in
+        Experiment -> the models shown there, all judged together, in place of the study's.
+    pictures
+        One for each replicate, behind the objects of clips in place of the scenes, or on the arena's wall.
+
+    Raises
+    ------
+    UsageError
+        The experiments are of both kinds, or something that the study asks for is not legal.
+    """
+    experiments: list[Any] = [registry.find(name) for name in study.experiments or answering(study.claims)]
+    names = [experiment.name for experiment in experiments]
+    on_robot = isinstance(experiments[0], Experiment)
+    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
+        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not study.models:
+        models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
+        study = dataclasses.replace(study, models=(MODEL,))
+    if not on_robot and study.over and study.repeats is not None:
+        raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
+    if not on_robot and len(study.models) > 1 and not study.as_run:
+        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
+    models = [model.chosen for model in look_up(study.models, "robot" if on_robot else "offline")]
+    models = models if on_robot else models[:1]
+    claims = _claims(experiments, study, [] if models_in or study.as_run else models)
+    parts = []
+    for experiment in experiments:
+        needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
+        shown = (models_in or {}).get(experiment.name, study.models)
+        parts.append(
+            robot_part(experiment, shown, study, seed, pictures) if on_robot
+            else clips_part(experiment, study, seed, experiment.models if study.as_run else needed, pictures)
+        )  # fmt: skip
+    bases = [base for part in parts for base in part.bases()]
+    axes = study.axes + (axes_of(study.over, bases, study.assignments) if study.over else ())
+    points = points_of(axes)
+    parameters: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes}
+    renderings = {part.declared.name: _renderings(part, study, axes, points, parameters) for part in parts}
+    conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
+    wanted = study.measures or (() if claims else (measuring.SPIKES,))
+    measures = measuring.chosen(wanted, conditions, models)
+    parts = [part for part in parts if models_in or part.declared.name in {name for _, name in (*claims, *measures)}]
+    _check_keys(study, axes, parts, TRIAL_SCHEMA if on_robot else clips.TRIALS)
+    specs: list[Any] = []
+    shares: dict[tuple[Point, str, str, int], Share] = {}
+    for replicate, part in product(range(study.replicates), parts):
+        name = part.declared.name
+        motions = {motion for asked, on in (*claims, *measures) if on == name and on_robot for motion in asked.motions}
+        for _, trials_of, variants, watching in renderings[name]:
+            found = trials_of(replicate, tuple(variants.values()))
+            if on_robot and not study.every_trial:
+                found = [spec for spec in found if spec.condition.path or spec.condition.motion in motions]
+            numbers = range(len(specs), len(specs) + len(found))
+            specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
+            for point, seen in watching.items():
+                alone = {label: {label: model} for label, model in seen.items()}
+                together = {EVERY_MODEL if models_in else models[0].label: seen}
+                for label, seen_there in (alone if on_robot and not models_in else together).items():
+                    shares[point, label, name, replicate] = Share(name, numbers, seen_there)
+        if not replicate:
+            check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
+    labels = [EVERY_MODEL] if models_in else [model.label for model in models]
+    there = {(point, name) for point, name, *_ in shares}
+    variants = {model.label: model for spec in specs for model in spec.models}
+    files = [path for part in parts for path in part.described["files"]]
+    sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
+    changes = {key: value for part in parts for key, value in part.described["changed"].items()}
+    description = {
+        **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
+        "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
+        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters,
+        **provenance.of(sources, parts[0].declared),
+        "axes": {axis.name: axis.labels if axis.of_keys else {level.label: level.settings for level in axis.levels}
+                 for axis in axes},
+        "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
+        "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
+    }  # fmt: skip
+    return Plan(
+        study, claims, tuple(measures), axes, tuple(points),
+        tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
+        tuple(part.repeats for part in parts), tuple(specs), shares, description,
+        changes if study.as_run else parameters,
+    )  # fmt: skip
+
+
+def answering(claims: Sequence[str | Claim]) -> list[str]:
+    """Return the paper's experiments with the robot that answer for claims: of each claim the first that declares it.
+
+    Raises `UsageError` for a claim that none of them declares.
+    """
+    ids, known = [claim.id if isinstance(claim, Claim) else claim for claim in claims], registry.answering()
+    if unknown := next((name for name in ids if name not in known), ""):
+        near = nearest(unknown, known, " (", ")")
+        raise UsageError(f"claim {unknown!r}{near}: no experiment with the robot declares it; name the experiment")
+    return [name for name in NAMES if name in {known[claim] for claim in ids}]
+
+
+def _claims(experiments: Sequence[Any], study: Study, models: Sequence[ConfiguredModel]) -> tuple[tuple[Any, str], ...]:
+    """Return the claims of a study, each with the first experiment that declares it.
+
+    Raises `UsageError` for one that is not declared there, or is about none of the ``models``, where there are some.
+    """
+    on_robot = isinstance(experiments[0], Experiment)
+    find = robot_claims.find if on_robot else clip_claims.find
+    declared: dict[str, tuple[Any, Any]] = {}
+    for experiment in experiments:
+        for claim in map(find, experiment.claims):
+            declared.setdefault(claim.id, (claim, experiment))
+    about = [name for name, (claim, _) in declared.items() if not _refused(claim, models)]
+    if not (study.claims or study.measures or about or on_robot):
+        raise UsageError(f"no claim of these experiments is about {', '.join(study.models)}: name measures")
+    chosen: dict[str, tuple[Any, str]] = {}
+    for asked in study.claims or (() if study.measures else about):
+        name = asked.id if isinstance(asked, Claim) else asked
+        if isinstance(asked, str) and asked not in declared:
+            names = ", ".join(experiment.name for experiment in experiments)
+            raise UsageError(f"--claims {name}: {names} declare {', '.join(about) or 'none'}")
+        claim, experiment = declared.get(name, (asked, experiments[0]))
+        claim = find(asked) if isinstance(asked, Claim) else claim
+        repeats, least = study.repeats or experiment.repeats, getattr(claim, "least", 0)
+        if reason := _refused(claim, models):
+            raise UsageError(f"--claims {name}: {reason}")
+        if on_robot and study.over and repeats < least:
+            raise UsageError(f"--repeats {repeats}: {claim.id} needs at least {least} trials of each condition")
+        chosen[name] = (claim, experiment.name)
+    return tuple(chosen.values())
+
+
+def _refused(claim: Any, models: Sequence[ConfiguredModel]) -> str:
+    """Say why a claim is about none of the models judged, in words; empty if it is about one, or none are named."""
+    labels = {model.label for model in models}
+    if isinstance(claim, clip_claims.ClipClaim):
+        return "" if labels <= claim.models else f"it is about {', '.join(sorted(claim.models))}"
+    channel = "looming" if claim.about == "looming" else "hs"
+    if models and not any(channel in model.channels for model in models):
+        return f"it is about models that respond by {claim.about}, and not about {', '.join(sorted(labels))}"
+    if any(not claim.models <= {label} for label in labels):
+        return "it compares models with each other, and a sweep with the robot judges each alone"
+    return ""
+
+
+def _check_keys(study: Study, axes: Sequence[Axis], parts: Sequence[Part], schema: pl.Schema) -> None:
+    """Raise `UsageError` for a key that there is not, and for an axis that moves nothing."""
+    bases = [base for part in parts for base in part.bases()]
+    fixed = [{f"{model.section}.{name}" for name in model.asked.values} for part in parts for model in part.selected]
+    check_keys(study.assignments, bases, "--set")
+    for axis in axes:
+        if axis.name in schema:
+            raise UsageError(f"axis {axis.name}: the table of trials has that column; rename the axis")
+        texts = [text for level in axis.levels for text in level.settings]
+        check_keys(texts, bases, f"axis {axis.name}:")
+        if texts and not any(moves(axis, base, keys) for base, keys in zip(bases, fixed, strict=True)):
+            raise UsageError(f"axis {axis.name}: the models have settled that themselves, so that it moves nothing")
+
+
+def _renderings(
+    part: Part, study: Study, axes: Sequence[Axis], points: Sequence[Point], parameters: dict[str, dict[str, Any]]
+) -> list[tuple[Any, ...]]:
+    """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
+
+    Each has conditions and trials (`Rendering`), the models by label, and of each point the models by their names.
+    """
+    by_setting: dict[tuple[tuple[str, str], ...], list[Point]] = {}
+    for point in points:
+        by_setting.setdefault(tuple(sets(point, axes, part.base).items()), []).append(point)
+    renderings: list[tuple[Any, ...]] = []
+    for setting, members in by_setting.items():
+        variants: dict[str, ConfiguredModel] = {}
+        watching: dict[Point, dict[str, ConfiguredModel]] = {}
+        labels: dict[Any, str] = {}
+        pairs = list(product(range(len(part.models)), members))
+        if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
+            pairs.sort(key=lambda pair: members.index(pair[1]))
+        for place, point in pairs:
+            selected, model, base = part.selected[place], part.models[place], part.bases()[place]
+            levels = [axis.level(label) for axis, (_, label) in zip(axes, point, strict=True)]
+            text = selected.asked.text
+            if text in study.models and any(text not in (level.models or (text,)) for level in levels):
+                continue
+            moving = [moves(axis, base) for axis in axes]
+            values = sets(point, axes, base)
+            names = [f"{axis.name}=" * axis.of_keys + level.label
+                     for axis, level, moved in zip(axes, levels, moving, strict=True) if moved]  # fmt: skip
+            name = " ".join(filter(None, (model.label if place else "", *names))) or model.label
+            label = labels.setdefault((place, *values.items()), name)  # points that are alike there share it
+            for axis, level, moved in zip(axes, levels, moving, strict=True):
+                parameters[axis.name][label] = axis.value(level.label) if moved else None
+            keys = ((key.partition("."), value) for key, value in values.items())
+            own = {name: value for (section, _, name), value in keys
+                   if section == selected.section and name not in selected.asked.values}  # fmt: skip
+            network = changed(selected.section, model.network, own)
+            variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
+            watching.setdefault(point, {})[model.label] = variants[label]
+        for point, shown in watching.items():
+            levels = [axis.level(label) for axis, (_, label) in zip(axes, point, strict=True)]
+            plays = {name: shown[label] for level in levels for name, label in level.plays.items()}
+            watching[point] = {part.models[0].label: shown[part.models[0].label], **plays} if plays else shown
+        if watching:
+            renderings.append((*part.render(dict(setting)), variants, watching))
+    return renderings

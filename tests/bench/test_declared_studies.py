@@ -1,0 +1,370 @@
+"""The studies that ship: what moves at each of their points, and their further tables."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from colias_sim.config import CameraConfig, RobotConfig
+from dsnn import MODELS
+from experiments.background import SPEEDS
+from experiments.bench import registry, reproduce, sweep, sweep_plan
+from experiments.bench.replicates import MODEL, Replicate, replicate
+from experiments.bench.reproduce import FULL
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
+from experiments.bench.sources.clip_claims import judge, paper_claims
+from experiments.bench.study import shipped, stored
+from experiments.bench.sweep import Sweep
+from experiments.bench.sweep_plan import EVERY_MODEL
+from experiments.studies import background, detectors, onboard
+from experiments.studies.background import BESIDE, NAME, answered, at_speed
+from experiments.studies.detectors import EDGE, EDGE_LEVELS, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row
+from experiments.studies.fidelity import EYE
+from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, error_row, lost_and_gained
+from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK, READINGS
+from tests.bench.stats.test_replicates import rows_of
+from tests.helpers.clip_rows import T, row
+from tests.helpers.paper import design
+
+APPARATUS_OF = {"camera": CameraConfig(), "robot": RobotConfig()}
+
+
+def planned(name, seed=0, **changes):
+    return sweep_plan.planned(dataclasses.replace(shipped(name), **changes), seed)
+
+
+def trials(plan, point, model="dsnn", judged=None):
+    """The trials of a point before one model, each with that model's network. ``judged``: whose, if another's."""
+    found = []
+    for name in plan.experiments:
+        share = plan.shares[point, model if judged is None else judged, name, 0]
+        for number in share.trials:
+            spec = plan.specs[number]
+            settings = dataclasses.replace(spec.settings, models=())
+            found.append((dataclasses.replace(spec, index=0, settings=settings), share.models[model].network))
+    return found
+
+
+def changed(one, other):
+    return {f.name for f in dataclasses.fields(one) if getattr(one, f.name) != getattr(other, f.name)}
+
+
+def test_fidelity_changes_eye_and_wheels_alone_and_begins_at_the_reproduction_s_own():
+    plan = planned("fidelity", 3, replicates=1, repeats=2)
+    first, *others = (trials(plan, point, judged=EVERY_MODEL) for point in plan.points)
+    for pairs in others:
+        assert first == [
+            (dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, **APPARATUS_OF)), network)
+            for spec, network in pairs
+        ]
+    assert {(spec.settings.camera, spec.settings.robot) for spec in plan.specs} == {
+        (camera, robot)
+        for camera in (CameraConfig(), CameraConfig.preset("ov7670"))
+        for robot in (RobotConfig(), RobotConfig.preset("colias4"))
+    }
+    ours = {(spec.experiment, spec.seed): spec for spec in design(1, 2, 3).specs}
+    for spec, network in first:
+        own = ours[spec.experiment, spec.seed]
+        assert spec.condition == own.condition and network == own.settings.models[0].network
+        assert dataclasses.replace(own.settings, models=()) == spec.settings
+
+
+def test_the_range_of_eyes_has_the_fixed_ones_and_moves_what_is_not_known():
+    plan = planned("eye-range", 3, replicates=1, repeats=1)
+    cameras = {}
+    for point in plan.points:
+        (settings,) = {(spec.settings.camera, spec.settings.scene.light) for spec, _ in trials(plan, point)}
+        cameras[tuple(label for _, label in point)] = settings
+    fixed = {"default": CameraConfig(), "ov7670": CameraConfig.preset("ov7670")}
+    assert all(cameras["1", "108", name] == (camera, 1.0) for name, camera in fixed.items())
+    assert {cameras["0.1", target, "default"] for target in ("60", "150")} == {(fixed["default"], 0.1)}
+    unknown = {"ae_target", "exposure_samples", "row_bands", "gamma", "gamma_points", "ae_meter", "vignetting"}
+    for (light, target, eye), (camera, strength) in cameras.items():
+        if eye != "default":
+            assert changed(camera, fixed["ov7670"]) <= unknown
+            assert (camera.ae_target, strength) == (float(target), float(light))
+    assert len(set(cameras.values())) == len(cameras) - 4, "the default's three targets are one"
+
+
+def test_moves_change_what_they_name_and_nothing_else():
+    """Each point of the study of sensitivity differs from the defaults in its own parameter, and in no seed."""
+    plan = planned("sensitivity", repeats=1)
+    points = {point[0][1]: point for point in plan.points}
+    assert list(points) == [DEFAULTS, *NETWORK, *READINGS, *APPARATUS]
+    for model in ("dsnn", "dsnn-onboard"):
+        defaults = trials(plan, points[DEFAULTS], model)
+        for label, text in (NETWORK if model == "dsnn-onboard" else NETWORK | READINGS).items():
+            for (spec, network), (plain, base) in zip(trials(plan, points[label], model), defaults, strict=True):
+                assert spec == plain and changed(base, network) == {text.partition("=")[0]}
+    defaults = trials(plan, points[DEFAULTS])
+    for name, settings in APPARATUS.items():
+        moved = trials(plan, points[name])
+        assert [(s.experiment, s.seed, n) for s, n in moved] == [(s.experiment, s.seed, n) for s, n in defaults]
+        if not settings[0].startswith("experiment."):
+            assert all(s.settings != plain.settings for (s, _), (plain, _) in zip(moved, defaults, strict=True))
+    onboard_too = {point for point, model in plan.judged if model == "dsnn-onboard"}
+    assert {point[0][1] for point in set(plan.points) - onboard_too} == {*READINGS, *APPARATUS}
+    sudden = next(point for label, point in points.items() if label.startswith("sudden"))
+    for name in ("speed", "distance"):  # their designs have no start acceleration
+        assert len({plan.shares[point, "dsnn", name, 0].trials for point in (sudden, plan.points[0])}) == 1
+
+
+def test_moves_of_clips_are_those_of_the_network_and_leave_its_rivals():
+    """All points share their clips; a model that none of them moves is shown a clip once."""
+    plan = planned("sensitivity-clips")
+    labels = [point[0][1] for point in plan.points]
+    assert set(labels) == {DEFAULTS, "T_sp = 0.2", *NETWORK, *READINGS} - {"K_sp = 2", "K_sp = 3", "T_sp = 0.16"}
+    assert set(plan.study.claims) == set(paper_claims())
+    for spec in plan.specs:
+        networks = {model.label: model.network for model in spec.models}
+        assert not any(label.startswith(("dsn2017 ", "emd ")) for label in networks)
+        for label in set(labels) & {*NETWORK, *READINGS}:
+            assert changed(networks[DEFAULTS], networks[label]) == {(NETWORK | READINGS)[label].partition("=")[0]}
+
+
+def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
+    """The first row of the table of sensitivity, of trials whose responses differ with their seeds."""
+    plans = reproduce.planned(dataclasses.replace(reproduce.USUAL, repeats=5), 3, robot_only=True)
+
+    def answers(specs):
+        rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
+        return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
+
+    specs = [spec for run_plan in plans.paper() for spec in run_plan.specs()]
+    first = replicate(specs, [row for run_plan in plans.paper() for row in answers(run_plan.specs())])
+    plan = plans.studies["sensitivity"]
+    result = Sweep(plan, answers(plan.specs))
+    for claim, _ in plan.claims:
+        assert result.outcomes[(("moved", DEFAULTS),), "dsnn", claim.id] == (reproduce.judge(claim.id, first),)
+
+
+def test_a_study_without_models_judges_each_claim_on_those_that_it_is_about():
+    """C21 is about looming detectors, C24 compares networks: a study of the DSNN alone refuses both."""
+    plan = planned("fidelity", replicates=1, repeats=5, claims=("C14", "C21", "C24"), axes=(EYE,))
+    table = Sweep(plan, rows_of(plan.specs)).table
+    assert set(table["verdict"]) <= {"holds", "fails"} and table.height == 3 * len(plan.points)
+    (looming,) = table.filter(claim="C21", eye="default")["measured"]
+    assert all(model in looming for model in ("lgmd1", "lgmd2"))
+    assert set(Sweep(plan).table["verdict"]) == {"not shown"}, "without trials"
+    for claim in ("C21", "C24"):
+        with pytest.raises(UsageError, match=claim):
+            planned("fidelity", claims=(claim,), models=("dsnn",))
+
+
+# --- the background's speed -------------------------------------------------------------------------------------------
+
+CLAIMS = paper_claims()
+
+
+def crossings(vs_at, hs=0.2):
+    """Clips of C6 and C8 at every speed; VS as a function of it."""
+    return [
+        row(f"{grey} {speed} {behind}", model, grey=grey, speed=speed, background_speed=-behind, peak_hs=hs,
+            peak_vs=0.9 if model == "dsn2017" else vs_at(behind))
+        for grey in (0.0, 255.0)
+        for speed in (40.0, 80.0, 120.0)
+        for behind in SPEEDS
+        for model in ("dsnn", "dsn2017")
+    ]  # fmt: skip
+
+
+def judged_at(claim, speed, rows):
+    (asked,) = [of_study for of_study in background.STUDY.claims if of_study.id == claim]
+    return judge(at_speed(asked, {NAME: f"{speed:g}"}), rows, T)
+
+
+def test_a_claim_is_judged_at_one_speed_of_the_background_at_a_time():
+    for claim in ("C6", "C8"):
+        still, faster = crossings(lambda behind: 0.0), crossings(lambda behind: behind / 300.0)
+        best = "unknown constants" if CLAIMS[claim].of_dsnn else "holds"
+        assert {judged_at(claim, speed, still).verdict for speed in SPEEDS} == {best}
+        holds = [speed for speed in SPEEDS if judged_at(claim, speed, faster).verdict == best]
+        assert holds == [speed for speed in SPEEDS if speed / 300.0 < 0.16]
+        slow = [clip for clip in still if clip["background_speed"] > -300.0]
+        assert judged_at(claim, 300.0, slow).verdict == "not shown"
+    rows = [{**clip, "peak_hs": clip["speed"] / 1e3} for clip in crossings(lambda behind: 0.0)]
+    assert {judged_at("C7-rises", speed, rows).verdict for speed in SPEEDS} == {"holds"}
+    flat = [{**clip, "peak_hs": 0.1} if clip["background_speed"] == -300.0 else clip for clip in rows]
+    assert [speed for speed in SPEEDS if judged_at("C7-rises", speed, flat).verdict == "fails"] == [300.0]
+
+
+def test_crossings_are_counted_by_the_system_and_the_sign_of_the_strongest_response():
+    """Of every model of the run; one responds to the background from 1 px a frame on."""
+    speeds = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
+    assert speeds == set(SPEEDS) == {float(label) for label in background.BACKGROUND.labels}
+    plan = planned("background")
+    assert {model.label for model in plan.specs[0].models} == {"dsnn", "dsn2017", "emd", *BESIDE}
+    quiet = {"trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
+    rows = [
+        {"trial": spec.index, "experiment": "background", "model": model, "motion": changes.get("motion", "rightward"),
+         "object": changes.get("object", "present"), "background_speed": behind, "peak_hs": 0.2, **quiet,
+         **({"trough_hs": -0.3} if model == "emd" and abs(behind) >= 30 else {})}
+        for spec in plan.specs
+        for changes in [dict(spec.condition.changes)]
+        for behind in [changes["background_speed"]]
+        for model in ("dsnn", "emd")
+    ]  # fmt: skip
+    right, wrong = answered(Sweep(plan, rows))
+    assert right == {"model": "dsnn", **dict.fromkeys(("0.067", "0.27", "0.5", "1", "2", "5", "10"), "25/25")}
+    assert [wrong[column] for column in ("0.067", "0.5", "1", "10")] == ["25/25", "25/25", "0/25", "0/25"]
+
+
+# --- formats of numbers -----------------------------------------------------------------------------------------------
+
+
+def test_what_a_format_loses_and_gains_is_counted_by_replicate():
+    plan = planned("onboard", 4, replicates=3, repeats=5)
+    ours = {(spec.experiment, spec.seed): spec for spec in design(3, 5, 4).specs}
+    assert all(ours[spec.experiment, spec.seed].settings.models[0] == spec.settings.models[0] for spec in plan.specs)
+    firing = dict.fromkeys([form.label for form in FORMATS], 5)
+    spikes = (firing, firing | {BEST.label: 0}, firing | {BEST.label: 0})
+    size = len(plan.specs) // plan.replicates
+    rows = [
+        row | {"spikes": spikes[row["trial"] // size][row["model"]] * (row["motion"] == "translation")}
+        for row in rows_of(plan.specs)
+    ]
+    result = Sweep(plan, rows)
+    counts = {row["model"]: row for row in result.counts.filter(claim="C13").iter_rows(named=True)}
+    assert (counts[MODEL]["holds"], counts[BEST.label]["holds"], counts[BEST.label]["silent model"]) == (3, 1, 2)
+    row = lost_and_gained(result, "C13", BEST.label, MODEL)
+    assert (row["lost"], row["gained"], row["survives"]) == (2, 0, "-"), "three replicates have no word"
+
+
+def replicate_of(label, hs, spikes):
+    rows = () if hs is None else ({"model": label, "experiment": "speed", "seed": 7, HS: hs, SPIKES: spikes},)
+    return [Replicate(rows, {}, {label: 0.2})]
+
+
+def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
+    floats = replicate_of(MODEL, [0.5, -0.5, 0.1, 0.0], [1, -2, 0, 1])
+    ours = replicate_of(BEST.label, [0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0])
+    row = error_row(BEST.label, ours, floats)
+    assert [row[name] for name in ("frames", "trials", "spikes in float", "lost", "gained")] == [4, 1, 4, 3, 2]
+    assert row["worst"] == pytest.approx(1.0) and row["median of |HS error|"] == pytest.approx(0.25)
+    same = error_row(MODEL, floats, floats)
+    assert (same["worst"], same["lost"], same["gained"]) == (0.0, 0, 0)
+    assert error_row(BEST.label, replicate_of(BEST.label, None, None), floats)["worst"] is None
+
+
+def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
+    study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST.label), replicates=1, repeats=1,
+                                probe=onboard.series_of((BEST.label,)), tables=None, every_trial=False)  # fmt: skip
+    result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Resources(workers=0, quiet=True))
+    for found in result.rows:
+        if found["model"] == BEST.label:
+            assert max(found[HS]) == pytest.approx(found["peak_hs"], abs=1e-6) and len(found[HS]) == found["frames"]
+            assert sum(map(abs, found[SPIKES])) == found["spikes"]
+        else:
+            assert found[HS] is None and found[SPIKES] is None
+
+
+def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
+    whole = reproduce.planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
+    replicates, moves = whole.studies["replicates"], whole.studies["sensitivity"]
+    for spec in replicates.specs:
+        shows = BEST.label in {model.label for model in spec.settings.models}
+        assert shows == (spec.experiment in reproduce.single_model_experiments())
+    (second,), moved = (
+        Sweep(replicates, [{**row, HS: None, SPIKES: None} for row in rows_of(replicates.specs)]).replicates(
+            (), EVERY_MODEL
+        ),
+        Sweep(moves, [{**row, HS: None, SPIKES: None} for row in rows_of(moves.specs)]),
+    )
+    result = reproduce.onboard(whole, [second, second], moved)
+    (best,) = result.counts.filter(claim="C13", model=BEST.label).iter_rows(named=True)
+    assert set(result.counts["model"]) == {MODEL, BEST.label} and (best["holds"], best["replicates"]) == (2, 2)
+
+
+# --- looming detectors ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("spikes", "in_a_row", "frames"),
+    [([1, 1, 1, 0, 1], 3, 1), ([1, 1, 0, 1, 1], 3, 0), ([2, 2, 0, 5], 4, 2), ([0, 0], 1, 0), ([1, 1, 1, 1], 1, 4)],
+)
+def test_a_collision_is_announced_by_spikes_without_a_silent_frame_between_them(spikes, in_a_row, frames):
+    assert collisions(np.array(spikes), in_a_row) == frames
+
+
+def test_the_rule_is_the_detectors_own_and_moving_edge_is_what_changes_by_more_than_noise_does():
+    rng = np.random.default_rng(1)
+    frames = rng.integers(0, 256, (40, 18, 27)).astype(np.uint8)
+    frames[10:14] = frames[10]  # nothing moves
+    for name in ("lgmd1", "si-lgmd1", "lplc2-gf"):
+        entry = MODELS[name]
+        model = entry.build((18, 27), entry.robot)
+        responses = [(model.step(frame).looming_spikes, model.collision) for frame in frames]
+        count = collisions(np.array([spikes for spikes, _ in responses]), spikes_in_a_row(entry.robot))
+        assert count == sum(collision for _, collision in responses), name
+    still = np.full((4, 5, 6), 100, np.uint8)
+    assert moving_edge(still).tolist() == [0, 0, 0]
+    still[2, 1, 1], still[2, 2, 2] = 100 + EDGE, 100 - EDGE - 1
+    assert moving_edge(still).tolist() == [0, 1, 1], "there, and back"
+
+
+def test_every_looming_model_is_in_the_panel_under_published_constants():
+    plan = planned("detectors", repeats=1, replicates=1)
+    models = {name: model for share in plan.shares.values() for name, model in share.models.items()}
+    assert list(PANEL) == [name for name in PANEL if name in models]
+    assert {label.partition(":")[0] for label in PANEL} == {n for n, e in MODELS.items() if "looming" in e.channels}
+    published = {
+        "lgmd1": (0.78, 5), "lgmd1:preset=firmware": (0.72, 4), "lgmd1:preset=arena": (0.65, 4),
+        "lgmd2": (0.78, 8), "lgmd2:preset=firmware": (0.63, 8),
+        "si-lgmd1": (0.72, 4), "si-lgmd1:preset=firmware": (0.72, 4), "si-lgmd1:preset=arena": (0.65, 4),
+        "si-lgmd2": (0.64, 4), "hybrid": (0.78, 5),
+    }  # fmt: skip
+    for label, constants in published.items():
+        assert (models[label].thresholds["looming"], spikes_in_a_row(models[label].network)) == constants
+    for name in ("lgmd1", "lgmd2", "si-lgmd1", "si-lgmd2"):
+        assert MODELS[name].robot in MODELS[name].robot.presets().values()
+
+
+COUNTS = {0.0: 9, 15.0: 6, 30.0: 3}
+"""Spikes by angle of a detector that satisfies C21."""
+
+
+def detected(plan, *counts, edge=(100, 100, 120)):
+    """Rows of replicates in which every detector spikes as ``counts`` say, and never reaches a potential of 0.7."""
+    cells, size = dict(zip(COUNTS, edge, strict=True)), len(plan.specs) // plan.replicates
+    for found in rows_of(plan.specs):
+        away = abs(found["angle_deg"])
+        spikes = counts[found["trial"] // size][away]
+        yield found | {
+            "spikes": 99, "looming_spikes": spikes, "peak_looming": 0.69, "frames": 100, "drive": "feedback",
+            "collision_frames": max(spikes - 4, 0), "edge_cells": cells[away],
+            "edge_frames": [cells[away]] * len(EDGE_LEVELS),
+            "frames_above": [spikes * (threshold < 0.7) for threshold in THRESHOLDS],
+        }  # fmt: skip
+
+
+def test_a_row_counts_the_replicates_in_which_the_detector_spikes_most_ahead():
+    broken = {angle: 10 - count for angle, count in COUNTS.items()}
+    plan = planned("detectors", repeats=4, replicates=3)
+    counts = Sweep(plan, list(detected(plan, COUNTS, broken, COUNTS))).counts.filter(arena="bright")
+    for label in ("lgmd1", "hybrid"):  # of the hybrid looming is counted, and not what HS does
+        (count,) = counts.filter(model=label).iter_rows(named=True)
+        assert (count["holds"], count["fails"], count["replicates"]) == (2, 1, 3)
+        assert count["low"] < 2 / 3 < count["high"]
+    plan = planned("detectors", repeats=4, replicates=2)
+    tables = Sweep(plan, list(detected(plan, COUNTS, COUNTS))).tables
+    (found,) = [row for row in tables["Detectors"] if (row["arena"], row["detector"]) == ("bright", "lgmd1")]
+    assert [found[name] for name in ("held", "held by the rule", "held by the peak", "held there")] == [2, 2, 0, 2]
+    assert found["spikes at 0, 15, 30"] == (9.0, 6.0, 3.0) and found["best threshold"] < 0.7
+    assert found["frames announced"] == (5.0, 2.0, 0.0) and found["share announced"] == (1.0, 1.0, 0.0)
+    edge = tables["Moving edge, counted as if it were a detector"][0]
+    assert (edge["cells at 0, 15, 30"], edge["held"]) == ((100.0, 100.0, 120.0), 0)
+
+
+def test_detectors_have_the_reproduction_s_trials_and_its_report_shows_them(tmp_path):
+    study = dataclasses.replace(detectors.STUDY, models=("lgmd1", "hybrid"), replicates=1, repeats=1)
+    plan = sweep_plan.planned(study, 3)
+    ours = {spec.seed: spec for spec in design(1, 1, 3).specs if spec.experiment == "angular-approach"}
+    assert {spec.seed for spec in plan.specs} == set(ours)
+    result = sweep.run(plan, tmp_path / "detectors", Resources(workers=0, quiet=True))
+    lgmd1, hybrid = result.tables["Detectors"][:2]
+    for name in ("spikes at 0, 15, 30", "peak potential"):
+        assert lgmd1[name] == hybrid[name], "the hybrid's looming is the LGMD1's"
+    assert stored(tmp_path)["detectors"]["tables"]["Detectors"][0]["spikes at 0, 15, 30"] == list(
+        lgmd1["spikes at 0, 15, 30"]
+    )

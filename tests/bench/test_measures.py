@@ -1,0 +1,83 @@
+"""Measures against tables made by hand."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from experiments.bench.measures import MEASURES
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.robot_claims import find
+
+POTENTIAL, COUNT, PEAK = (MEASURES[name] for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
+SPEEDS = (2.0, 6.0, 15.0, 30.0)
+
+
+def rows_of(potentials, counts=(0, 0, 0, 0)):
+    """Two trials of a rightward crossing at each speed, whose means these are."""
+    return [
+        {
+            "motion": "translation", "direction": "rightward", "speed_cm_s": speed, "achieved_speed_cm_s": speed,
+            "path_error_mm": 0.0, "trial": 100 * place + repeat, "spikes": counts[place] + repeat,
+            "mean_hs_near_axis": potentials[place] + spread,
+        }
+        for place, speed in enumerate(SPEEDS)
+        for repeat, spread in enumerate((-0.01, 0.01))
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("potentials", "value", "at_end"),
+    [
+        ((0.1, 0.5, 0.8, 0.7), 15.0, False),
+        ((0.1, 0.5, 0.7, 0.8), 30.0, True),
+        ((0.9, 0.5, 0.8, 0.7), 2.0, True),
+        ((0.1, 0.8, 0.8, 0.7), 6.0, False),  # of equal ones the lowest speed
+    ],
+)
+def test_the_peak_of_the_potential_is_where_its_mean_is_largest(potentials, value, at_end):
+    peak = POTENTIAL.of(rows_of(potentials), 0.2)
+    assert (peak["value"], bool(peak["mark"])) == (value, at_end)
+    assert POTENTIAL.of(rows_of(potentials)[::-1], 0.2) == peak, "in any order of the rows"
+
+
+def test_the_count_has_a_peak_of_its_own():
+    rows = rows_of((0.1, 0.5, 0.8, 0.7), (0, 60, 30, 15))
+    assert COUNT.of(rows, 0.2)["value"] == 6.0
+    one = max(rows, key=lambda row: row["spikes"])  # a single trial with many spikes is not the mean
+    more = {**one, "speed_cm_s": 2.0, "achieved_speed_cm_s": 2.0, "trial": 999}
+    assert COUNT.of([*rows, more], 0.2)["value"] == 6.0
+
+
+def test_what_has_no_peak_has_no_value():
+    rows = rows_of((0.1, 0.5, 0.8, 0.7))
+    assert COUNT.of([{**row, "spikes": 0} for row in rows], 0.2)["value"] is None
+    assert POTENTIAL.of(rows_of((-0.1, -0.5, -0.8, -0.7)), 0.2)["value"] is None
+    off = [{**row, "achieved_speed_cm_s": 1.5 * row["speed_cm_s"]} for row in rows]
+    assert POTENTIAL.of(off, 0.2)["value"] is None
+    assert POTENTIAL.of([{**row, "direction": "leftward"} for row in rows], 0.2)["value"] is None
+
+
+def test_c30_and_the_measure_have_one_peak():
+    speeds, rng = (2.0, 4.0, 6.0, 10.0, 15.0, 30.0), np.random.default_rng(0)
+    rows = [
+        {
+            **dataclasses.asdict(Condition("translation", "rightward", speed, 8.0)), "achieved_speed_cm_s": speed,
+            "path_error_mm": 0.0, "model": model, "trial": trial, "mean_hs_near_axis": float(rng.random()), "spikes": 1,
+        }
+        for model in sorted(find("C30").models)
+        for trial, speed in enumerate(speeds)
+    ]  # fmt: skip
+    measured = find("C30").judge(rows, 0.2).measured
+    for name, model in {"d = 1, N_con = 8": "dsnn", "d = 2": "dsnn:d=2", "N_con = 1": "dsnn:n_con=1"}.items():
+        peak = POTENTIAL.of([row for row in rows if row["model"] == model], 0.2)["value"]
+        assert f"{name}: largest at {peak:g} cm/s" in measured
+
+
+def test_a_crossing_that_stays_below_the_threshold_is_marked():
+    row = {"motion": "rightward", "object": "present", "clip": "a", "seed": 0, "trough_hs": 0.0, "peak_vs": 0.0,
+           "trough_vs": 0.0}  # fmt: skip
+    rows = [{**row, "peak_hs": 0.3}, {**row, "clip": "b", "peak_hs": 0.2}]
+    assert (PEAK.of(rows, 0.16)["value"], PEAK.of(rows, 0.16)["mark"]) == (0.2, "")
+    assert PEAK.of(rows, 0.2)["mark"], "past it, not on it"
+    assert PEAK.of([*rows, {**row, "object": "absent", "peak_hs": 0.01}], 0.16)["value"] == 0.2

@@ -1,0 +1,388 @@
+"""Sweeps: claims and numbers over a grid, in replicates."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import polars as pl
+import pytest
+import typer
+
+import experiments
+from dsnn import DSNN
+from dsnn.stimuli import stimulus
+from experiments import Axis, Level, Study
+from experiments.bench import registry, sweep, sweep_plan
+from experiments.bench.cli import main
+from experiments.bench.report.sweep import place
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import choose
+from experiments.bench.sources.conditions import DEPTH
+from experiments.bench.stats.checks import MARGIN
+from experiments.bench.sweep import TOGETHER, Sweep, drawn
+from experiments.bench.trials import plan as robot_plan
+from tests.bench.stats.test_replicates import rows_of as answers_of
+from tests.helpers.chapters import CHAPTERS, blocks
+
+BOTH = ("general", "angular-recession")
+ARGUMENTS = ["sweep", ",".join(BOTH), "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C19", "--repeats", "5",
+             "--workers", "0", "-q"]  # fmt: skip
+
+
+def planned(names, *over, seed=0, **more):
+    study = {"repeats": None, "replicates": 1, "every_trial": False, **more}
+    return sweep_plan.planned(Study("sweep", "a sweep", experiments=tuple(names), over=over, **study), seed)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Two claims, judged on two experiments, over a threshold that few and that all potentials pass."""
+    folder = tmp_path_factory.mktemp("sweep") / "out"
+    assert main.command([*ARGUMENTS, "--out", str(folder)]) == 0
+    return folder
+
+
+def test_counts_are_those_of_judging_by_hand(whole):
+    rows, counts = pl.read_parquet(whole / "trials.parquet").to_dicts(), pl.read_csv(whole / "counts.csv").to_dicts()
+    assert [(row["dsnn.t_sp"], row["claim"]) for row in counts] == [
+        (level, claim) for level in (0.01, 0.2) for claim in ("C13", "C19", TOGETHER)
+    ]
+    for level in (0.2, 0.01):
+        here = [row for row in rows if row["dsnn.t_sp"] == level]
+        straight = [row["spikes"] for row in here if row["motion"] in DEPTH and row["angle_deg"] == 0.0]
+        assert len(straight) == 15, "of both experiments"
+        mean = {
+            angle: np.mean([r["spikes"] for r in here if r["experiment"] == BOTH[1] and r["angle_deg"] == angle])
+            for angle in (-30.0, -15.0, 0.0, 15.0, 30.0)
+        }
+        silent, more = not any(straight), MARGIN["spikes"]
+        fewest = mean[0.0] + more <= min(value for angle, value in mean.items() if angle)
+        wider = mean[-30.0] >= mean[-15.0] + more and mean[30.0] >= mean[15.0] + more
+        held = {row["claim"]: row["holds"] for row in counts if row["dsnn.t_sp"] == level}
+        assert held == {"C13": silent, "C19": fewest and wider, TOGETHER: silent and fewest and wider}
+    assert {row["holds"] for row in counts} == {0, 1}, "the thresholds tell the points apart"
+    outcomes = pl.read_csv(whole / "outcomes.csv").to_dicts()
+    assert [(row["verdict"] == "holds") for row in outcomes] == [row["holds"] == 1 for row in counts]
+    assert experiments.load(whole).summary["claim"].to_list() == [row["claim"] for row in counts]
+
+
+def test_a_sweep_resumes_and_another_is_not_written_over(whole, tmp_path):
+    cut = tmp_path / "cut"
+    cut.mkdir()
+    (cut / "run.json").write_bytes((whole / "run.json").read_bytes())
+    rows = pl.read_parquet(whole / "trials.parquet")
+    rows.slice(0, 40).write_parquet(cut / "trials.parquet")  # 20 trials of two rows
+    pl.read_parquet(whole / "frames.parquet").write_parquet(cut / "frames.parquet")
+    with pytest.raises(UsageError, match=r"dsnn\.t_sp"):
+        main.command([*ARGUMENTS[:3], "dsnn.t_sp=0.2,0.02", *ARGUMENTS[4:], "--out", str(cut)])
+    assert main.command([*ARGUMENTS, "--out", str(cut)]) == 0
+    assert (cut / "counts.csv").read_bytes() == (whole / "counts.csv").read_bytes()
+    assert pl.read_parquet(cut / "trials.parquet").drop("wall_s").equals(rows.drop("wall_s"))
+
+
+# --- counting ---------------------------------------------------------------------------------------------------------
+
+
+def judged(plan, spikes):
+    """A sweep whose rows have the spikes that ``spikes`` says of a trial and a label."""
+    sign = {"rightward": 1, "leftward": -1, "straight": 1}
+    specs = {spec.index: spec for spec in plan.specs}
+    rows = []
+    for row in answers_of(plan.specs):
+        spec = specs[row["trial"]]
+        count, way = spikes(spec, row["model"]), sign[spec.condition.direction]
+        high, low = 0.1 + (count > 0) * 0.4 * way, -0.1 + (count > 0) * 0.4 * min(way, 0)
+        rows.append(row | {"spikes": count, "hs_spikes": 0, "peak_hs": high, "trough_hs": low})
+    return Sweep(plan, rows)
+
+
+def counts_of(result):
+    return {(row["dsnn.t_sp"], row["claim"]): row for row in result.counts.iter_rows(named=True)}
+
+
+def test_all_together_is_counted_by_replicate():
+    """A claim that breaks in the first replicate and another that breaks in the second leave none that is whole."""
+    plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), replicates=2, repeats=5)
+
+    def spikes(spec, label):
+        replicate, depth = spec.repeat // 5, spec.condition.motion != "translation"
+        if label == "dsnn.t_sp=0.3":
+            return int(not depth)  # as the paper has it
+        return 1 if replicate == 0 else int(spec.condition.direction == "rightward")  # in depth too; then none leftward
+
+    counts = counts_of(judged(plan, spikes))
+    assert [counts[0.2, claim]["holds"] for claim in ("C13", "C14", TOGETHER)] == [1, 1, 0]
+    assert [counts[0.3, claim]["holds"] for claim in ("C13", "C14", TOGETHER)] == [2, 2, 2]
+    assert counts[0.3, "C13"]["low"] == pytest.approx(0.05**0.5 / 2**0.5, abs=0.01)  # Clopper-Pearson, 2 of 2
+
+
+def test_silence_does_not_count_as_holding_and_lost_trials_leave_a_claim_unjudged():
+    plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), repeats=5)
+    silent = counts_of(judged(plan, lambda *_: 0))
+    assert (silent[0.2, "C13"]["holds"], silent[0.2, "C13"]["silent model"]) == (0, 1)
+    assert silent[0.2, TOGETHER]["fails"] == 1, "C14 fails"
+    plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
+    whole = judged(plan, lambda *_: 0)
+    lost = [row for row in whole.rows if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
+    counts = counts_of(Sweep(plan, lost))
+    assert [(row["holds"], row["not shown"]) for row in counts.values()] == [(2, 0), (1, 1)]
+    drawn(Sweep(plan, lost))
+
+
+def test_numbers_are_of_all_replicates_with_the_spread_of_each():
+    plan = planned(["ensembles"], "dsnn.d=1,2", measures=["peak-speed-potential"], replicates=2, repeats=5)
+
+    def potential(spec, label):
+        best = {"dsnn.d=1": (6.0, 10.0), "dsnn.d=2": (30.0, 30.0)}[label][spec.repeat // 5]
+        return 1.0 - abs(spec.condition.speed_cm_s - best) / (40.0 if spec.repeat < 5 else 400.0)
+
+    specs = {spec.index: spec for spec in plan.specs}
+    rows = [row | {"mean_hs_near_axis": potential(specs[row["trial"]], row["model"])} for row in answers_of(plan.specs)]
+    one, two = Sweep(plan, rows).numbers.to_dicts()
+    names = ("value", "lowest", "highest", "mark", "not shown")
+    assert [one[name] for name in names] == [6.0, 6.0, 10.0, "", 0], "the first replicate's peak is steeper"
+    assert [two[name] for name in names[:3]] == [30.0, 30.0, 30.0] and two["mark"]
+    lost = [row for row in rows if (row["trial"], row["model"]) != (plan.specs[-1].index, "dsnn.d=1")]
+    one, two = Sweep(plan, lost).numbers.to_dicts()
+    assert [one[name] for name in names[1:]] == [6.0, 6.0, "", 1] and two["not shown"] == 0
+    drawn(Sweep(plan, lost))
+
+
+def test_spikes_have_a_mean_and_its_interval_for_each_condition():
+    plan = planned(["speed"], "dsnn.n_con=4,8", measures=("spikes",), repeats=4)
+    rows = [row | {"spikes": row["trial"] % 3} for row in answers_of(plan.specs)]
+    numbers = Sweep(plan, rows).numbers
+    assert numbers.height == 2 * len(registry.load("speed").conditions())
+    for row in numbers.iter_rows(named=True):
+        own = [r["spikes"] for r in rows if r["model"] == f"dsnn.n_con={row['dsnn.n_con']:g}"
+               and (r["speed_cm_s"], r["direction"]) == (row["speed_cm_s"], row["direction"])]  # fmt: skip
+        assert (row["value"], row["n"]) == (np.mean(own), 4) and row["ci_low"] <= row["value"] <= row["ci_high"]
+
+
+# --- the plan ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_point_has_the_trials_of_a_run_with_its_settings_and_points_of_the_network_share_them():
+    plan = planned(["general"], "camera.read_noise=0,0.64", "dsnn.n_con=4,8", claims=("C14",), replicates=2, seed=4,
+                   assignments=("dsnn.d=2",), every_trial=True)  # fmt: skip
+    assert [spec.index for spec in plan.specs] == list(range(2 * 2 * len(registry.load("general").conditions()) * 10))
+    for point in plan.points:
+        for replicate in (0, 1):
+            settings = [f"{key}={value}" for key, value in point]
+            alone = robot_plan(registry.load("general"), ["dsnn"], ["dsnn.d=2", *settings], None, 4 + replicate)
+            share = plan.shares[point, "dsnn", "general", replicate]
+            for spec, ours in zip(alone.specs(), (plan.specs[number] for number in share.trials), strict=True):
+                assert (spec.seed, spec.condition) == (ours.seed, ours.condition)
+                assert dataclasses.replace(spec.settings, models=()) == dataclasses.replace(ours.settings, models=())
+                (label,) = (model.label for model in share.models.values())
+                networks = {model.label: model.network for model in ours.models}
+                assert networks[label] == spec.models[0].network and len(networks) == 2
+
+
+def test_an_experiment_that_an_axis_cannot_move_is_run_once():
+    plan = planned(("general", "distance"), "experiment.acceleration_cm_s2=10,17,50", claims=("C13", "C16"), repeats=5)
+    counts = {name: sum(spec.experiment == name for spec in plan.specs) for name in ("general", "distance")}
+    assert counts == {"general": 3 * 2 * 5, "distance": len(registry.load("distance").conditions()) * 5}
+    assert len({plan.shares[point, "dsnn", "distance", 0].trials for point in plan.points}) == 1
+
+
+def test_the_order_of_values_changes_nothing():
+    one, other = (planned(["general"], f"camera.read_noise={values}", "dsnn.d=2,1") for values in ("0.64,0", "0,0.64"))
+    assert dataclasses.replace(one, study=other.study) == other
+
+
+def test_keys_that_move_together_and_ends_of_pairs():
+    together = "experiment.pose_sd_mm+experiment.heading_sd_deg=0,0.5"
+    plan = planned(["general"], together, "dsnn.tau_s.last=100,300", claims=("C14",))
+    assert {(spec.settings.pose_sd_mm, spec.settings.heading_sd_deg) for spec in plan.specs} == {(0, 0), (0.5, 0.5)}
+    for spec in plan.specs:
+        assert [model.network.tau_s for model in spec.models] == [(10.0, 100.0), (10.0, 300.0)]
+    assert [axis.default for axis in plan.axes] == [1.0, 200.0]
+    assert not any(key in axis.title for axis in plan.axes for key in ("pose_sd_mm", "dsnn", "tau_s"))
+
+
+def test_a_claim_is_judged_on_the_first_experiment_that_declares_it():
+    for names in (BOTH, BOTH[::-1]):
+        where = {claim.id: name for claim, name in planned(names, "dsnn.d=1,2").claims}
+        assert (where["C13"], where["C14"], where["C19"]) == (names[0], "general", "angular-recession")
+
+
+@pytest.mark.parametrize(
+    ("names", "over", "more"),
+    [
+        (["general"], ["dsnn.nonsense=1,2"], {}),
+        (["general"], ["dsnn.d=1,1"], {}),
+        (["general"], ["dsnn.d=1,2", "dsnn.n_con=4,8", "dsnn.w_i=0,1"], {}),
+        (["general"], ["dsnn.d=1,2"], {"assignments": ("dsnn.d=3",)}),
+        (["general"], ["dsnn.d=1,2"], {"models": ("dsnn:d=3",)}),
+        (["general"], ["dsnn.d.first=1,2"], {}),
+        (["general"], ["dsnn.tau_s=10,20", "dsnn.tau_s.first=10,20"], {}),
+        (["general"], ["dsnn.d=1,2"], {"claims": ("C1",)}),
+        (["general"], ["dsnn.d=1,2"], {"claims": ("C14",), "repeats": 2}),
+        (["general"], ["dsnn.d=1,2"], {"measures": ("peak-hs",)}),
+        (["general", "clean"], ["dsnn.d=1,2"], {}),
+        (["clean"], ["dsnn.d=1,2"], {"repeats": 3}),
+        (["clean"], ["dsnn.d=1,2"], {"measures": ("spikes",)}),
+        (["ensembles"], ["dsnn.d=1,2"], {"claims": ("C30",)}),
+    ],
+)
+def test_what_cannot_be_swept_is_refused(names, over, more):
+    with pytest.raises(UsageError):
+        planned(names, *over, **more)
+
+
+def documented():
+    """The sweeps of docs/maps.md that its test does not run."""
+    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
+    return [words[1:] for block in blocks(page) if block.skipped for words in block.commands()]
+
+
+@pytest.mark.parametrize("words", documented(), ids=" ".join)
+def test_the_documented_sweeps_can_be_made(words):
+    group = typer.main.get_command(main.app)
+    name, command, rest = group.resolve_command(group.make_context("colias", list(words)), list(words))
+    given = command.make_context(name, rest).params
+    asked = {name: [part for part in (given[option] or "").split(",") if part]
+             for name, option in (("claims", "claims"), ("measures", "measure"))}  # fmt: skip
+    more = {"assignments": given["assignments"] or (), "replicates": given["replicates"] or 1}
+    plan = planned(given["experiment"].split(","), *given["over"], **asked, **more)
+    assert len(plan.axes) == 2 and [claim.id for claim, _ in plan.claims] == asked["claims"]
+    assert all(place(axis) is not None for axis in plan.axes if axis.default is not None), "the default is on the map"
+
+
+@pytest.mark.parametrize(
+    ("default", "levels", "where"),
+    [(17.0, "10,17,50", 1.0), (17.0, "10,20", 0.7), (17.0, "20,50", None), (None, "1,2", None),
+     ("bright", "dim,bright", 1.0), ("bright", "dim,plain", None), ("true", "false,true", 1.0)],
+)  # fmt: skip
+def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
+    found = place(Axis("x", tuple(map(Level, levels.split(","))), default))
+    assert found == (where if where is None else pytest.approx(where))
+
+
+# --- clips ------------------------------------------------------------------------------------------------------------
+
+SMALL = {"rows": 60, "columns": 80, "width": 14.0, "height": 40.0, "speed": 60.0, "rest_s": 0.2}
+FILE = f"""
+from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome, decide
+
+
+def judge(clips, threshold):
+    peak = clips["peak_hs"].min()
+    holds, decided = decide([Check(f"{{peak}}", peak, threshold)])
+    return Outcome("holds" if holds else "fails", decided, decided=decided)
+
+
+CLAIM = ClipClaim(id="passes", says="it passes T", judge=judge, models=frozenset({{"dsnn", "dsn2017"}}))
+EXPERIMENT = OfflineExperiment(
+    "crossing", "dark and light before leaves",
+    [Clip(name, "cluttered", {{**{SMALL!r}, "grey": grey}}) for name, grey in (("dark", 0.0), ("light", 255.0))],
+    ("dsnn", "dsn2017"), claims=(CLAIM,),
+)
+"""
+
+
+def test_clips_have_the_network_s_own_responses_and_share_what_no_point_changes(tmp_path):
+    (tmp_path / "crossing.py").write_text(FILE)
+    file, out = str(tmp_path / "crossing.py"), tmp_path / "out"
+    over = ("cluttered.grey=0,120", "cluttered.start=10,700")
+    arguments = ["--claims", "passes", "--measure", "peak-hs", "--workers", "0", "-q", "--out", str(out)]
+    assert main.command(["sweep", file, "--over", over[0], "--over", over[1], *arguments]) == 0
+    counts = pl.read_csv(out / "counts.csv")
+    network = choose("dsnn", "offline").network
+    for row in counts.filter(pl.col("measure") == "peak-hs").iter_rows(named=True):
+        grey, start = row["cluttered.grey"], row["cluttered.start"]
+        clip = stimulus("cluttered", 5, grey=grey, start=start, **SMALL)  # whatever the seed
+        model = DSNN(clip.shape, network)
+        peak = max(model.step(frame.luma).hs for frame in clip)
+        assert row["value"] == pytest.approx(peak, abs=1e-6) and (row["mark"] != "") == (peak <= network.t_sp)
+        (claim,) = counts.filter(pl.col("claim") == "passes", pl.col("cluttered.grey") == grey,
+                                 pl.col("cluttered.start") == start)["holds"]  # fmt: skip
+        assert claim == (peak > network.t_sp), "the claim's rows are both models', under their own names"
+    rows = pl.read_parquet(out / "trials.parquet")
+    assert rows["trial"].n_unique() == 4 and rows.height == 8, "dark and light are one clip where the axis sets grey"
+    plan = planned([file], "dsnn.n_con=4,8", "cluttered.start=0,540", claims=["passes"], replicates=2, seed=3)
+    assert len(plan.specs) == 2 * 2 * 2  # two clips at two places, twice
+    assert {(spec.repeat, spec.seed) for spec in plan.specs} == {(0, 3), (1, 4)}
+    for spec in plan.specs:
+        assert len(spec.models) == 3  # two networks, and the 2017 model, which is not moved, once
+        assert sorted(model.network.n_con for model in spec.models if model.source == "dsnn") == [4, 8]
+
+
+# --- a user's own files, and Python -----------------------------------------------------------------------------------
+
+OWN = """
+from experiments import Check, Claim, Experiment, Outcome, Translation, decide
+
+
+def judge(rows, threshold):
+    most = max(row["spikes"] for row in rows)
+    holds, decided = decide([Check(f"{most} spikes", most, 0)])
+    return Outcome("holds" if holds else "fails", decided, decided=decided)
+
+
+CLAIM = Claim(id="fires-NAME", says="it fires", judge=judge)
+EXPERIMENT = Experiment("NAME", "crossings", Translation((20,), (6,)), "speed_cm_s", repeats=5, claims=(CLAIM,))
+"""
+
+
+def test_experiments_and_claims_of_a_users_own(tmp_path):
+    files = [tmp_path / f"{name}.py" for name in ("alpha", "beta")]
+    for file in files:
+        file.write_text(OWN.replace("NAME", file.stem))
+    plan = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
+    assert {str(file) for file in files} <= plan.description["files"].keys(), "resuming notices a change of either"
+    counts = counts_of(judged(plan, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
+    held = {key: row["holds"] for key, row in counts.items()}
+    assert held == {(0.1, "fires-alpha"): 1, (0.1, "fires-beta"): 1, (0.1, TOGETHER): 1, (0.2, "fires-alpha"): 1,
+                    (0.2, "fires-beta"): 0, (0.2, TOGETHER): 0}  # fmt: skip
+
+
+LIGHT = """
+from experiments import Axis, Level, Study
+
+AXIS = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
+STUDY = Study("light", "C16 in less light", claims=("C16",), axes=(AXIS,), repeats=1, replicates=1)
+"""
+
+
+def breaks(spec, keep=None):
+    """In place of a trial."""
+    raise ValueError("odd")
+
+
+def test_a_user_s_study_resumes_with_more_replicates(tmp_path, monkeypatch, capsys):
+    """Its first replicates are not run again, and it comes to what the larger number comes to at once."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "light.py").write_text(LIGHT)
+    arguments = ["sweep", "light.py", "--workers", "0", "-q"]
+    assert main.command([*arguments, "--out", "out"]) == 0
+    first = pl.read_parquet("out/trials.parquet")
+    assert main.command([*arguments, "--replicates", "2", "--out", "out"]) == 0
+    assert main.command([*arguments, "--replicates", "2", "--out", "at-once"]) == 0
+    longer, at_once = (pl.read_parquet(f"{name}/trials.parquet") for name in ("out", "at-once"))
+    assert longer.drop("wall_s").equals(at_once.drop("wall_s")) and longer.head(first.height).equals(first)
+    assert (tmp_path / "out/counts.csv").read_bytes() == (tmp_path / "at-once/counts.csv").read_bytes()
+    assert set(pl.read_csv("out/counts.csv")["light"]) == {"as it is", "dim"}
+    assert json.loads((tmp_path / "out/light.json").read_text())["counts"]
+    with pytest.raises(UsageError, match="--replicates"):
+        main.command([*arguments, "--replicates", "1", "--out", "out"])
+    monkeypatch.setattr(sweep.trials, "work", breaks)
+    assert main.command([*arguments, "--out", "broken"]) == 1 and "ValueError: odd" in capsys.readouterr().err
+    assert pl.read_csv("broken/counts.csv")["not shown"].to_list() == [1, 1]
+
+
+def test_the_function_returns_the_outcomes(tmp_path):
+    table = experiments.sweep("speed", ("dsnn.t_sp=0.2,0.3",), seeds=range(2, 4),
+                              measures=("spikes",), repeats=1, out=tmp_path / "out", workers=0, quiet=True)  # fmt: skip
+    written = pl.read_csv(tmp_path / "out" / "counts.csv")
+    assert table["value"].to_list() == written["value"].to_list() and set(table["dsnn.t_sp"]) == {0.2, 0.3}
+    assert set(pl.read_parquet(tmp_path / "out" / "trials.parquet")["repeat"]) == {0, 1}
+
+
+@pytest.mark.parametrize("old", ["map", "study"])
+def test_the_old_commands_name_the_new_one(old):
+    with pytest.raises(UsageError, match="colias sweep"):
+        main.command([old, "general", "--over", "dsnn.d=1,2"])
