@@ -19,8 +19,8 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.robot import forget_simulations
 from experiments.bench.store.pictures import pictures
 
-UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "wall_s"}
-"""What no robot can know."""
+UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "wall_s"}
+"""What a robot's log does not know."""
 TRACKED = {
     "closest_cm", "seconds_in_view", "spikes_in_view", "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis",
     "spikes_in_window", "spikes_in_inner_window",
