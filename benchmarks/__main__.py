@@ -4,7 +4,7 @@ import cv2
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from benchmarks import antialiasing, envs, eye, fitting, leaks, live, loop, network, runner, start
+from benchmarks import antialiasing, envs, eye, leaks, live, loop, network, runner, start
 
 if __name__ == "__main__":  # workers started by spawn read this file too
     console = Console()
@@ -24,4 +24,3 @@ if __name__ == "__main__":  # workers started by spawn read this file too
     console.print(runner.table())
     console.print(live.table())
     console.print(start.table())
-    console.print(fitting.table())

@@ -3,6 +3,8 @@
 from .bench.closed_loop.behaviour import Behaviour as Behaviour
 from .bench.closed_loop.behaviour import Wheels as Wheels
 from .bench.closed_loop.wrapper import RecordRerun as RecordRerun
+from .bench.fit import Fit as Fit
+from .bench.fit import Fitted as Fitted
 from .bench.public.claims import Claim as Claim
 from .bench.public.comparison import Comparison as Comparison
 from .bench.public.comparison import compare as compare
@@ -36,9 +38,6 @@ from .bench.stats.checks import decide as decide
 from .bench.stats.scores import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
-from .bench.studies.fitting.fit import Fit as Fit
-from .bench.studies.fitting.fitted import Fitted as Fitted
-from .bench.studies.fitting.optimum import Optimum as Optimum
 from .bench.study import Axis as Axis
 from .bench.study import Level as Level
 from .bench.study import Study as Study
@@ -69,7 +68,6 @@ __all__ = [
     "Leg",
     "Level",
     "OfflineExperiment",
-    "Optimum",
     "Outcome",
     "Path",
     "RecordRerun",

@@ -135,7 +135,7 @@ NOT_RUN = {
     "experiments.compare": "takes minutes",
     "experiments.watch": "needs a film",
     "experiments.score": "takes a minute",
-    "experiments.fit": "takes minutes: tests/bench/studies/fitting/test_fit.py",
+    "experiments.fit": "takes minutes: tests/bench/test_fit.py",
     "colias_sim.envs.options.keyword_arguments": "a part of a file: docs/reinforcement-learning.md has the whole",
 }
 """Name -> why its example is not run."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+import polars as pl
 from matplotlib.figure import Figure
 
 from experiments.bench import sweep, sweep_plan
@@ -16,14 +17,10 @@ from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
+from experiments.bench.fit import RESULTS, Fit, Fitted, Range, setting_at
+from experiments.bench.report import fit as fit_figure
 from experiments.bench.report.video import Canvas, Reel
-from experiments.bench.stats.checks import Check
 from experiments.bench.stats.verdict import Judged, Outcome
-from experiments.bench.studies.fitting import figure as fit_figure
-from experiments.bench.studies.fitting.box import Box, Range
-from experiments.bench.studies.fitting.fit import Fit
-from experiments.bench.studies.fitting.fitted import Fitted
-from experiments.bench.studies.fitting.scores import Score
 from experiments.bench.study import Study, shipped
 from tests.helpers.figure_rows import wave
 
@@ -107,22 +104,19 @@ def fit(models: Sequence[str]) -> Figure:
         Range("dsnn.n_con", 2, 8, whole=True),
         Range("camera.ae_target", 60, 220, unit="grey levels"),
     )
-    box = Box(ranges)
 
-    def scored(count: int, seed: int, replicates: int = 1) -> tuple[Score, ...]:
-        scores = []
-        for shares in np.random.default_rng(seed).random((count, len(ranges))):
-            values = {"C13": shares[0] - 0.6, "C14": 0.4 - shares[0], "C18": shares[2] - 0.3}
-            outcomes = {
-                claim: (Outcome.of([Check("reading", value, 0.0, "above")]),) * replicates
-                for claim, value in values.items()
-            }
-            scores.append(Score(box.at(list(shares)), outcomes))
-        return tuple(scores)
+    def results(count: int, seed: int, replicates: int = 1) -> tuple[tuple[dict[str, str], ...], pl.DataFrame]:
+        settings, rows = [], []
+        for number, shares in enumerate(np.random.default_rng(seed).random((count, len(ranges)))):
+            settings.append(setting_at(ranges, list(shares)))
+            for claim, value in {"C13": shares[0] - 0.6, "C14": 0.4 - shares[0], "C18": shares[2] - 0.3}.items():
+                verdict = "holds" if value > 0 else "fails"
+                rows += [(number, claim, place, verdict, value) for place in range(replicates)]
+        return tuple(settings), pl.DataFrame(rows, RESULTS, orient="row")
 
     keys = [part.key for part in ranges]
     importance = {name: dict(zip(keys, (0.6, 0.1, 0.3), strict=True)) for name in ("", "C13", "C14", "C18")}
-    study = Study("fit", "made-up slack", claims=("C13", "C14", "C18"))
-    asked = Fit(study, over=tuple(map(str, ranges)))
-    fitted = Fitted(asked, box, 0, scored(60, 0), (7,), scored(1, 2, 20), scored(32, 1), 1, importance, ())
+    asked = Fit(Study("fit", "made-up slack", claims=("C13", "C14", "C18")), over=tuple(map(str, ranges)))
+    anew = results(1, 2, 20)[1]
+    fitted = Fitted(asked, ranges, 0, *results(60, 0), (7,), anew, *results(32, 1), 1, importance)
     return fit_figure.draw(fitted)

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 
+from experiments.bench.fit import Fit, Fitted, planned, run
 from experiments.bench.public.arguments import flag, folder, whole
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
-from experiments.bench.studies.fitting import run, table
-from experiments.bench.studies.fitting.fit import Fit
-from experiments.bench.studies.fitting.fitted import Fitted
-from experiments.bench.studies.fitting.optimum import Optimum
 from experiments.bench.study import shipped
 
 
@@ -25,7 +22,7 @@ def fit(
     cluster: str | None = None,
     other_code: bool = False,
     quiet: bool = False,
-) -> Fitted | Optimum:
+) -> Fitted:
     """Search a box of parameters for settings under which all claims are kept or measures are largest, as
     ``colias fit`` does.
 
@@ -52,7 +49,7 @@ def fit(
 
     Returns
     -------
-    Fitted or Optimum
+    Fitted
         The scores of all settings, the winner judged anew, and the answer in sentences: of claims, or of measures.
 
     Raises
@@ -71,13 +68,11 @@ def fit(
     asked = shipped(fit, "FIT") if isinstance(fit, str) else fit
     if not isinstance(asked, Fit):
         raise UsageError(f"fit {short(fit)}: legal is an experiments.Fit, or the name of one that ships")
-    plan = run.planned(asked, whole("seed", seed))
+    plan = planned(asked, whole("seed", seed))
     place = new_folder(asked.study.name) if out is None else folder("out", out)
     check_own(place, f"out={place}")
     resources = Resources(
         worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet),
         flag("other_code", other_code),
     )  # fmt: skip
-    fitted = run.run(plan, place, resources)
-    table.write(fitted, place)
-    return fitted
+    return run(plan, place, resources)

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
+from experiments.bench.fit import Fit, Range, box_of, setting_at, settings_axis, spread, text_of
 from experiments.bench.run.errors import UsageError
-from experiments.bench.studies.fitting import run
-from experiments.bench.studies.fitting.box import Range, box_of
-from experiments.bench.studies.fitting.fit import Fit
-from experiments.bench.studies.fitting.players import axis_of, text_of
 from experiments.bench.study import Study
 
 
@@ -22,7 +19,7 @@ def box(*over, experiment="general", **more):
 def test_ranges_are_of_the_kind_of_their_fields():
     whole, real, choice, camera = box(
         "dsnn.n_con=4..8", "dsnn.t_sp=0.05..0.3", "dsnn.polarity", "camera.luma_range=full,video"
-    ).ranges
+    )
     assert whole.whole and {whole.at(share) for share in np.arange(0.0, 1.0, 0.01)} == {"4", "5", "6", "7", "8"}
     assert not real.whole and 0.05 <= float(real.at(0.3)) <= 0.3
     assert set(choice.choices) == {"common", "centre"}
@@ -30,7 +27,7 @@ def test_ranges_are_of_the_kind_of_their_fields():
 
 
 def test_a_key_alone_is_the_legal_range():
-    (part,) = box("dsnn.n_con").ranges
+    (part,) = box("dsnn.n_con")
     assert (part.low, part.high) == (1, 64)
 
 
@@ -42,18 +39,18 @@ def test_a_wide_range_of_positive_numbers_is_searched_by_its_logarithm():
 
 def test_parameters_that_move_together_have_one_value():
     square = box("dsnn.t_sp+dsnn.w_i=0.1..0.4", "dsnn.n_con=4,8")
-    assert [part.keys for part in square.ranges] == [("dsnn.t_sp", "dsnn.w_i"), ("dsnn.n_con",)]
-    axis = axis_of([square.at([0.5, 0.9])])
+    assert [part.key for part in square] == ["dsnn.t_sp+dsnn.w_i", "dsnn.n_con"]
+    axis = settings_axis([setting_at(square, [0.5, 0.9])])
     assert axis.levels[0].settings == ("dsnn.t_sp=0.25", "dsnn.w_i=0.25", "dsnn.n_con=8")
     fit = Fit(Study("fit", "a fit", experiments=("leaderboard",), models=("dsnn",)), over=("dsnn.t_sp+dsnn.w_i=0..1",),
               maximise=("auc_clips",))  # fmt: skip
-    assert text_of(fit, square.at([0.5, 0.9])) == "dsnn:t_sp=0.25,w_i=0.25,n_con=8"
+    assert text_of(fit, setting_at(square, [0.5, 0.9])) == "dsnn:t_sp=0.25,w_i=0.25,n_con=8"
 
 
 def test_sample_is_even_and_the_same_for_the_same_seed():
     square = box("dsnn.t_sp=0..1", "dsnn.w_i=0..1")
-    settings = run.spread(square, 64, 3)
-    assert settings == run.spread(square, 64, 3) != run.spread(square, 64, 4)
+    settings = spread(square, 64, 3)
+    assert settings == spread(square, 64, 3) != spread(square, 64, 4)
     for key in ("dsnn.t_sp", "dsnn.w_i"):  # one in each of 64 slices, as a Sobol sequence has them
         assert sorted(int(float(setting[key]) * 64) for setting in settings) == list(range(64))
 

@@ -6,20 +6,19 @@ import csv
 import json
 import signal
 
+import polars as pl
 import pytest
 from PIL import Image
 
 import experiments
 from experiments.bench.cli import main
+from experiments.bench.fit import MOST_SLACK, RESULTS, Fit, planned, scored, slack
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.store.files import tables_hash, tables_of
-from experiments.bench.studies.fitting import run
-from experiments.bench.studies.fitting.fit import Fit
-from experiments.bench.studies.fitting.scores import MOST, Score, slack
 from experiments.bench.study import Study, fits, shipped
 from tests.helpers.processes import CLI, start, wait_until
 
@@ -125,7 +124,7 @@ def test_a_planted_optimum_is_found(folder):
     for row in table(folder, "hill"):
         a, b = (float(row[f"planted.{name}"]) for name in "ab")
         slack_of_hill = (0.01 - (a - 0.7) ** 2 - (b - 0.2) ** 2) / 0.002
-        assert float(row["slack hill"]) == pytest.approx(max(slack_of_hill, -MOST), abs=1e-3)
+        assert float(row["slack hill"]) == pytest.approx(max(slack_of_hill, -MOST_SLACK), abs=1e-3)
     words = (folder / "hill" / "fit.json").read_text() + (folder / "hill" / "anew.csv").read_text()
     assert "holds" not in words, "what was chosen to keep a claim is fitted"
     assert (folder / "hill" / "fit.png").read_bytes()[:4] == b"\x89PNG"
@@ -256,20 +255,20 @@ def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
     assert slack(Outcome.of([Check("5 spikes", 5.0, 2.0, unit="spikes")])) == 3.0
     assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("3 spikes", 3.0, 2.0, unit="spikes")])) == 1.0
     assert slack(Outcome.of([Check("HS", 0.21, 0.2), Check("VS", 0.19, 0.2)])) == pytest.approx(-5.0)
-    assert slack(Outcome.of([Check("HS", 0.9, 0.2)])) == MOST
-    assert slack(Outcome("silent model", "silent", checks=(Check("0", 0.0, 0.0, "at most"),))) == -MOST
+    assert slack(Outcome.of([Check("HS", 0.9, 0.2)])) == MOST_SLACK
+    assert slack(Outcome.unjudged("silent", reason="silent model")) == -MOST_SLACK
 
 
 def test_a_claim_that_holds_in_some_replicates_is_not_kept():
-    good, bad = (Outcome.of([Check("x", x, 0.2)]) for x in (0.3, 0.1))
-    score = Score({}, {"one": (good, bad), "other": (good, good)})
-    assert score.holds_claim("other") and not score.holds_claim("one") and not score.holds
-    assert score.value == pytest.approx(-50.0) and score.count().holds == 1
+    rows = [(0, "one", 0, "holds", 3.0), (0, "one", 1, "fails", -5.0), (0, "other", 0, "holds", 2.0),
+            (0, "other", 1, "holds", 4.0)]  # fmt: skip
+    (row,) = scored(pl.DataFrame(rows, RESULTS, orient="row")).to_dicts()
+    assert row == {"setting": 0, "one": -5.0, "other": 2.0, "kept": 1, "least": -5.0, "mean": 1.0}
 
 
 def test_the_fits_that_ship_can_be_made():
-    plans = {name: run.planned(shipped(name, "FIT")) for name in fits()}
-    rendered = {name for name, plan in plans.items() if plan.box.outside}
+    plans = {name: planned(shipped(name, "FIT")) for name in fits()}
+    rendered = {name for name, plan in plans.items() if not all(part.network for part in plan.box)}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
     assert {name for name, plan in plans.items() if plan.renderings == 1} == set(plans) - rendered, "all share frames"
     eye = plans["fit-eye"]

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.bench import tune
 from experiments.bench.cli import main
-from experiments.bench.studies.fitting import figure, run, table
-from experiments.bench.studies.fitting.box import Box, Range
-from experiments.bench.studies.fitting.fit import Fit, Goal
-from experiments.bench.studies.fitting.optimum import Optimum, front
-from experiments.bench.studies.fitting.scores import Reading
+from experiments.bench.fit import RESULTS, Fit, Fitted, Range, front, planned
 from experiments.bench.study import Study
 
 pytest.importorskip("optuna")
@@ -83,9 +79,6 @@ def test_a_planted_optimum_of_a_measure_is_found_without_luck(folder):
     best = max(float(row["peak-hs"]) for row in rows if row["of"] == "search")
     assert result["gain"]["peak-hs"] == pytest.approx(best - as_it_is, abs=1e-5)
     assert result["luck"]["peak-hs"] == pytest.approx(0.0, abs=1e-9), "nothing there is random"
-    page = (folder / "hill" / "fit.html").read_text()
-    assert "<svg" in page and "the model as it is" in page
-    assert not re.search(r"(src|href)=.https?:", page), "the page needs no other file"
 
 
 def test_the_least_is_found_where_the_least_is_asked_for(folder):
@@ -94,54 +87,51 @@ def test_the_least_is_found_where_the_least_is_asked_for(folder):
     assert result["gain"]["peak-hs"] > 0.3, "a gain is above 0 where the measure fell"
 
 
-def test_the_number_of_claims_kept_can_be_the_goal(folder):
+def test_the_number_of_claims_kept_can_be_the_goal():
     asked = Fit(Study("kept", "kept", claims=("C13", "C14"), replicates=1), ("dsnn.t_sp=0.1..0.2",), maximise=("kept",))
-    assert run.planned(asked).fit.goals == (Goal("kept"),)
+    assert planned(asked).fit.goals == {"kept": 1}
 
 
-def planted_result(values, goals, held_out, start):
+def planted_result(values, maximise, minimise, anew, start):
     """A result of planted values: one for each setting searched, and those of the winner and the start anew."""
-    readings = [
-        Reading({"m.a": str(n)}, {goal.name: (value,) for goal, value in zip(goals, row, strict=True)})
-        for n, row in enumerate(values)
-    ]
-    names = [goal.name for goal in goals if not goal.least], [goal.name for goal in goals if goal.least]
     study = Study("made", "made", claims=(), experiments=("clean",), repeats=None, replicates=1)
-    asked = Fit(study, ("m.a=0..9",), maximise=tuple(names[0]), minimise=tuple(names[1]), held_out=3)
-    best = front(readings, goals)
-    anew = [Reading(readings[place].setting, held_out) for place in best] + [Reading({}, start)]
-    shares = {name: {"m.a": 1.0} for name in ("", *(goal.name for goal in goals))}
-    box = Box((Range("m.a", 0.0, 9.0, network=True),))
-    return Optimum(asked, box, 0, tuple(readings), tuple(best), tuple(anew), tuple(readings), 1, shares, ())
+    asked = Fit(study, ("m.a=0..9",), maximise=maximise, minimise=minimise, held_out=3)
+    settings = tuple({"m.a": str(number)} for number in range(len(values)))
+    best = tuple(front([[sign * value for value, sign in zip(row, asked.goals.values(), strict=True)]
+                        for row in values]))  # fmt: skip
+
+    def results(rows):
+        return pl.DataFrame(
+            [(number, goal, place, None, value) for number, row in enumerate(rows)
+             for goal, each in zip(asked.goals, row, strict=True) for place, value in enumerate(each)],
+            RESULTS, orient="row",
+        )  # fmt: skip
+
+    searched = results([[(value,) for value in row] for row in values])
+    shares = {name: {"m.a": 1.0} for name in ("", *asked.goals)}
+    return Fitted(asked, (Range("m.a", 0.0, 9.0, network=True),), 0, settings, searched, best,
+                  results([anew] * len(best) + [start]), settings, searched, 1, shares)  # fmt: skip
 
 
 def test_luck_is_what_the_search_promised_and_the_judging_anew_has_not():
-    result = planted_result([(0.2,), (0.9,), (0.5,)], [Goal("x")], {"x": (0.5, 0.6, 0.7)}, {"x": (0.6, 0.6, 0.6)})
-    goal = result.goals[0]
-    assert result.winner.setting == {"m.a": "1"}
-    assert result.luck(goal) == pytest.approx(0.3) and result.gain(goal) == pytest.approx(0.0)
-    assert "0.3 of that was luck" in result.sentences()[0] and "do not tell apart" in result.sentences()[0]
+    result = planted_result([(0.2,), (0.9,), (0.5,)], ("x",), (), [(0.5, 0.6, 0.7)], [(0.6, 0.6, 0.6)])
+    assert result.winner == {"m.a": "1"}
+    assert result.luck("x") == pytest.approx(0.3) and result.gain("x") == pytest.approx(0.0)
 
 
 def test_of_a_minimum_luck_and_gain_have_the_same_sense():
-    result = planted_result([(0.2,), (0.9,)], [Goal("x", least=True)], {"x": (0.4, 0.4, 0.4)}, {"x": (0.7, 0.7, 0.7)})
-    goal = result.goals[0]
-    assert result.winner.setting == {"m.a": "0"}
-    assert result.luck(goal) == pytest.approx(0.2) and result.gain(goal) == pytest.approx(0.3)
+    result = planted_result([(0.2,), (0.9,)], (), ("x",), [(0.4, 0.4, 0.4)], [(0.7, 0.7, 0.7)])
+    assert result.winner == {"m.a": "0"}
+    assert result.luck("x") == pytest.approx(0.2) and result.gain("x") == pytest.approx(0.3)
 
 
-def test_a_result_of_two_goals_is_drawn_and_tabled_with_its_front(tmp_path):
-    goals = [Goal("x"), Goal("y", least=True)]
-    result = planted_result(
-        [(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)], goals, {"x": (1.0,), "y": (5.0,)}, {"x": (0.5,), "y": (9.0,)}
-    )
+def test_a_result_of_two_goals_has_its_front():
+    rows = [(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)]
+    result = planted_result(rows, ("x",), ("y",), [(1.0,), (5.0,)], [(0.5,), (9.0,)])
     assert result.best == (1, 0), "the third is worse than the second in both"
     assert result.described()["front"] == [1, 0]
-    assert len(result.anew_rows()) == 3 * len(goals) and result.anew_rows()[-1]["m.a"] == "as it is"
-    panel = figure.draw(result).subfigs[1].axes[1]
-    assert (panel.get_xlabel(), panel.get_ylabel()) == ("x", "y")
-    table.write(result, tmp_path)
-    assert (tmp_path / "fit.html").read_text().count("<tr>") == 1 + 3
+    table = result.judged_anew()
+    assert table.height == 3 * 2 and table["m.a"][-1] == "as it is"
 
 
 VALUES = st.lists(st.tuples(*[st.one_of(st.integers(0, 4), st.just(np.nan))] * 3), min_size=1, max_size=20)
@@ -149,12 +139,8 @@ VALUES = st.lists(st.tuples(*[st.one_of(st.integers(0, 4), st.just(np.nan))] * 3
 
 @given(VALUES)
 def test_the_front_has_just_the_settings_that_none_betters(values):
-    goals = [Goal("x"), Goal("y", least=True), Goal("z")]
-    readings = [
-        Reading({}, {goal.name: (float(value),) for goal, value in zip(goals, row, strict=True)}) for row in values
-    ]
-    signed = [np.array([row[0], -row[1], row[2]], float) for row in values]
-    chosen = front(readings, goals)
+    signed = [np.array(row, float) for row in values]
+    chosen = front(signed)
     for place, row in enumerate(signed):
         if np.isnan(row).any():
             assert place not in chosen

@@ -1,1 +1,0 @@
-"""Fit parameters to claims: studies whose points a sampler chooses."""
