@@ -254,7 +254,7 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     curves = {key: _samples(of, column) for key, of in _by(rows.drop_nulls(column), "model", "other")}
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
-        return f"{noun} by {_unit(varies)[0]}, {'one trial' if fewest == 1 else 'two trials'} each"
+        return drawn_of(noun, varies, fewest)
     most = max((len(levels) for levels, _ in curves.values()), default=0)
     orders = {key: order(*curve, varies) for key, curve in curves.items() if len(curve[0]) > 1 or most == 1}
     ((common, so),) = Counter(orders.values()).most_common(1) or [("is not known", 0)]
@@ -264,6 +264,11 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     if so == 1 and unit == "models":
         return f"{noun} of {next(iter(orders))[0]} {common}"
     return f"{noun} {common} in {so} of {len(orders)} {unit}"
+
+
+def drawn_of(noun: str, varies: str, n: int) -> str:
+    """Name what is drawn where n, one or two trials of each condition, carries no finding."""
+    return f"{noun} by {_unit(varies)[0]}, {'one trial' if n == 1 else 'two trials'} each"
 
 
 def _by(rows: pl.DataFrame, *columns: str) -> Any:
@@ -504,9 +509,9 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
         axes.set_ylabel(style.wrapped(label, 0.9), fontsize=style.BODY)
     grid[0, 0].set_xlim(*_busy([curves]))
     whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
-    other = "with w_i = 1 too" if balanced == whole else f"with w_i = 1 the {balanced}"
-    style.headline(figure, f"{whole[:1].upper()}{whole[1:]}; {other}")
     n, w_i = excitations.select("n", "w_i").row(0)
+    words = f"{whole[:1].upper()}{whole[1:]}; with w_i = 1 the {balanced}"
+    style.headline(figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", varies, n))
     left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
     style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")
     return figure
