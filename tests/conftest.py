@@ -117,7 +117,7 @@ class Colias:
     Unless the arguments say how many workers there are, its jobs run in this process too.
     """
 
-    PLAYING = ("run", "map", "study", "tune", "leaderboard", "reproduce", "behave")
+    PLAYING = ("run", "sweep", "tune", "leaderboard", "reproduce", "behave")
     """Commands whose jobs workers may do."""
 
     def __init__(self, folder: Path) -> None:

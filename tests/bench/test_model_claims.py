@@ -111,14 +111,9 @@ def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
     assert not failures and [verdict.id for verdict in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
     assert {verdict.outcome.verdict for verdict in verdicts if verdict.outcome.n} <= {"holds", "fails", "silent model"}
     assert [verdict.outcome.verdict for verdict in verdicts if not verdict.outcome.n] == ["not shown"]
-    done = colias("study", "model-claims", "--model", "si-lgmd1", "--out", "out", "--workers", "0")
+    done = colias("sweep", "model-claims", "--model", "si-lgmd1", "--out", "out", "--workers", "0")
     assert done.returncode == 0 and "of them done already" in done.stderr, done.stderr
     told = json.loads((tmp_path / "out" / "model_claims.json").read_text())
     assert [entry["outcome"]["verdict"] for entry in told["claims"]] == [
         verdict.outcome.verdict for verdict in verdicts
     ]
-
-
-def test_its_clips_are_shown_at_the_seeds_that_they_need(colias):
-    done = colias("study", "model-claims", "--model", "lplc2", "--quick")
-    assert done.returncode == 2 and "model-claims and --quick" in done.stderr
