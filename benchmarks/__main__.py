@@ -4,7 +4,7 @@ import cv2
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from benchmarks import antialiasing, envs, eye, leaks, live, loop, network, runner, start
+from benchmarks import antialiasing, envs, eye, loop, network
 
 if __name__ == "__main__":  # workers started by spawn read this file too
     console = Console()
@@ -19,8 +19,5 @@ if __name__ == "__main__":  # workers started by spawn read this file too
             eye.table,
         ):
             console.print(part())
-        for part in (envs.single, envs.vector, leaks.table):
+        for part in (envs.single, envs.vector):
             console.print(part())
-    console.print(runner.table())
-    console.print(live.table())
-    console.print(start.table())

@@ -1,4 +1,4 @@
-"""What the documentation's generated pages are made of, without Sphinx: equations, examples, units, uses."""
+"""What the documentation's generated pages are made of, without Sphinx: equations, commands, units."""
 
 from __future__ import annotations
 
@@ -7,18 +7,13 @@ import re
 from typing import get_args, get_type_hints
 
 import pytest
+import typer
 
 from dsnn import CHANNELS, MODELS
 from dsnn.stimuli import STIMULI
-from experiments import OFFLINE
-from experiments.bench import registry
-from tests.helpers.chapters import CHAPTERS, blocks, check_options
-from tools.pages import command_examples, docstring_text, parameter_tables
-from tools.pages.command_tree import tree
+from tools.pages import commands, docstring_text, parameter_tables
 from tools.pages.models import EQUATIONS, assumed
-from tools.pages.uses import uses
 
-COMMANDS = {command.title: command for command in tree().walk()}
 CODE = re.compile(r"`([^`]+)`")
 
 
@@ -71,27 +66,17 @@ def test_the_page_of_every_model_lists_what_is_assumed(name):
     assert None in listed, "its class lists choices"
 
 
-@pytest.mark.parametrize("title", [title for title, command in COMMANDS.items() if not command.commands])
-def test_examples_are_blocks_that_the_tests_read(title):
-    """Each line is in a block of a chapter, and is run unless none of this command's is."""
-    examples = command_examples.examples(COMMANDS[title])
-    shell_blocks = [block for page in CHAPTERS for block in blocks(page) if block.language == "sh"]
-    for example in examples:
-        where = [block for block in shell_blocks if block.page.name == example.chapter]
-        for line in example.lines:
-            (block,) = [block for block in where if line in command_examples.commands(block.text)]
-            assert bool(block.skipped) is not example.tested
-    assert examples or not COMMANDS[title].arguments, "a command that needs more than its name has an example"
-    assert len({example.tested for example in examples}) <= 1
-
-
-def test_usage_has_the_arguments_that_the_parser_takes():
-    for command in COMMANDS.values():
-        assert [argument.names[0] for argument in command.arguments] == re.findall(r"[{\[](?!OPTIONS|ARGS)(\w+)[}\]]",
-                                                                                   command.usage)  # fmt: skip
-        for option in command.options:
-            assert all(name.startswith("-") for name in option.names), command.title
-    check_options(["run", "speed", *COMMANDS["colias run"].options[0].names, "3"])
+def test_every_command_has_a_page_with_all_its_options(tmp_path):
+    commands.write(tmp_path)
+    group = commands.shown(typer.main.get_command(commands.app))
+    assert {path.stem for path in tmp_path.iterdir()} == {*group, "index"}
+    for name, command in group.items():
+        text = (tmp_path / f"{name}.md").read_text()
+        below = commands.shown(command)
+        options = {option for each in (command, *below.values()) for param in each.params if not param.hidden
+                   for option in param.opts if option.startswith("--")}  # fmt: skip
+        assert not [option for option in options if option not in text], name
+        assert all(f"colias {name} {subcommand} " in text for subcommand in below)
 
 
 ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s": "s", "rest_s": "s"}
@@ -117,14 +102,6 @@ def test_a_table_of_parameters_tells_every_one_and_where_presets_differ():
     assert [row[0].strip("| `") for row in rows] == [field.name for field in dataclasses.fields(entry.robot)]
     assert {row[0].strip("| `") for row in rows if "off-line" in row[1]} == {"k_sp", "t_sp"}
     assert parameter_tables.changes(entry.robot, entry.offline) == ["k_sp=1", "t_sp=0.2"]
-
-
-def test_every_clip_of_an_experiment_is_counted():
-    by_name = {use.name: use.clips for use in uses()}
-    for name in OFFLINE:
-        experiment = registry.find(name)
-        assert by_name[name].total() == len(experiment.clips)
-        assert set(by_name[name]) == {clip.stimulus for clip in experiment.clips} <= set(STIMULI)
 
 
 def test_docstrings_lose_their_sections_and_keep_code():

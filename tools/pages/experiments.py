@@ -1,4 +1,4 @@
-"""Pages: a page for each experiment that ships, with its picture."""
+"""Pages: a page for each experiment that ships."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from experiments.bench import registry
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats.claim import Claim, Words, words
-from tools.pages import docstring_text, experiment_pictures, markdown
+from tools.pages import docstring_text, markdown
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.parameter_tables import parameters, written
 
@@ -47,7 +47,7 @@ def _list(names: Sequence[str]) -> str:
 def _write_page(folder: Path, experiment: Experiment | OfflineExperiment) -> None:
     name = experiment.name
     module = importlib.import_module(f"experiments.{name.replace('-', '_')}")
-    parts = _clips(folder, experiment) if isinstance(experiment, OfflineExperiment) else _trials(folder, experiment)
+    parts = _clips(experiment) if isinstance(experiment, OfflineExperiment) else _trials(experiment)
     markdown.write(
         folder / f"{name}.md",
         f"# {name}\n",
@@ -80,18 +80,11 @@ def _model(label: str) -> str:
     return f"[{code(label)}](../models/{name}.md)" if name in MODELS else code(label)
 
 
-def _trials(folder: Path, experiment: Experiment) -> list[str]:
-    experiment_pictures.draw_paths(experiment, folder / f"{experiment.name}.png")
+def _trials(experiment: Experiment) -> list[str]:
     rows = [
         (str(number), prose(condition.label())) for number, condition in enumerate(experiment.conditions(), start=1)
     ]
-    caption = "The paths of the stimulus from above, without the errors of its start pose"
     return [
-        markdown.picture(
-            f"{experiment.name}.png",
-            caption,
-            f"{caption}. The observer is at the origin and looks to the right, as in videos.",
-        ),
         "## Conditions\n",
         table(("", "Condition"), rows),
         "## Parameters\n",
@@ -101,16 +94,11 @@ def _trials(folder: Path, experiment: Experiment) -> list[str]:
     ]
 
 
-def _clips(folder: Path, experiment: OfflineExperiment) -> list[str]:
+def _clips(experiment: OfflineExperiment) -> list[str]:
     clips = experiment.clips
-    clips_shown = experiment_pictures.shown_clips(clips)
-    experiment_pictures.draw_clips(clips_shown, folder / f"{experiment.name}.png")
-    what = "each clip" if len(clips_shown) == len(clips) else f"{len(clips_shown)} of the {len(clips)} clips"
-    caption = f"The frame in the middle of {what}, at seed 0."
     rows = [(prose(clip.name), _stimulus(clip), ", ".join(map(_change, clip.changes))) for clip in clips[:MOST_ROWS]]
     more = f"and {len(clips) - MOST_ROWS} more.\n" if len(clips) > MOST_ROWS else ""
     return [
-        markdown.picture(f"{experiment.name}.png", f"Frames of {experiment.name}", caption),
         "## Clips\n",
         table(("Clip", "Stimulus", "Set otherwise than its defaults"), rows),
         more,

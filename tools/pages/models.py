@@ -6,13 +6,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import polars as pl
+
 import dsnn
 from dsnn import MODELS, ModelEntry
-from experiments.bench.run.models import family
-from tools.pages import docstring_text, markdown, model_pictures, parameter_tables
+from experiments.bench.report import clips, style
+from experiments.bench.run.models import choose, family
+from experiments.bench.run.play import Trial, play
+from experiments.bench.sources.clips import Clip, Figure
+from tools.pages import docstring_text, markdown, parameter_tables
 from tools.pages.docstring_text import ASSUMED
 from tools.pages.markdown import code, prose, sentence, table
-from tools.pages.model_pictures import Shown
 from tools.pages.parameter_tables import changes, parameters, written
 
 EQUATIONS = Path(__file__).parents[2] / "docs" / "reference" / "equations"
@@ -30,6 +34,13 @@ KINDS: Mapping[tuple[str, ...], str] = {
     ("direction", "looming"): "Direction and looming",
 }
 """Kind of a model's answers -> the heading of its part of the index."""
+DARK = (("grey", 40.0), ("background_grey", 200.0))
+SQUARE = (("rows", 72), ("columns", 99), ("width", 25.0), ("height", 25.0), ("motion", "rightward"), ("speed", 60.0))
+CLIPS: Mapping[str, Clip] = {
+    "direction": Clip("dark square rightward", "plain", (*SQUARE, *DARK)),
+    "looming": Clip("dark looming", "looming", (("l_over_v_s", 0.16), *DARK)),
+}
+"""Kind of a model's answers -> the clip that its page shows them to."""
 
 
 def write(folder: Path) -> None:
@@ -44,7 +55,7 @@ def _write_index(folder: Path) -> None:
     for kinds, title in KINDS.items():
         rows = [
             (f"[{code(name)}]({name}.md)", prose(sentence(entry.summary)), prose(entry.source))
-            for name, entry in MODELS.items() if model_pictures.kinds(entry) == kinds
+            for name, entry in MODELS.items() if kinds_of(entry) == kinds
         ]  # fmt: skip
         parts.append(f"## {title}\n\n{table(('Model', 'What it is', 'Literature'), rows)}")
     markdown.write(
@@ -60,9 +71,6 @@ def _write_index(folder: Path) -> None:
 
 
 def _write_page(folder: Path, entry: ModelEntry) -> None:
-    pictures = [
-        _picture(folder, model_pictures.show_standard_clip(entry, kind)) for kind in model_pictures.kinds(entry)
-    ]
     section = family(entry.name)
     offline = entry.preset("offline")
     equations = (EQUATIONS / f"{entry.name}.md").read_text(encoding="utf-8")
@@ -72,7 +80,7 @@ def _write_page(folder: Path, entry: ModelEntry) -> None:
         f"{prose(sentence(entry.summary))}\n",
         _facts(entry),
         "## Answer\n",
-        *pictures,
+        *(_picture(folder, entry.name, kind) for kind in kinds_of(entry)),
         "## Equations\n",
         equations,
         _assumed(entry),
@@ -96,7 +104,7 @@ def _facts(entry: ModelEntry) -> str:
     ]
     rows = [
         ("Literature", prose(entry.source)),
-        ("Kind", KINDS[model_pictures.kinds(entry)].lower()),
+        ("Kind", KINDS[kinds_of(entry)].lower()),
         ("Channels", "<br>".join(f"{code(channel)}: {CHANNELS[channel]}" for channel in entry.channels)),
         ("Spikes", ", ".join(spikes) or "none"),
         ("Classes", f"{_class(build)}, {_class(params)}"),
@@ -110,16 +118,18 @@ def _class(named: type) -> str:
     return code(f"dsnn.{named.__name__}" if public else f"{named.__module__}.{named.__name__}")
 
 
-def _picture(folder: Path, model: Shown) -> str:
-    file = f"{model.entry.name}-{model.kind}.png"
-    model_pictures.draw(model, folder / file)
-    rows, columns = model.frames[0].luma.shape
-    alt = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
-    caption = (
-        f"The clip *{model.clip.name}*, {columns}x{rows} px at {model.fps:g} frames/s, to the model with its"
-        " parameters on the robot. Grey lines: the frames above. Dashed: spiking thresholds T."
-    )
-    return markdown.picture(file, alt, caption)
+def kinds_of(entry: ModelEntry) -> tuple[str, ...]:
+    """Return what a model answers: ``direction``, ``looming`` or both."""
+    return tuple(kind for kind, channel in (("direction", "hs"), ("looming", "looming")) if channel in entry.channels)
+
+
+def _picture(folder: Path, name: str, kind: str) -> str:
+    model, clip = choose(name), CLIPS[kind]
+    shown = play(Trial(kind, 0, 0, 0, clip, (model,)))
+    title = f"{name}, with its parameters on the robot"
+    drawn = clips.draw(Figure(), pl.DataFrame(shown.rows), shown.frames, {name: model.threshold}, title)
+    file = style.save(drawn, folder / f"{name}-{kind}").name
+    return markdown.picture(file, f"The answers of {name} against time", f"The clip *{clip.name}* at 30 frames/s.")
 
 
 def assumed(entry: ModelEntry) -> list[str]:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
 from pathlib import Path
 
 from dsnn.stimuli import STIMULI, StimulusEntry
 from tools.pages import docstring_text, markdown, stimulus_pictures
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.parameter_tables import parameters
-from tools.pages.uses import Use, uses
 
 
 def write(folder: Path) -> None:
     """Write the pages into ``folder``."""
-    all_uses = uses()
     for entry in STIMULI.values():
-        _write_page(folder, entry, all_uses)
+        _write_page(folder, entry)
     rows = ((f"[{code(name)}]({name}.md)", prose(sentence(entry.summary))) for name, entry in STIMULI.items())
     markdown.write(
         folder / "index.md",
@@ -32,7 +29,7 @@ def write(folder: Path) -> None:
     )
 
 
-def _write_page(folder: Path, entry: StimulusEntry, stimulus_uses: Sequence[Use]) -> None:
+def _write_page(folder: Path, entry: StimulusEntry) -> None:
     name, params = entry.name, type(entry.params)
     row = stimulus_pictures.draw(entry, folder / f"{name}.png")
     band = stimulus_pictures.BANDS.get(name)
@@ -53,14 +50,4 @@ def _write_page(folder: Path, entry: StimulusEntry, stimulus_uses: Sequence[Use]
         "## Parameters\n",
         f"`--set {name}.NAME=VALUE` sets one, and `colias stimulus {name} --parameters` lists them.\n",
         parameters(entry.params),
-        _used(name, stimulus_uses),
     )  # fmt: skip
-
-
-def _used(name: str, stimulus_uses: Sequence[Use]) -> str:
-    rows = [
-        (prose(use.name), f"[{code(use.command)}]({use.page})", str(use.clips[name]))
-        for use in stimulus_uses if use.clips[name]
-    ]  # fmt: skip
-    text = table(("What", "Command", "Clips of it"), rows) if rows else "Nothing that ships shows it by itself.\n"
-    return f"## Used by\n\n{text}"
