@@ -1,21 +1,15 @@
-"""Hooks of Sphinx that document a name: its docstring completed, a signature without types, links.
-
-Types are in the list of parameters, with links; a signature with all of them would be several lines long.
-"""
+"""Hooks of Sphinx that document a name: its docstring completed, and links."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import inspect
-import re
 from typing import Any
 
 from docutils import nodes
 from numpydoc.xref import DEFAULT_LINKS
-from sphinx import addnodes
 from sphinx.application import Sphinx
-from sphinx.util.inspect import stringify_signature
 from sphinx.util.nodes import make_refnode
 
 from tools.pages import docstrings, surface
@@ -68,16 +62,8 @@ def _on_docstring(app: Sphinx, what: str, name: str, thing: Any, options: Any, l
 def _on_signature(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
-    try:
-        parsed = inspect.signature(thing)
-    except (TypeError, ValueError):
-        return signature, returns
-    if getattr(thing, "_is_protocol", False):
-        return "", None  # nobody makes one
-    bound = what == "method" and list(parsed.parameters)[:1] in (["self"], ["cls"])
-    if bound:
-        parsed = parsed.replace(parameters=list(parsed.parameters.values())[1:])
-    return stringify_signature(parsed, show_annotation=False, show_return_annotation=False), None
+    """Keep Python's signature, where numpydoc would look for one in the docstring; nobody makes a protocol."""
+    return ("", None) if getattr(thing, "_is_protocol", False) else (signature, returns)
 
 
 def left_out() -> dict[str, str]:
@@ -85,14 +71,6 @@ def left_out() -> dict[str, str]:
     made_of = [(name, thing) for name, thing in _public().items() if isinstance(thing, type)]
     fields = {name: ", ".join(docstrings.fields(thing)) for name, thing in made_of if dataclasses.is_dataclass(thing)}
     return fields | {"colias_sim.envs.base.ColiasEnv": "options_type"}
-
-
-def _on_described(app: Sphinx, domain: str, kind: str, content: nodes.Element) -> None:
-    """Write the type of a property that is an array as numpydoc does."""
-    for node in content.findall(addnodes.desc_annotation) if (domain, kind) == ("py", "property") else ():
-        match = re.match(r": ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]$", node.astext())
-        if match:
-            node[:] = [nodes.Text(f": ndarray of {match[1]}")]
 
 
 def public_name(target: str) -> str | None:
@@ -121,6 +99,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
             thing.__name__ = name.rpartition(".")[2]  # as it is imported; autodoc calls another name an alias
     app.connect("autodoc-process-docstring", _on_docstring, priority=FIRST)
     app.connect("autodoc-process-signature", _on_signature, priority=FIRST)
-    app.connect("object-description-transform", _on_described)
     app.connect("missing-reference", _on_missing)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
