@@ -182,19 +182,13 @@ def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
     measures = []
     for condition in every:
         columns = {name: getattr(condition, name) for name in CONDITION_COLUMNS}
-        texts = [f"{name}={_text(columns[name])}" for name in varied]
-        measures.append(
-            Measure(
-                f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES, "mean number of spikes in a trial", "",
-                "that condition", lambda _: True, partial(mean_spikes, condition=columns), (condition.motion,),
-                tuple(columns.items()),
-            )
-        )  # fmt: skip
+        texts = [f"{name}={columns[name]:g}" if isinstance(columns[name], float | int) else f"{name}={columns[name]}"
+                 for name in varied]  # fmt: skip
+        name = f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES
+        of = partial(mean_spikes, condition=columns)
+        measures.append(Measure(name, "mean number of spikes in a trial", "", "", bool, of, (condition.motion,),
+                                tuple(columns.items())))  # fmt: skip
     return measures
-
-
-def _text(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float | int) else str(value)
 
 
 def mean_spikes(rows: Rows, _threshold: float | None, *, condition: Mapping[str, Any]) -> Number:

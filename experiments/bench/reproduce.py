@@ -54,7 +54,7 @@ from experiments.claims import model_clips
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 from experiments.claims.readings import READINGS, bears_on
 from experiments.clutter_frames import OF, prefix
-from experiments.studies.onboard import BEST, FORMATS, series_of
+from experiments.studies.onboard import BEST, series_of
 from experiments.studies.onboard import STUDY as ONBOARD
 from experiments.studies.sensitivity import DEFAULTS
 from experiments.studies.sensitivity import STUDY as SENSITIVE
@@ -253,7 +253,7 @@ def replicates_plan(
     pictures
         The wall of the arena has one of them in each replicate.
     """
-    beside = (BEST.label,) if onboard else ()
+    beside = (BEST,) if onboard else ()
     models = {
         name: [
             *(model for model in asked_models(registry.load(name)) if among is None or model in among),
@@ -264,7 +264,7 @@ def replicates_plan(
     study = Study(
         REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
         experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
-        probe=series_of((MODEL, BEST.label)) if onboard else None,
+        probe=series_of((MODEL, BEST)) if onboard else None,
     )  # fmt: skip
     return sweep_plan.planned(study, seed, models, pictures)
 
@@ -410,11 +410,11 @@ def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
 
     It watched replicate 0 beside the moves of the network, whose seed is the same.
     """
-    labels = tuple(form.label for form in FORMATS[:2])
+    labels = (MODEL, BEST)
     study = dataclasses.replace(ONBOARD, models=labels, repeats=plans.scale.repeats, replicates=len(every))
     defaults = (("moved", DEFAULTS),)
     given: dict[Any, Sequence[Replicate]] = {
-        ((), model): [moved.replicates(defaults, model)[0], *every[1:]] for model in (MODEL, BEST.label)
+        ((), model): [moved.replicates(defaults, model)[0], *every[1:]] for model in (MODEL, BEST)
     }
     return Sweep(sweep_plan.planned(study, plans.seed), given=given)
 

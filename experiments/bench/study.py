@@ -262,16 +262,10 @@ def fits() -> tuple[str, ...]:
 
 
 def shipped(name: str, attribute: str = "STUDY") -> Any:
-    """Return the ``STUDY`` or the ``FIT`` that ships under a name.
-
-    Raises
-    ------
-    UsageError
-        None that ships is called so.
-    """
-    kind, known = ("study", names()) if attribute == "STUDY" else ("fit", fits())
+    """Return the ``STUDY`` or the ``FIT`` that ships under a name; `UsageError` where there is none."""
+    known = names() if attribute == "STUDY" else fits()
     if name not in known:
-        raise UsageError(f"unknown {kind} '{name}'{nearest(name, known, ' (', ')')}: known are {', '.join(known)}")
+        raise UsageError(f"unknown {attribute.lower()} '{name}'{nearest(name, known, ' (', ')')}: {', '.join(known)}")
     return getattr(importlib.import_module(f"experiments.studies.{name.replace('-', '_')}"), attribute)
 
 

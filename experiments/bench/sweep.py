@@ -34,7 +34,6 @@ from experiments.bench.sweep_plan import EVERY_MODEL, Plan, Share
 
 TOGETHER = "all"
 """Id of all claims of a grid of parameters together, where there are several."""
-TABLE = "counts.csv"
 NAME = "sweep"
 """Name of a sweep that is no study."""
 Rows = Sequence[Mapping[str, Any]]
@@ -154,20 +153,24 @@ class Sweep:
         levels = zip(self.plan.axes, point, strict=True)
         return {**{axis.name: axis.value(label) for axis, (_, label) in levels}, "model": model}
 
+    def _claimed(self, columns: Callable[[Sequence[Outcome]], list[dict[str, Any]]]) -> pl.DataFrame:
+        """Return rows of each point, model and claim, from its outcomes in all replicates."""
+        on = {claim.id: experiment for claim, experiment in self.plan.claims}
+        rows = [
+            {**self._values(point, model), "claim": claim, "experiment": on.get(claim, ""), **row}
+            for (point, model, claim), outcomes in self.outcomes.items()
+            for row in columns(outcomes)
+        ]
+        return pl.DataFrame(rows, infer_schema_length=None)
+
     @cached_property
     def table(self) -> pl.DataFrame:
         """The outcomes: a row for each point, model, claim and replicate, with what decided and what was measured."""
-        on = {claim.id: experiment for claim, experiment in self.plan.claims}
-        rows = [
-            {
-                **self._values(point, model), "claim": claim, "experiment": on.get(claim, ""), "replicate": number,
-                "seed": self.plan.seed + number, "verdict": outcome.verdict, "decided": outcome.decided,
-                "measured": outcome.measured, "effect": outcome.effect, "n": outcome.n,
-            }
-            for (point, model, claim), outcomes in self.outcomes.items()
+        names = ("verdict", "decided", "measured", "effect", "n")
+        return self._claimed(lambda outcomes: [
+            {"replicate": number, "seed": self.plan.seed + number, **{name: getattr(outcome, name) for name in names}}
             for number, outcome in enumerate(outcomes)
-        ]  # fmt: skip
-        return pl.DataFrame(rows, infer_schema_length=None)
+        ])  # fmt: skip
 
     @cached_property
     def counts(self) -> pl.DataFrame:
@@ -175,16 +178,10 @@ class Sweep:
 
         ``decided`` and ``measured`` are those of replicate 0.
         """
-        on = {claim.id: experiment for claim, experiment in self.plan.claims}
-        rows = [
-            {
-                **self._values(point, model), "claim": claim, "experiment": on.get(claim, ""),
-                **count_columns(count(outcome.verdict for outcome in outcomes)), "decided": outcomes[0].decided,
-                "measured": outcomes[0].measured,
-            }
-            for (point, model, claim), outcomes in self.outcomes.items()
-        ]  # fmt: skip
-        return pl.DataFrame(rows, infer_schema_length=None)
+        return self._claimed(lambda outcomes: [
+            {**count_columns(count(outcome.verdict for outcome in outcomes)), "decided": outcomes[0].decided,
+             "measured": outcomes[0].measured}
+        ])  # fmt: skip
 
     def values(self, measure: Measure, experiment: str, point: Point, model: str) -> list[float | None]:
         """Return the value of a measure in each replicate; ``None`` where trials are lost, or it has none there."""
@@ -309,7 +306,7 @@ def write(result: Sweep, files: Files, name: str) -> None:
 
     both = [table for table in (result.counts, result.numbers) if table.height]
     files.write_rows("outcomes.csv", result.table.to_dicts())
-    files.write_rows(TABLE, pl.concat(both, how="diagonal_relaxed").to_dicts() if both else [])
+    files.write_rows("counts.csv", pl.concat(both, how="diagonal_relaxed").to_dicts() if both else [])
     files.write_json(f"{name}.json", result.described())
     if both:
         style.save(drawn(result), files.folder / name)
@@ -321,11 +318,9 @@ def drawn(result: Sweep) -> Any:
 
     plan = result.plan
     titles = {claim.id: claim.title for claim, _ in plan.claims}
-    titles |= {
-        measure.name: f"{measure.says}{f' ({measure.unit})' if measure.unit else ''}" for measure, _ in plan.measures
-    }
+    titles |= {measure.name: f"{measure.says}, {measure.unit}".rstrip(", ") for measure, _ in plan.measures}
     of = (
         "each clip once" if plan.things == "clips" else f"{'/'.join(map(str, dict.fromkeys(plan.repeats)))} trials each"
     )
-    about = f"{plan.study.name}: {plan.study.summary}; {plan.replicates} replicates from seed {plan.seed}, {of}"
+    about = f"{plan.study.name}: {plan.study.summary}; replicates: {plan.replicates}, from seed {plan.seed}, {of}"
     return report.draw(result.counts, result.numbers, plan.axes, titles, about)

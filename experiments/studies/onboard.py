@@ -1,7 +1,6 @@
 """C13 to C20 in the arithmetic of the robot's own processor, in several formats of numbers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -16,36 +15,17 @@ CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20")
 """The claims about counts of spikes on the robot."""
 
 
-@dataclass(frozen=True, slots=True)
-class Format:
-    """A form of the network.
-
-    Parameters
-    ----------
-    label
-        What ``--model`` takes, and tables show.
-    says
-        What it computes with.
-    fits
-        Whether it fits into the robot's memory at 99x72 beside three frames of its camera and 16 kB of other use, as
-        ``colias firmware budget`` measures it.
-    """
-
-    label: str
-    says: str
-    fits: bool
-
-
-BEST = Format("dsnn-onboard", "8-bit delay states, companded, and 8-bit LA, rounded to nearest", True)
+BEST = "dsnn-onboard"
 """The best format that fits, of which alone a claim is said not to survive."""
-FORMATS = (
-    Format(MODEL, "float32", False),
-    BEST,
-    Format("dsnn-onboard:preset=lamina16", "16-bit LA, which fits beside two camera frames", False),
-    Format("dsnn-onboard:preset=bits16", "16-bit delay states and LA", False),
-    Format("dsnn-onboard:preset=truncated", "the best one, truncated at every step", True),
-)
-"""The float network, then the best format. All watch the same trials."""
+FORMATS: Mapping[str, tuple[str, str]] = {
+    MODEL: ("float32", "no"),
+    BEST: ("8-bit delay states, companded, and 8-bit LA, rounded to nearest", "yes"),
+    "dsnn-onboard:preset=lamina16": ("16-bit LA, which fits beside two camera frames", "no"),
+    "dsnn-onboard:preset=bits16": ("16-bit delay states and LA", "no"),
+    "dsnn-onboard:preset=truncated": ("the best one, truncated at every step", "yes"),
+}
+"""Model, as ``--model`` takes it -> what it computes with, and whether it fits into the robot's memory at 99x72 beside
+three frames of its camera and 16 kB of other use, as ``colias firmware budget`` measures it."""
 
 HS, SPIKES = "hs_series", "hs_spikes_series"
 """Columns of a trial's row: HS, in float32, and its spikes in every frame; null of a model whose are not kept."""
@@ -75,8 +55,8 @@ def errors(result: Any) -> dict[str, list[dict[str, Any]]]:
     claims = [claim.id for claim, _ in result.plan.claims]
     return {
         "Formats": [
-            {"format": entry.label, "computes with": entry.says, "fits": "yes" if entry.fits else "no"}
-            for entry in FORMATS if entry.label in [model for _, model in result.plan.judged]
+            {"format": model, "computes with": FORMATS[model][0], "fits": FORMATS[model][1]}
+            for _, model in result.plan.judged
         ],
         "Claims lost and gained against the float network": [
             lost_and_gained(result, claim, model, plain) for claim in claims for _, model in others
@@ -114,9 +94,8 @@ def error_row(
            "worst": None, "spikes in float": 0, "lost": 0, "gained": 0}  # fmt: skip
     if not both:
         return row
-    hs, spikes = (np.concatenate([format_[key][part] for key in both]) for part in (0, 1))
-    wanted, expected = (np.concatenate([float_[key][part] for key in both]) for part in (0, 1))
-    error = np.abs(hs - wanted)
+    ours, floats_ = (np.concatenate([found[key] for key in both], axis=1) for found in (format_, float_))
+    error, spikes, expected = np.abs(ours[0] - floats_[0]), ours[1], floats_[1]
     # A spike of the other sign is one lost and one gained.
     same = np.where(spikes * expected > 0, np.minimum(np.abs(spikes), np.abs(expected)), 0)
     return {
@@ -127,10 +106,10 @@ def error_row(
     }  # fmt: skip
 
 
-def _series(every: Sequence[Replicate], label: str) -> Mapping[tuple[int, Any, Any], tuple[Any, Any]]:
-    """Replicate, experiment and seed of a trial -> HS and spikes in its frames; without those that were not kept."""
+def _series(every: Sequence[Replicate], label: str) -> dict[tuple[Any, ...], Any]:
+    """Replicate, experiment and seed of a trial -> HS and its spikes, (2, T); without those that were not kept."""
     return {
-        (number, row["experiment"], row["seed"]): (np.asarray(row[HS], np.float64), np.asarray(row[SPIKES], np.int64))
+        (number, row["experiment"], row["seed"]): np.array([row[HS], row[SPIKES]], np.float64)
         for number, replicate in enumerate(every)
         for row in replicate.of(label)
         if row.get(HS) is not None
@@ -141,7 +120,7 @@ STUDY = Study(
     name="onboard",
     summary="C13 to C20 in the robot's own arithmetic, in several formats, beside the float network on the same trials",
     claims=CLAIMS,
-    models=tuple(entry.label for entry in FORMATS),
-    probe=series_of([entry.label for entry in FORMATS]),
+    models=tuple(FORMATS),
+    probe=series_of(tuple(FORMATS)),
     tables=errors,
 )

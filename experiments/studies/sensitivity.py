@@ -39,7 +39,7 @@ MOVED = Axis(
     "moved",
     (
         Level(DEFAULTS),
-        *(Level(name, (f"dsnn.{text}", f"{BEST.label}.{text}")) for name, text in NETWORK.items()),
+        *(Level(name, (f"dsnn.{text}", f"{BEST}.{text}")) for name, text in NETWORK.items()),
         *(Level(name, (f"dsnn.{text}",), models=("dsnn",)) for name, text in READINGS.items()),
         *(Level(name, settings, models=("dsnn",)) for name, settings in APPARATUS.items()),
     ),
@@ -51,7 +51,7 @@ STUDY = Study(
     claims=("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20", "C29"),
     experiments=("general", "speed", "distance", "angular-approach", "angular-recession"),
     axes=(MOVED,),
-    models=("dsnn", BEST.label),
+    models=("dsnn", BEST),
     replicates=1,
-    probe=series_of((DEFAULTS, f"{BEST.label} {DEFAULTS}")),
+    probe=series_of((DEFAULTS, f"{BEST} {DEFAULTS}")),
 )

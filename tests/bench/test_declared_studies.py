@@ -217,8 +217,8 @@ def test_what_a_format_loses_and_gains_is_counted_by_replicate():
     plan = planned("onboard", 4, replicates=3, repeats=5)
     ours = {(spec.experiment, spec.seed): spec for spec in design(3, 5, 4).specs}
     assert all(ours[spec.experiment, spec.seed].settings.models[0] == spec.settings.models[0] for spec in plan.specs)
-    firing = dict.fromkeys([form.label for form in FORMATS], 5)
-    spikes = (firing, firing | {BEST.label: 0}, firing | {BEST.label: 0})
+    firing = dict.fromkeys(FORMATS, 5)
+    spikes = (firing, firing | {BEST: 0}, firing | {BEST: 0})
     size = len(plan.specs) // plan.replicates
     rows = [
         row | {"spikes": spikes[row["trial"] // size][row["model"]] * (row["motion"] == "translation")}
@@ -226,8 +226,8 @@ def test_what_a_format_loses_and_gains_is_counted_by_replicate():
     ]
     result = Sweep(plan, rows)
     counts = {row["model"]: row for row in result.counts.filter(claim="C13").iter_rows(named=True)}
-    assert (counts[MODEL]["holds"], counts[BEST.label]["holds"], counts[BEST.label]["silent model"]) == (3, 1, 2)
-    row = lost_and_gained(result, "C13", BEST.label, MODEL)
+    assert (counts[MODEL]["holds"], counts[BEST]["holds"], counts[BEST]["silent model"]) == (3, 1, 2)
+    row = lost_and_gained(result, "C13", BEST, MODEL)
     assert (row["lost"], row["gained"], row["survives"]) == (2, 0, "-"), "three replicates have no word"
 
 
@@ -238,21 +238,21 @@ def replicate_of(label, hs, spikes):
 
 def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
     floats = replicate_of(MODEL, [0.5, -0.5, 0.1, 0.0], [1, -2, 0, 1])
-    ours = replicate_of(BEST.label, [0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0])
-    row = error_row(BEST.label, ours, floats)
+    ours = replicate_of(BEST, [0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0])
+    row = error_row(BEST, ours, floats)
     assert [row[name] for name in ("frames", "trials", "spikes in float", "lost", "gained")] == [4, 1, 4, 3, 2]
     assert row["worst"] == pytest.approx(1.0) and row["median of |HS error|"] == pytest.approx(0.25)
     same = error_row(MODEL, floats, floats)
     assert (same["worst"], same["lost"], same["gained"]) == (0.0, 0, 0)
-    assert error_row(BEST.label, replicate_of(BEST.label, None, None), floats)["worst"] is None
+    assert error_row(BEST, replicate_of(BEST, None, None), floats)["worst"] is None
 
 
 def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
-    study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST.label), replicates=1, repeats=1,
-                                probe=onboard.series_of((BEST.label,)), tables=None, every_trial=False)  # fmt: skip
+    study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1,
+                                probe=onboard.series_of((BEST,)), tables=None, every_trial=False)  # fmt: skip
     result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Resources(workers=0, quiet=True))
     for found in result.rows:
-        if found["model"] == BEST.label:
+        if found["model"] == BEST:
             assert max(found[HS]) == pytest.approx(found["peak_hs"], abs=1e-6) and len(found[HS]) == found["frames"]
             assert sum(map(abs, found[SPIKES])) == found["spikes"]
         else:
@@ -263,7 +263,7 @@ def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
     whole = reproduce.planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
     replicates, moves = whole.studies["replicates"], whole.studies["sensitivity"]
     for spec in replicates.specs:
-        shows = BEST.label in {model.label for model in spec.settings.models}
+        shows = BEST in {model.label for model in spec.settings.models}
         assert shows == (spec.experiment in reproduce.single_model_experiments())
     (second,), moved = (
         Sweep(replicates, [{**row, HS: None, SPIKES: None} for row in rows_of(replicates.specs)]).replicates(
@@ -272,8 +272,8 @@ def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
         Sweep(moves, [{**row, HS: None, SPIKES: None} for row in rows_of(moves.specs)]),
     )
     result = reproduce.onboard(whole, [second, second], moved)
-    (best,) = result.counts.filter(claim="C13", model=BEST.label).iter_rows(named=True)
-    assert set(result.counts["model"]) == {MODEL, BEST.label} and (best["holds"], best["replicates"]) == (2, 2)
+    (best,) = result.counts.filter(claim="C13", model=BEST).iter_rows(named=True)
+    assert set(result.counts["model"]) == {MODEL, BEST} and (best["holds"], best["replicates"]) == (2, 2)
 
 
 # --- looming detectors ------------------------------------------------------------------------------------------------

@@ -7,22 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import (
-    EXIT_FAILED,
-    Assignments,
-    Cluster,
-    For,
-    OtherCode,
-    Out,
-    OwnPictures,
-    Quiet,
-    Seed,
-    Workers,
-    own_pictures,
-    resources,
-    results_folder,
-    run_folder,
-)
+from experiments.bench.cli import options
 from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
@@ -84,9 +69,9 @@ def sweep(
         int | None,
         typer.Option(help="Replicates, each with a seed of its own; otherwise 1, or the study's number."),
     ] = None,
-    seed: Seed = 0,
-    out: Out = None,
-    assignments: Assignments = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
     model: Annotated[
         list[str] | None,
         typer.Option(
@@ -95,12 +80,12 @@ def sweep(
             help="A model judged, otherwise dsnn: a name or a .py file, or dsnn:w_i=1. Repeatable; of clips just one.",
         ),
     ] = None,
-    pictures: OwnPictures = None,
-    other_code: OtherCode = False,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    medium: For = Medium.WEB,
-    quiet: Quiet = False,
+    pictures: options.OwnPictures = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = Medium.WEB,
+    quiet: options.Quiet = False,
 ) -> int:
     """Run replicates of experiments at every point of a grid, and count in how many each claim holds.
 
@@ -117,9 +102,9 @@ def sweep(
     from experiments.bench.run.errors import UsageError
     from experiments.bench.study import called
 
-    means = resources(workers, cluster, quiet, other_code)
+    means = options.resources(workers, cluster, quiet, other_code)
     if experiment == MODEL_CLAIMS:
-        return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, means)
+        return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, means)
     study = None if over else called(experiment)
     if study is None:
         listed = [[name for name in (text or "").split(",") if name] for text in (claims, measure)]
@@ -135,15 +120,15 @@ def sweep(
             raise UsageError(f"--repeats {repeats}: a replicate has each clip once; --replicates has more seeds")
         study = dataclasses.replace(study, replicates=study.replicates if replicates is None else replicates,
                                     repeats=study.repeats if repeats is None else repeats)  # fmt: skip
-    plan = sweep_plan.planned(study, seed, pictures=own_pictures(pictures))
+    plan = sweep_plan.planned(study, seed, pictures=options.own_pictures(pictures))
     name = f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name
-    folder = run_folder(out, name)
+    folder = options.run_folder(out, name)
     result = sweeps.run(plan, folder, means)
     if not quiet:
         from experiments.bench.report.sweep import show
 
         show(result, folder)
-    return EXIT_FAILED if result.failures or tell_troubles(result.troubles()) else 0
+    return options.EXIT_FAILED if result.failures or tell_troubles(result.troubles()) else 0
 
 
 def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
@@ -157,4 +142,4 @@ def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -
             show_verdict(verdict, model=True)
         out_console.print()
         show_places({"verdicts": folder / "model_claims.json"})
-    return EXIT_FAILED if failures else 0
+    return options.EXIT_FAILED if failures else 0
