@@ -85,6 +85,7 @@ def _settings(panel: Axes, fitted: Any, one: Any, other: Any) -> None:
             axis.set_ticks(range(len(part.choices)), part.choices)
         elif part is not None and part.log:
             scale("log")
+            style.plain_numbers(panel, "x" if part is one else "y")
 
 
 def _label(part: Any) -> str:
