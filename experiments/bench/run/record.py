@@ -325,7 +325,8 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         if isinstance(images, np.ndarray):
             chunks += _pictures(entity, rr.Image, images, when)
         else:
-            chunks += [_jpeg(entity), chunk(entity, when, rr.EncodedImage.columns(blob=images))]
+            chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
+            chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
     for name, images in frames.maps.items():
         entity = f"{model_entity(content.models[0].label)}/maps/{name}"
         chunks += _pictures(entity, rr.SegmentationImage, images, when)
@@ -350,20 +351,10 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
 
 
 def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColumn]) -> list[Chunk]:
-    columns = kind.columns(buffer=images.reshape(len(images), -1))
-    return [_format(entity, kind, images.shape[1:]), chunk(entity, when, columns)]
-
-
-@lru_cache(maxsize=64)
-def _format(entity: str, kind: Any, shape: tuple[int, int]) -> Chunk:
-    rows, columns = shape
+    count, rows, columns = images.shape
     form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
-    return fixed(entity, kind.from_fields(format=form))
-
-
-@lru_cache(maxsize=64)
-def _jpeg(entity: str) -> Chunk:
-    return fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg"))
+    buffers = kind.columns(buffer=images.reshape(count, -1))
+    return [fixed(entity, kind.from_fields(format=form)), chunk(entity, when, buffers)]
 
 
 def _scalars(values: npt.NDArray[Any]) -> Iterable[Any]:
