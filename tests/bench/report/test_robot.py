@@ -61,8 +61,8 @@ def test_a_title_orders_no_means_whose_intervals_overlap(seed):
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_title_finds_nothing_where_there_are_no_intervals(count):
     """Neither an order, nor in how many models."""
-    rows = robot_rows(["dsnn", "hybrid"], SPEEDS, count)
-    text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED)
+    rows = robot.prepared(robot_rows(["dsnn", "hybrid"], SPEEDS, count), None, SPEED)
+    text = robot.finding(rows, robot.COUNT, SPEED)
     assert not re.search(r"rises|falls|largest|least|\d of \d", text)
 
 
