@@ -16,7 +16,6 @@ from .bench.public.listing import runs as runs
 from .bench.public.result import Run as Run
 from .bench.public.result import load as load
 from .bench.public.run import run as run
-from .bench.public.sweep import sweep as sweep
 from .bench.public.version import __version__ as __version__
 from .bench.run.errors import UsageError as UsageError
 from .bench.sources.clip_claims import ClipClaim as ClipClaim
@@ -41,6 +40,7 @@ from .bench.stats.verdict import Verdict as Verdict
 from .bench.study import Axis as Axis
 from .bench.study import Level as Level
 from .bench.study import Study as Study
+from .bench.sweep import sweep as sweep
 
 NAMES: tuple[str, ...]
 OFFLINE: tuple[str, ...]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -19,18 +20,19 @@ from experiments.bench.measures import Measure
 from experiments.bench.replicates import Replicate, judged, of_clips, of_model
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.play import FRAMES, Trial, show, tabulate
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch, Resources, worker_count
 from experiments.bench.sources import clips
 from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.robot_claims import RobotClaim
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.count import count, count_columns
 from experiments.bench.stats.verdict import Outcome, together
+from experiments.bench.store.description import check_own
 from experiments.bench.store.drawing import drawn_here
-from experiments.bench.store.files import Files
+from experiments.bench.store.files import Files, new_folder
 from experiments.bench.store.rows import Failure, TrialRecord, group
-from experiments.bench.study import Study
-from experiments.bench.sweep_plan import EVERY_MODEL, Plan, Share
+from experiments.bench.study import Study, called
+from experiments.bench.sweep_plan import EVERY_MODEL, Plan, Share, planned
 
 TOGETHER = "all"
 """Id of all claims of a grid of parameters together, where there are several."""
@@ -324,3 +326,69 @@ def drawn(result: Sweep) -> Any:
     )
     about = f"{plan.study.name}: {plan.study.summary}; replicates: {plan.replicates}, from seed {plan.seed}, {of}"
     return report.draw(result.counts, result.numbers, plan.axes, titles, about)
+
+
+def sweep(
+    experiment: str | Study,
+    over: Sequence[str] = (),
+    models: Sequence[str] = ("dsnn",),
+    seeds: range = range(1),
+    *,
+    claims: Sequence[str] = (),
+    measures: Sequence[str] = (),
+    repeats: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    quiet: bool = False,
+) -> pl.DataFrame:
+    """Judge claims and measure numbers at every point of a grid of parameters, as ``colias sweep`` does.
+
+    Points that differ in parameters of models alone share their frames.
+
+    Parameters
+    ----------
+    experiment
+        Experiments, names or files joined by commas; or a study, by its name, its file, or as it is.
+    over
+        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them. A study has its own.
+    models
+        The models judged, one by one.
+    seeds
+        The seed of each replicate. A study has its own number of replicates; only the first seed counts.
+    claims, measures
+        Ids of claims, and names of measures; without both, all claims that are declared about the models.
+    repeats
+        Trials of each condition in a replicate; ``None``: the experiment's own number.
+    out
+        The folder for the trials and tables; otherwise a new one, ``runs/NAME-TIME``. There, what is missing is done.
+    workers
+        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    quiet
+        Whether to print neither plan nor progress.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row for each point, model, claim and replicate: ``verdict``, what ``decided``, what was ``measured``. Without
+        claims, a row for each point, model and measure: ``value``, and its 95 % interval.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+
+    Examples
+    --------
+    >>> from experiments import sweep
+    >>> table = sweep("general", over=("dsnn.t_sp=0.1,0.2",), claims=("C14",), repeats=5, quiet=True)
+    >>> table.select("dsnn.t_sp", "verdict").rows()
+    [(0.1, 'holds'), (0.2, 'holds')]
+    """
+    if not isinstance(seeds, range) or seeds.step != 1 or not seeds:
+        raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
+    named = experiment if isinstance(experiment, Study) else None if over else called(experiment)
+    study = named or typed(str(experiment), over, claims, measures, models, (), repeats, len(seeds))
+    place = new_folder(study.name) if out is None else Path(out)
+    check_own(place, f"out={place}")
+    result = run(planned(study, seeds.start), place, Resources(worker_count(workers), quiet=quiet))
+    return result.table if result.plan.claims else result.numbers
