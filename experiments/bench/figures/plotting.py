@@ -75,12 +75,8 @@ def plain(text: str) -> str:
 
 LETTER = 0.58
 """Mean width of a letter of titles and keys, as a share of the type's size."""
-LETTER_INCHES = LETTER * TYPE / 72.0
-"""Mean width of a letter of the smallest type, inches."""
 JOINT = "\N{INFORMATION SEPARATOR ONE}"
 """Character that stands, while a text is broken into lines, where it has no space but may be broken."""
-LINE = 0.14
-"""Height of a line of the smallest type, inches."""
 
 
 def headline(place: Figure | SubFigure, text: str, size: float = TITLE) -> None:
@@ -139,13 +135,13 @@ def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
     return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
 
 
-def save(drawn: Figure, folder: Path, name: str = "figure", tables: Sequence[Path] = ()) -> Path:
+def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
     """Write ``NAME.svg`` and ``NAME.png`` atomically, with their `drawn_from`; return the path of the latter.
 
-    It is drawn from the folder's own table of trials, or from the ``tables`` of the parts of a run.
+    It is drawn from the folder's own table of trials.
     Both are as large as `media.sheet` says: a figure of `WIDTH` is as wide as it, and its type grows with it.
     """
-    source, scale = drawn_from(tables or [folder / TABLE]), sheet().inches / WIDTH
+    source, scale = drawn_from([folder / TABLE]), sheet().inches / WIDTH
     noted = {"Source": source} if source else {}
     with drawing():
         _settle(drawn)

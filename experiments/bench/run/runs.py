@@ -107,14 +107,6 @@ def worker_count(given: int | None) -> int:
     return given
 
 
-class Labelled(Protocol):
-    """Something with a name for people."""
-
-    def label(self) -> str:
-        """Return the name."""
-        ...
-
-
 class Spec(Protocol):
     """One job, wholly determined: a trial, a clip to show, an episode."""
 
@@ -129,8 +121,8 @@ class Spec(Protocol):
         ...
 
     @property
-    def condition(self) -> Labelled:
-        """Return what it sets."""
+    def condition(self) -> Any:
+        """Return what it sets; its ``label()`` is its name for people."""
         ...
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
@@ -139,11 +131,6 @@ class Spec(Protocol):
 
 
 AnySpec = TypeVar("AnySpec", bound=Spec)
-
-
-def equal_size(_: Any) -> float:
-    """Count every job alike."""
-    return 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +156,7 @@ class Batch(Generic[AnySpec]):
     amount
         Says the whole plan in words, where that is printed; without it the number of jobs is.
     size
-        How much work a job is planned to be, in any unit. The time left is estimated by it.
+        How much work a job is planned to be, in any unit; the time left is estimated by it. Otherwise all count alike.
     """
 
     name: str
@@ -180,7 +167,7 @@ class Batch(Generic[AnySpec]):
     parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
     amount: Callable[[], str] | None = None
-    size: Callable[[AnySpec], float] = equal_size
+    size: Callable[[AnySpec], float] = lambda _: 1.0
 
     def open(self, out: Path, resources: Resources) -> RunFolder:
         """Make the run's folder, or go on with the run that it holds; the caller closes it.
