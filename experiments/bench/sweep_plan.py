@@ -282,7 +282,10 @@ def planned(
     axes = study.axes + (axes_of(study.over, bases, study.assignments) if study.over else ())
     points = points_of(axes)
     parameters: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes}
-    renderings = {part.declared.name: _renderings(part, study, axes, points, parameters) for part in parts}
+    try:
+        renderings = {part.declared.name: _renderings(part, study, axes, points, parameters) for part in parts}
+    except UsageError as error:  # the values of --set were checked before: it is a point's
+        raise UsageError(str(error).replace("--set ", "--over ", 1)) from error
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     wanted = study.measures or (() if claims else (measuring.SPIKES,))
     measures = measuring.chosen(wanted, conditions, models)

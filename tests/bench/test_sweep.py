@@ -233,6 +233,13 @@ def test_what_cannot_be_swept_is_refused(names, over, more):
         planned(names, *over, **more)
 
 
+@pytest.mark.parametrize("over", ["dsnn.d=1,99", "camera.read_noise=0,-1", "cluttered.grey=0,999"])
+def test_a_value_that_is_not_legal_is_named_by_its_axis(over):
+    names = ["clutter-translation"] if over.startswith("cluttered") else ["general"]
+    with pytest.raises(UsageError, match=f"--over {over.partition('=')[0]}={over.rpartition(',')[2]}"):
+        planned(names, over)
+
+
 def documented():
     """The sweeps of docs/maps.md that its test does not run."""
     (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
