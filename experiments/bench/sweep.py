@@ -310,7 +310,7 @@ def write(result: Sweep, files: Files, name: str) -> None:
     files.write_rows("outcomes.csv", result.table.to_dicts())
     files.write_rows("counts.csv", pl.concat(both, how="diagonal_relaxed").to_dicts() if both else [])
     files.write_json(f"{name}.json", result.described())
-    if both:
+    if result.counts.height or (both and len(result.plan.axes) in (1, 2)):
         style.save(drawn(result), files.folder / name)
 
 

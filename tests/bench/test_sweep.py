@@ -21,6 +21,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import DEPTH
 from experiments.bench.stats.checks import MARGIN
+from experiments.bench.store.files import Files
 from experiments.bench.sweep import TOGETHER, Sweep, drawn
 from experiments.bench.trials import plan as robot_plan
 from tests.bench.stats.test_replicates import rows_of as answers_of
@@ -159,6 +160,15 @@ def test_spikes_have_a_mean_and_its_interval_for_each_condition():
         own = [r["spikes"] for r in rows if r["model"] == f"dsnn.n_con={row['dsnn.n_con']:g}"
                and (r["speed_cm_s"], r["direction"]) == (row["speed_cm_s"], row["direction"])]  # fmt: skip
         assert (row["value"], row["n"]) == (np.mean(own), 4) and row["ci_low"] <= row["value"] <= row["ci_high"]
+
+
+def test_numbers_alone_are_drawn_over_named_levels_and_written_without_a_grid(tmp_path):
+    light = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
+    plan = planned(["speed"], measures=("spikes",), repeats=1, axes=(light,))
+    assert drawn(Sweep(plan, answers_of(plan.specs))).axes
+    plan = planned(["speed"], measures=("spikes",), repeats=1)
+    sweep.write(Sweep(plan, answers_of(plan.specs)), Files(tmp_path), "sweep")
+    assert pl.read_csv(tmp_path / "counts.csv").height == len(registry.load("speed").conditions())
 
 
 # --- the plan ---------------------------------------------------------------------------------------------------------

@@ -50,10 +50,11 @@ def draw(
     -------
     matplotlib.figure.Figure
         A grid of parameters has a heat map for each claim and measure, with a contour where a potential is at the
-        model's threshold; triangles mark the defaults. Levels with names are the rows of one table, claims its columns.
+        model's threshold; triangles mark the defaults. Levels with names are the rows of one table, claims its columns;
+        without claims one or two axes have heat maps too.
     """
     with style.look():
-        if axes and all(axis.of_keys for axis in axes):
+        if not counts.height or (axes and all(axis.of_keys for axis in axes)):
             figure = _maps(counts, numbers, axes, titles)
         else:
             figure = _table(counts, [axis.name for axis in axes])
