@@ -14,7 +14,6 @@ if __name__ == "__main__":  # workers started by spawn read this file too
             network.table,
             network.rivals,
             loop.loop_table,
-            loop.recording_table,
             antialiasing.table,
             eye.table,
         ):

@@ -1,12 +1,10 @@
-"""The closed loop against its floor, where its time goes, and what a recording adds."""
+"""The closed loop against its floor and where its time goes."""
 
 from __future__ import annotations
 
 import math
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +13,6 @@ from rich.table import Table
 from benchmarks.timing import interleaved
 from colias_sim import CameraConfig, Frame, PathFollower, Pose, Route, Simulation
 from dsnn import DSNN, DSNNParams
-from experiments.bench import registry
-from experiments.bench.run.runs import Resources
-from experiments.bench.run.workers import Workers
-from experiments.bench.trials import Keep, Plan, batch, configure
 
 FRAMES = 60
 
@@ -105,32 +99,3 @@ class _Split:
         finally:
             self._rounds.append((time.perf_counter() - began, spent))
             camera.expose, camera.develop = plain  # type: ignore[method-assign]
-
-
-def recording_table() -> Table:
-    """Return what recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its
-    work.
-    """
-    experiment, settings = configure(registry.load("speed"), ["dsnn"], ())
-    plan = Plan(experiment, settings, repeats=1, seed=0)
-    wall: dict[bool, list[float]] = {False: [], True: []}
-    work: dict[bool, list[float]] = {False: [], True: []}
-    frames = size = 0
-    for _ in range(4):
-        for recordings in (False, True):
-            with tempfile.TemporaryDirectory() as name:
-                resources = Resources(0, quiet=True)
-                trials = batch(plan, Keep(recordings))
-                folder = trials.open(Path(name) / "run", resources)
-                began, worked = time.perf_counter(), time.process_time()
-                trials.fill(folder, Workers(0), resources)
-                wall[recordings].append(time.perf_counter() - began)
-                work[recordings].append(time.process_time() - worked)
-                frames = folder.frames().height
-                size = sum(file.stat().st_size for file in folder.recordings.iterdir())
-    table = Table(title="Recording, a frame")
-    for heading in ("added wall time, ms", "added work, ms", "KB"):
-        table.add_column(heading, justify="right")
-    added = [(min(spent[True]) - min(spent[False])) / frames * 1e3 for spent in (wall, work)]
-    table.add_row(*(f"{ms:.2f}" for ms in added), f"{size / frames / 1e3:.1f}")
-    return table
