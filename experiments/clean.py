@@ -17,7 +17,7 @@ def _clip(shade: str, motion: str) -> Clip:
     grey, ground = GREYS[shade]
     width, height = LONG_EDGE_AHEAD.get(motion, (50.0, 90.0))
     changes = {"motion": motion, "grey": grey, "background_grey": ground, "width": width, "height": height}
-    return Clip(f"{shade} {motion}", "plain", tuple(changes.items()))
+    return Clip(f"{shade} {motion}", "plain", changes)
 
 
 EXPERIMENT = OfflineExperiment(

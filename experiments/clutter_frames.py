@@ -22,7 +22,7 @@ def prefix(experiment: OfflineExperiment) -> str:
 
 
 def _per_frame(experiment: OfflineExperiment, clip: Clip) -> Clip:
-    return replace(clip, name=prefix(experiment) + clip.name, changes=(*clip.changes, ("speed_unit", "px/frame")))
+    return replace(clip, name=prefix(experiment) + clip.name, changes=dict(clip.changes) | {"speed_unit": "px/frame"})
 
 
 EXPERIMENT = OfflineExperiment(

@@ -15,8 +15,7 @@ from experiments.bench.run.user_code import declared, is_file
 from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.stats import claim as shipped
-from experiments.bench.stats.claim import PAPER, Claim, claim_ids
+from experiments.bench.stats.claim import PAPER, Claim, claim_ids, of_kind
 from scenes import is_arena_file
 from scenes.hints import nearest
 
@@ -99,6 +98,6 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
                 raise UsageError(f"{name}: claim {claim.id} is a {type(claim).__name__}: expected {public} here")
         elif claim not in claim_ids(PAPER):
             raise UsageError(f"{name}: unknown claim '{claim}': known are {', '.join(claim_ids(PAPER))}")
-        elif claim not in shipped.of_kind(kind):
-            known = ", ".join(shipped.of_kind(kind))
+        elif claim not in of_kind(kind):
+            known = ", ".join(of_kind(kind))
             raise UsageError(f"{name}: no {what} answer for claim '{claim}': those of {what} are {known}")

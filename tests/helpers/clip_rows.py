@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from experiments.bench.sources.clip_claims import SIGNED
+from experiments.bench.sources.clip_claims import POTENTIALS, SIGNED
+from experiments.bench.sources.clips import TRIALS
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")
@@ -15,12 +16,10 @@ PAIRS = ("on-on", "off-off", "on-off", "off-on")
 def row(clip="a", model="dsnn", **changes):
     base = {
         "clip": clip, "model": model, "motion": "rightward", "grey": 0.0, "speed": 40.0, "background_speed": -8.0,
-        "stimulus": "cluttered", "speed_unit": "px/s", "fps": 30.0, "polarity": None,
-        "object": "present", "movers": None, "foliage": None, "background_mean": 128.0, "peak_hs": 0.0,
-        "trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0, "peak_looming": 0.0, "hs_rightward": None,
-        "hs_leftward": None, "hs_against": None,
+        "stimulus": "cluttered", "speed_unit": "px/s", "fps": 30.0, "object": "present", "background_mean": 128.0,
+        **dict.fromkeys((*POTENTIALS, "peak_looming"), 0.0),
     }  # fmt: skip
-    return {**base, **changes}
+    return {**dict.fromkeys(TRIALS), **base, **changes}
 
 
 def both_shades(rows):

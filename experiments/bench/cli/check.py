@@ -26,11 +26,12 @@ def check(
 
     Legal answers, reset, determinism, no hold on the caller's frame, silence in a still scene, mirror images, and
     refusal of frames of another shape; then what a frame costs. It takes the model's parameters for off-line tests.
-    Of a file that declares a STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
+    Of a stimulus, of a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
     Of an arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves room for the
     robots, that the camera sees them, and the same pixels each time; and that the EXPERIMENT of that file fits into it.
     Exit status: 1 if a law is broken.
     """
+    from dsnn.stimuli import STIMULI
     from experiments.bench.conformance import laws, stimulus_laws, table
     from experiments.bench.conformance.notes import notes
     from experiments.bench.leaderboard import time_models
@@ -42,7 +43,7 @@ def check(
     source = ask(model).source
     if source in ARENAS or source.endswith(".xml"):
         return _check_arena(source)
-    if is_file(source) and declares(Path(source), "STIMULUS"):
+    if source in STIMULI or (is_file(source) and declares(Path(source), "STIMULUS")):
         entry = stimuli.find_stimulus(source)
         findings = stimulus_laws.check(entry)
         table.show(entry.name, findings, None)

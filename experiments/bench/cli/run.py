@@ -123,7 +123,8 @@ def _show_clips(report: OfflineReport, recorded: bool) -> None:
 
     table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
                   pad_edge=False)  # fmt: skip
-    for name in ("clip", "model", "HS", "VS", "looming", "spikes"):
+    counted = "HS spikes" if all(row["spikes"] == row["hs_spikes"] for row in report.rows) else "spikes"
+    for name in ("clip", "model", "HS", "VS", "looming", counted):
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
         ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))

@@ -14,9 +14,8 @@ from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, mean_difference, rate, rate_ratio, scores
-from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.checks import Check
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import Claim, of_kind
 from experiments.bench.stats.scores import Score
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
@@ -204,4 +203,4 @@ class BehaviourClaim(Claim):
 
 def claims() -> Mapping[str, BehaviourClaim]:
     """Return our own claims, by id. The paper's are about open loops."""
-    return shipped.of_kind(BehaviourClaim)
+    return of_kind(BehaviourClaim)

@@ -13,8 +13,7 @@ from dsnn import Response
 from experiments.bench.footage.film import Image
 from experiments.bench.footage.flow import Floats, Grades, mean_flow
 from experiments.bench.footage.video import Picture
-from experiments.bench.stats import claim as shipped
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.stats.verdict import Outcome
 
 CLAIM = "C12"
@@ -92,7 +91,7 @@ class FootageOutcomes:
     @classmethod
     def of(cls, flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> FootageOutcomes:
         """Judge both, on columns of T frames; ``rate`` is in frames per second."""
-        claim, columns = shipped.find(CLAIM, FootageClaim), (flow, hs, vs, threshold, rate)
+        claim, columns = find_claim(CLAIM, FootageClaim), (flow, hs, vs, threshold, rate)
         return cls(claim.judge(*columns), claim.stronger(*columns), Grades.of(flow, hs, threshold, rate))
 
     @classmethod

@@ -10,7 +10,7 @@ it holds stands beside the verdict.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 from types import MappingProxyType
@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
-from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.checks import Check, Needs, decide, exceeds, is_number, unreadable
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import Claim, find_claim, of_kind
 from experiments.bench.stats.verdict import Outcome
 from scenes.hints import nearest
 
@@ -176,7 +175,8 @@ class ClipClaim(Claim):
         claim about another model has to name it.
     conditions
         Column -> the values of clips that its words name; other clips do not count. Every combination is needed.
-        Without any, all clips count.
+        Without any, all clips count. ``shade`` is no column: it is ``dark`` or ``light``, the clip's ``grey`` against
+        its ``background_mean``.
     of_every_clip
         Whether it is about every single clip: then one that breaks it refutes it, whichever others are missing.
     of_potentials
@@ -208,7 +208,7 @@ class ClipClaim(Claim):
     module: ClassVar[str] = "clips"
 
     judge: Callable[[pl.DataFrame, float], Outcome | Iterable[Check]]
-    models: frozenset[str] = frozenset({DSNN})
+    models: Set[str] = frozenset({DSNN})
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     of_every_clip: bool = False
     of_potentials: bool = False
@@ -233,12 +233,12 @@ class ClipClaim(Claim):
 
 def paper_claims() -> Mapping[str, ClipClaim]:
     """Return the paper's claims that clips answer for, by id."""
-    return shipped.of_kind(ClipClaim)
+    return of_kind(ClipClaim)
 
 
 def find(claim: Claim | str) -> ClipClaim:
     """Return a claim by its id; ``KeyError`` if clips do not answer for it."""
-    return shipped.find(claim, ClipClaim)
+    return find_claim(claim, ClipClaim)
 
 
 def judge(
@@ -348,7 +348,7 @@ def _value(row: Row, name: str) -> Any:
     return SHADES[row["grey"] > row["background_mean"]]
 
 
-def _unanswered(rows: Rows, models: frozenset[str]) -> str:
+def _unanswered(rows: Rows, models: Set[str]) -> str:
     """Clips to which a model has no row, as it failed there, in words; empty if none."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     there = {(row["model"], row["clip"]) for row in rows}

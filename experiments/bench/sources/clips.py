@@ -61,7 +61,7 @@ class Clip:
 
     name: str
     stimulus: str | StimulusEntry
-    changes: tuple[tuple[str, Any], ...] = ()
+    changes: Mapping[str, Any] | Iterable[tuple[str, Any]] = ()
     jitter_px: float = 0.0
 
     def __post_init__(self) -> None:
@@ -140,7 +140,7 @@ class Clip:
         return self.name
 
 
-def _rebuilt(name: str, file: str, attribute: str, changes: tuple[tuple[str, Any], ...], jitter_px: float) -> Clip:
+def _rebuilt(name: str, file: str, attribute: str, changes: Iterable[tuple[str, Any]], jitter_px: float) -> Clip:
     return Clip(name, stimulus_of_file(Path(file), attribute), changes, jitter_px)
 
 
@@ -410,8 +410,8 @@ class OfflineExperiment:
 
     name: str
     summary: str
-    clips: tuple[Clip, ...]
-    models: tuple[str, ...]
+    clips: Sequence[Clip]
+    models: Sequence[str]
     claims: tuple[str | Claim, ...] = ()
     repeats: int = 1
     figure: Figure = Figure()
@@ -479,8 +479,8 @@ def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = 
     """
     if pictures is None and not replicate:
         return list(clips)
-    image = (BACKGROUND, _image(replicate, pictures))
-    return [replace(clip, changes=(*clip.changes, image)) if clip.takes_scene() else clip for clip in clips]
+    image = {BACKGROUND: _image(replicate, pictures)}
+    return [replace(clip, changes=dict(clip.changes) | image) if clip.takes_scene() else clip for clip in clips]
 
 
 def _image(replicate: int, pictures: Pictures | None) -> str:

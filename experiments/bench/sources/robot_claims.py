@@ -6,7 +6,7 @@ bends a bound: a claim that misses it fails, and the verdict says by how much.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, get_args
 
@@ -14,9 +14,8 @@ from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Motion
 from experiments.bench.sources.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
-from experiments.bench.stats import claim as shipped
 from experiments.bench.stats.checks import is_number, unreadable
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import Claim, find_claim, of_kind
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group
@@ -109,7 +108,7 @@ class RobotClaim(Claim):
     of_every_trial: bool = False
     least: int = field(default=0)
     about: Literal["direction", "looming"] = "direction"
-    models: frozenset[str] = frozenset()
+    models: Set[str] = frozenset()
     pools: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -169,12 +168,12 @@ class RobotClaim(Claim):
 
 def paper_claims() -> Mapping[str, RobotClaim]:
     """Return the paper's claims that trials with the robot answer for, by id."""
-    return shipped.of_kind(RobotClaim)
+    return of_kind(RobotClaim)
 
 
 def find(claim: Claim | str) -> RobotClaim:
     """Return a claim by its id; ``KeyError`` if trials with the robot do not answer for it."""
-    return shipped.find(claim, RobotClaim)
+    return find_claim(claim, RobotClaim)
 
 
 def judge(

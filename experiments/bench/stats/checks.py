@@ -151,9 +151,9 @@ def weakest(checks: Iterable[Check]) -> Check:
 
 
 def strength(check: Check) -> tuple[bool, float]:
-    """Return the key by which checks are ordered, the one that decides first; see `weakest`."""
+    """Return the key by which checks are ordered, the one that decides first; a NaN is the last of those that fail."""
     slack = check.slack / check.scale
-    return check.passes, -math.inf if math.isnan(slack) else slack
+    return check.passes, math.inf if math.isnan(slack) else slack
 
 
 def decide(checks: Iterable[Check]) -> tuple[bool, str]:

@@ -177,7 +177,8 @@ class Claim(Words):
             The first outcome, and the count of all.
         """
         words = (self.id, self.says, self.source)
-        return Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
+        verdict = Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
+        return dataclasses.replace(verdict, title=self.title)
 
 
 def _outcome(answer: Any) -> Outcome:
@@ -237,8 +238,8 @@ def words(claim: str) -> Words:
 
 
 def title_of(verdict: Verdict) -> str:
-    """Return a claim in a few words: its title, or the words of a user's own."""
-    return words(verdict.id).title if verdict.id in claim_ids() else verdict.says
+    """Return a claim in a few words: its title, or the words of a user's own that has none."""
+    return words(verdict.id).title if verdict.id in claim_ids() else verdict.title or verdict.says
 
 
 def of_kind(kind: type[Kind]) -> Mapping[str, Kind]:
@@ -248,7 +249,7 @@ def of_kind(kind: type[Kind]) -> Mapping[str, Kind]:
     return {claim: declared[claim] for claim in claim_ids() if claim in declared}
 
 
-def find(claim: Claim | str, kind: type[Kind]) -> Kind:
+def find_claim(claim: Claim | str, kind: type[Kind]) -> Kind:
     """Return a claim of one kind by its id; one of a user's own stands for itself.
 
     Raises

@@ -293,6 +293,8 @@ class Verdict:
         compares with none, or where these were not shown.
     decisions
         What it came to in each replicate, the first one first, and the weakest check there, if anything was asked.
+    title
+        The claim in a few words; files do not have it.
     """
 
     id: str
@@ -305,6 +307,7 @@ class Verdict:
     trouble: str = ""
     equal: Count | None = None
     decisions: tuple[tuple[Judged, Check | None], ...] = ()
+    title: str = field(default="", compare=False, metadata={"stored": False})
 
     @classmethod
     def of(

@@ -144,6 +144,7 @@ def test_the_command_ends_with_1_where_a_law_is_broken(tmp_path, capsys):
         "    def step(self, frame, **of):\n        self.n += 1\n        return Response(hs=self.n / 1000)\n\n\n"
         'MODEL = ModelEntry("bad", "counts frames", Bad, P())\n'
     )
+    assert command(["check", "edge"]) == 0, "a stimulus that ships"
     assert command(["check", "emd"]) == 0
     assert "emd keeps all 7 laws" in capsys.readouterr().out
     assert command(["check", str(tmp_path / "bad.py")]) == 1

@@ -5,10 +5,10 @@ import pytest
 
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.watch import LEAST_FRAMES
-from experiments.bench.stats.claim import find
+from experiments.bench.stats.claim import find_claim
 from experiments.claims.footage import LEAST_FLOW
 
-C12 = find(footage_claims.CLAIM, footage_claims.FootageClaim)
+C12 = find_claim(footage_claims.CLAIM, footage_claims.FootageClaim)
 T_SP = 0.16
 
 

@@ -25,11 +25,11 @@ from experiments.bench.footage.video import Footage, ahead, usual_size
 from experiments.bench.footage.watch import Tracker
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.settings import watchers
-from experiments.bench.stats.claim import find
+from experiments.bench.stats.claim import find_claim
 from tests.conftest import Colias
 from tests.helpers.footage import FPS, SHAPE, Walker, street, write
 
-C12 = find(footage_claims.CLAIM, footage_claims.FootageClaim)
+C12 = find_claim(footage_claims.CLAIM, footage_claims.FootageClaim)
 
 WALKERS = (Walker(3.6, enters=4), Walker(-3.6, enters=110))
 FRAMES = 220

@@ -12,7 +12,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.robot_claims import RobotClaim, outcome
-from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find, of_kind, words
+from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find_claim, of_kind, words
 from experiments.claims.readings import READINGS
 
 KINDS = (ClipClaim, RobotClaim, FootageClaim, BehaviourClaim)
@@ -46,11 +46,11 @@ def test_every_reading_is_complete():
 
 
 def test_a_claim_is_found_by_its_kind_alone():
-    assert find("C24", ClipClaim).judge is not find("C24", RobotClaim).judge
+    assert find_claim("C24", ClipClaim).judge is not find_claim("C24", RobotClaim).judge
     with pytest.raises(KeyError):
-        find("C1", RobotClaim)
+        find_claim("C1", RobotClaim)
     with pytest.raises(TypeError):
-        find(Claim(id="mine", says="as I say", judge=print), ClipClaim)
+        find_claim(Claim(id="mine", says="as I say", judge=print), ClipClaim)
 
 
 def test_a_judge_may_be_as_plain_as_a_list_of_checks_and_need_not_count_its_trials():

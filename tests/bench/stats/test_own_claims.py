@@ -2,10 +2,12 @@
 
 import pytest
 
-from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
+from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
 from experiments.bench.public.run import RunRequest, missing_models, planned
 from experiments.bench.sources import clip_claims
 from experiments.bench.sources.robot_claims import judge
+from experiments.bench.stats.checks import strength
+from experiments.bench.stats.claim import title_of
 from tests.bench.robot.test_claims import rows
 
 HOLDS = Outcome("holds", "as measured")
@@ -75,6 +77,18 @@ def test_a_judge_decides():
         few.outcome.verdict == "not shown"
         and "needs at least 4 trials of each condition (has 3)" in few.outcome.measured
     )
+
+
+def test_what_has_no_number_decides_last_of_the_checks_that_fail():
+    nothing, little, far = (Check(f"{reading}", reading, 5) for reading in (float("nan"), 4.0, 1.0))
+    assert sorted([nothing, little, Check("9", 9, 5), far], key=strength)[:3] == [far, little, nothing]
+    assert decide([Check("9", 9, 5), nothing]) == (False, nothing.text)
+
+
+def test_a_claim_of_one_s_own_is_named_by_its_title():
+    outcome = Outcome("holds", "m")
+    assert title_of(claim(title="Mine").verdict(outcome)) == "Mine"
+    assert title_of(claim().verdict(outcome)) == "as I say"
 
 
 def broken(claim_rows, threshold):
