@@ -34,6 +34,7 @@ from experiments.bench.stats.checks import MARGIN, Check
 from experiments.bench.stats.count import LEAST_JUDGED, Count, count
 from experiments.bench.stats.tests import summarise
 from experiments.bench.stats.verdict import Outcome, together
+from experiments.bench.store import provenance
 from experiments.bench.store.description import KIND, begun, reconciled, write_new
 from experiments.bench.store.files import Files, drawn_from, tables_of
 from experiments.bench.store.kinds import FIT
@@ -757,13 +758,17 @@ class Fitted:
                          f" {setting}, breaks {', '.join(broken)} in the search")  # fmt: skip
         else:
             few = "; ".join(f"{name} {self.kept(self.anew, 0, name)}" for name in self.names)
-            least = f"; a word needs {LEAST_JUDGED}" if self.word == "no word" else ""
-            lines.append(f"{self.word}: {setting} keeps all in the search, and in {anew} replicates that it never saw"
-                         f"{f' ({few})' if len(self.names) > 1 and self.word != 'fitted' else ''}{least}")  # fmt: skip
+            verdict = f"too few for a verdict, which needs {LEAST_JUDGED}" if self.word == "no word" else self.word
+            lines.append(f"{verdict}: {setting} keeps all in the search, and in {anew} replicates that it never saw"
+                         f"{f' ({few})' if len(self.names) > 1 and self.word != 'fitted' else ''}")  # fmt: skip
         before, after = (np.mean(self.values(*of)) for of in ((self.searched, self.best[0]), (self.anew, 0)))
         lines.append(f"the least slack of that setting is {before:+.3g} smallest differences in the search and"
                      f" {after:+.3g} in the mean of {anew.replicates} replicates anew:"
                      f" {max(self.luck() or 0.0, 0.0):.3g} of it was luck")  # fmt: skip
+        even = scored(self.sample).sort("least", descending=True, maintain_order=True).to_dicts()[0]
+        if even["least"] > min(self.values(self.searched, self.best[0])):
+            lines.append(f"an even setting has a larger slack, {even['least']:+.3g}, than any that was searched:"
+                         f" {in_words(self.even[even['setting']])}; more --trials may find it")  # fmt: skip
         for pair in self.pairs().iter_rows(named=True):
             if pair["kept"] and pair["other kept"] and not pair["both"]:
                 lines.append(f"{pair['claim']} and {pair['other']} exclude each other: kept in {pair['kept']} and in"
@@ -891,18 +896,15 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
                          " colias-sim[fit]")  # fmt: skip
     check_counts(seed, fit.held_out, "--held-out")
     names = () if fit.board else fit.study.experiments or sweep_plan.answering(fit.study.claims)
-    box = box_of(fit.over, fit.study, [registry.find(name) for name in names])
+    experiments = [registry.find(name) for name in names]
+    box = box_of(fit.over, fit.study, experiments)
     outside = [part for part in box if not part.network]
     if fit.board:
         known = BOARD_NAMES[fit.board]
         if wrong := next((goal for goal in fit.goals if goal not in known), ""):
             raise UsageError(f"--maximise {wrong}: {fit.board} has no such number; it has {', '.join(known)}")
-        if (
-            outside
-            or fit.study.assignments
-            or fit.search_repeats is not None
-            or any("." in apart(key)[1] or apart(key)[1] for part in box for key in keys_of(part.key))
-        ):
+        ends = any(apart(key)[1] for part in box for key in keys_of(part.key))
+        if outside or ends or fit.study.assignments or fit.search_repeats is not None:
             raise UsageError(f"{fit.board}: only whole parameters of the model are free, without --set and --repeats")
     elif not names:
         raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
@@ -914,10 +916,12 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
             raise UsageError(f"{', '.join(names)}: no claim there can be fitted to")
         if wrong := next((goal for goal in fit.goals if not fit.of_claims and goal not in measures), ""):
             raise UsageError(f"--maximise {wrong}: not measured there; measured are {', '.join(measures)}")
-        for claim, _ in plan.claims:
-            if plan.things == "trials" and min(plan.repeats) < getattr(claim, "least", 0):
-                raise UsageError(f"--repeats {min(plan.repeats)}: {claim.id} needs at least {claim.least} trials of"
-                                 " each condition")  # fmt: skip
+        declared = {experiment.name: experiment.repeats for experiment in experiments}
+        for claim, name in plan.claims if plan.things == "trials" else ():
+            fewest = min(min(plan.repeats), fit.study.repeats or declared[name])  # of the search, and of the judging
+            if fewest < claim.least:
+                raise UsageError(f"{claim.id} needs at least {claim.least} trials of each condition, and there are"
+                                 f" {fewest} in the search or in {name}")  # fmt: skip
     size = PAIR * fit.share
     renderings = 1 if not outside else size if len(outside) == len(box) else PAIR
     return FitPlan(fit, box, seed, renderings, size // renderings)
@@ -990,7 +994,7 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
         KIND: FIT.name, "experiment": FIT.name, "over": [str(part) for part in plan.box],
         "box": [asdict(part) for part in plan.box], "share": fit.share, "seed": plan.seed,
         "replicates per setting": fit.study.replicates, "held_out": fit.held_out, "sampler": fit.sampler,
-        "optuna": str(optuna.__version__), "study": fit.study.name,
+        "optuna": str(optuna.__version__), "study": fit.study.name, "versions": provenance.versions(),
         **({} if fit.search_repeats is None else {"repeats of the search": fit.search_repeats}),
         **({} if fit.maximise == (SLACK,) else {"maximise": fit.maximise, "minimise": fit.minimise}),
     }  # fmt: skip

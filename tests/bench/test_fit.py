@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import signal
+from pathlib import Path
 
 import polars as pl
 import pytest
@@ -219,6 +220,10 @@ def test_more_settings_go_on_from_fewer(folder, undisturbed):
     assert (folder / "more" / "fit.csv").read_bytes() == (undisturbed / "fit.csv").read_bytes()
 
 
+def test_a_fit_is_listed_among_the_runs(folder, undisturbed):
+    assert undisturbed.name in [Path(run).name for run in experiments.runs(folder)["run"]]
+
+
 def test_another_fit_does_not_go_on_there(folder, undisturbed):
     with pytest.raises(UsageError, match="seed is 0 there and 1 now"):
         fit(folder, "whole", "hill,luck", *SMALL, "--seed", "1")
@@ -249,6 +254,14 @@ def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeat
         for part in ("search-0000", "sample-1", "held-out-2")
     ]
     assert trials == [4, 4, 6], "four repeats, and then all six"
+
+
+def test_a_claim_that_the_judging_anew_could_not_judge_is_refused_before_the_first_trial(tmp_path):
+    """However many trials the search has; a silent -100 anew would read as luck."""
+    (tmp_path / "few.py").write_text(CROSSING.replace("judge=", "least=8, judge="))
+    words = ["fit", str(tmp_path / "few.py"), "--claims", "fires", "--over", "dsnn.t_sp=0.1..0.2", "--repeats", "9"]
+    with pytest.raises(UsageError, match="needs at least 8 trials"):
+        main.command([*words, "--out", str(tmp_path / "few"), "-q"])
 
 
 def test_slack_is_in_smallest_differences_and_unjudged_is_worst():

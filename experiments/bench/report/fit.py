@@ -53,7 +53,7 @@ def draw(fitted: Any) -> Figure:
             figure,
             f"{fitted.fit.study.name}: {len(fitted.settings)} settings searched (dots), {len(fitted.even)} that fill"
             f" the box evenly (squares), the winner (star); anew: {fitted.fit.held_out} replicates that the search"
-            " never saw, mean and 95 % interval",
+            " never saw, with the 95 % interval where there is one",
         )
     return figure
 
@@ -114,7 +114,7 @@ def _anew(panel: Axes, fitted: Any) -> None:
         value = row["kept"] / max(row["replicates"], 1) if fitted.fit.of_claims else row["anew"]
         if row["low"] is not None:
             panel.plot((row["low"], row["high"]), (place, place), color=style.INK, lw=1.2)
-        if value is not None:
+        if value is not None and not (fitted.fit.of_claims and row["low"] is None):  # judged in no replicate
             panel.plot(value, place, "o", color=style.INK, ms=4)
         if not fitted.fit.of_claims and row["in the search"] is not None:
             panel.plot(row["in the search"], place, "|", color=DEFAULT, ms=9, mew=1.6)
@@ -133,5 +133,6 @@ def show(fitted: Any, folder: Path) -> None:
     table = fitted.judged_anew()
     numbers = table["number"].unique(maintain_order=True).to_list()
     best = pl.col("number").is_in(numbers[:SHOWN]) | pl.col("number").is_null()
-    show_rows(f"judged anew in {fitted.fit.held_out} replicates", table.filter(best).to_dicts())
+    title = f"judged anew in {fitted.fit.held_out} replicates, the first {SHOWN} (anew.csv has all)"
+    show_rows(title, table.filter(best).to_dicts())
     show_places({"figure": folder / "fit.png", "settings": folder / "fit.csv", "anew": folder / "anew.csv"})
