@@ -178,10 +178,6 @@ def _assumed(claim: Verdict, result: Reproduction) -> str:
     """Say what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
     other = compares_with(claim.id)
     texts = [ASSUMED[other]] if other else []
-    trials = {run.folder.name: run.rows for run in result.runs if run.rows and run.folder.name in PAPER}
-    if trials:
-        tables = [result.folder / name / TABLE for name in trials]
-        style.save(panels(trials), result.folder / "panels", drawn_from(tables))
     for counts in result.studies:
         if counts.plan.study.name in CONSTANTS and any(asked.id == claim.id for asked, _ in counts.plan.claims):
             texts.append(f"in replicate 0 {constants_text(outcomes(counts, claim.id))}")
