@@ -1,13 +1,8 @@
 """Measures against tables made by hand."""
 
-import dataclasses
-
-import numpy as np
 import pytest
 
 from experiments.bench.measures import MEASURES
-from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.robot_claims import find
 
 POTENTIAL, COUNT, PEAK = (MEASURES[name] for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
 SPEEDS = (2.0, 6.0, 15.0, 30.0)
@@ -55,23 +50,6 @@ def test_what_has_no_peak_has_no_value():
     assert POTENTIAL.of(rows_of((-0.1, -0.5, -0.8, -0.7)), 0.2)["value"] is None
     off = [{**row, "achieved_speed_cm_s": 1.5 * row["speed_cm_s"]} for row in rows]
     assert POTENTIAL.of(off, 0.2)["value"] is None
-    assert POTENTIAL.of([{**row, "direction": "leftward"} for row in rows], 0.2)["value"] is None
-
-
-def test_c30_and_the_measure_have_one_peak():
-    speeds, rng = (2.0, 4.0, 6.0, 10.0, 15.0, 30.0), np.random.default_rng(0)
-    rows = [
-        {
-            **dataclasses.asdict(Condition("translation", "rightward", speed, 8.0)), "achieved_speed_cm_s": speed,
-            "path_error_mm": 0.0, "model": model, "trial": trial, "mean_hs_near_axis": float(rng.random()), "spikes": 1,
-        }
-        for model in sorted(find("C30").models)
-        for trial, speed in enumerate(speeds)
-    ]  # fmt: skip
-    measured = find("C30").judge(rows, 0.2).measured
-    for name, model in {"d = 1, N_con = 8": "dsnn", "d = 2": "dsnn:d=2", "N_con = 1": "dsnn:n_con=1"}.items():
-        peak = POTENTIAL.of([row for row in rows if row["model"] == model], 0.2)["value"]
-        assert f"{name}: largest at {peak:g} cm/s" in measured
 
 
 def test_a_crossing_that_stays_below_the_threshold_is_marked():
