@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim import PathFollower, Pose, Route, Stretch
@@ -141,7 +141,7 @@ class Path:
     >>> accelerating = Path([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
     """
 
-    legs: Annotated[tuple[Leg, ...], Field(min_length=1, max_length=MOST_LEGS)]
+    legs: Annotated[Sequence[Leg], Field(min_length=1, max_length=MOST_LEGS), AfterValidator(tuple)]
     x_cm: Place = 0.0
     y_cm: Place = 0.0
     heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0

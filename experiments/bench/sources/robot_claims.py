@@ -6,7 +6,7 @@ bends a bound: a claim that misses it fails, and the verdict says by how much.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, get_args
 
@@ -14,7 +14,7 @@ from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Motion
 from experiments.bench.sources.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
-from experiments.bench.stats.checks import is_number, unreadable
+from experiments.bench.stats.checks import Check, is_number, unreadable
 from experiments.bench.stats.claim import Claim, find_claim, of_kind
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store.origin import is_imported
@@ -46,8 +46,8 @@ class RobotClaim(Claim):
     id
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The paper's ids are taken.
     judge
-        From a model's rows of ``trials.parquet``, each a mapping by column, and its spiking threshold, to an
-        `Outcome`. A row is a whole trial: a judge gets no time course. A claim that compares models gets the rows of
+        From a model's rows of ``trials.parquet``, each a mapping by column, and its spiking threshold, to its checks or
+        an `Outcome`. A row is a whole trial: a judge gets no time course. A claim that compares models gets the rows of
         all of them, told apart by the column ``model``, and the DSNN's threshold, or without the DSNN that of its
         first model by name. Where it raises, the claim is not judged.
     says, source
@@ -102,7 +102,7 @@ class RobotClaim(Claim):
 
     module: ClassVar[str] = "robot"
 
-    judge: Callable[[Rows, float], Outcome]
+    judge: Callable[[Rows, float], Outcome | Iterable[Check]]
     motions: tuple[str, ...] = EVERY_MOTION
     reads: tuple[str, ...] = ("spikes",)
     of_every_trial: bool = False
