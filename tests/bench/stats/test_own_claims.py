@@ -67,16 +67,10 @@ def test_a_judge_decides():
     whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]
     verdict = judge(claim(judge=faster, least=3), whole, 0.2)
     told = verdict.outcome
-    assert (told.verdict, told.n, told.decided) == (
-        "holds",
-        7,
-        "9.0 spikes (needs above 1)",
-    ) and verdict.says == "as I say"
-    few = judge(claim(judge=faster), whole, 0.2)
-    assert (
-        few.outcome.verdict == "not shown"
-        and "needs at least 4 trials of each condition (has 3)" in few.outcome.measured
-    )
+    assert (told.verdict, told.n, told.decided) == ("holds", 7, "9.0 spikes (needs above 1)")
+    assert verdict.says == "as I say"
+    few = judge(claim(judge=faster), whole, 0.2).outcome
+    assert few.verdict == "not shown" and "needs at least 4 trials of each condition (has 3)" in few.measured
 
 
 def test_what_has_no_number_decides_last_of_the_checks_that_fail():
@@ -98,10 +92,7 @@ def broken(claim_rows, threshold):
 ANSWERS = {
     "an exception": (broken, "no such column"),
     "a text": (lambda claim_rows, threshold: "holds", "'holds'"),
-    "another verdict": (
-        lambda claim_rows, threshold: Outcome("perhaps", ""),
-        "perhaps",
-    ),
+    "another verdict": (lambda claim_rows, threshold: Outcome("perhaps", ""), "perhaps"),
 }
 
 
