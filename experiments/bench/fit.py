@@ -626,18 +626,59 @@ class Fitted:
         return self.searched["name"].unique(maintain_order=True).to_list()
 
     def values(self, results: pl.DataFrame, setting: int, name: str = "") -> list[float]:
-        """Return the values of a claim or a measure in each replicate; of no name the least slack of all claims."""
+        """Return the values of a claim or a measure in each replicate.
+
+        Parameters
+        ----------
+        results
+            ``searched``, ``anew`` or ``sample``.
+        setting
+            Number of the setting there.
+        name
+            A claim or a measure; empty: the least slack of all claims.
+
+        Returns
+        -------
+        list of float
+            Slack in smallest differences, or the measure; NaN where it has no value.
+        """
         own = results.filter(pl.col("setting") == setting)
         own = own.filter(pl.col("name") == name) if name else own
         return own.group_by("replicate", maintain_order=True).agg(pl.col("value").min())["value"].to_list()
 
     def goal(self, results: pl.DataFrame) -> list[float]:
-        """Return the first goal of each setting."""
+        """Return the first goal of each setting.
+
+        Parameters
+        ----------
+        results
+            ``searched`` or ``sample``.
+
+        Returns
+        -------
+        list of float
+            Least slack, claims kept, or the mean of a measure.
+        """
         sign = next(iter(self.fit.goals.values()))
         return [sign * worth(row, self.fit)[0] for row in scored(results).to_dicts()]
 
     def kept(self, results: pl.DataFrame, setting: int, claim: str = "") -> Count:
-        """Count the replicates in which a claim is kept; of no claim all together."""
+        """Count the replicates in which a claim is kept.
+
+        Parameters
+        ----------
+        results
+            ``searched``, ``anew`` or ``sample``.
+        setting
+            Number of the setting there.
+        claim
+            Its id; empty: all claims together.
+
+        Returns
+        -------
+        Count
+            How often it is kept, fails, and cannot be judged.
+        """
         own = results.filter(pl.col("setting") == setting)
         own = own.filter(pl.col("name") == claim) if claim else own
         verdicts = own.group_by("replicate", maintain_order=True).agg("verdict")["verdict"].to_list()
@@ -662,7 +703,15 @@ class Fitted:
     def luck(self, goal: str = "") -> float | None:
         """Return how much of the winner's goal in the search is not there at seeds never searched.
 
-        Above 0 where the search promised too much; of no name the mean least slack; ``None`` where it is not known.
+        Parameters
+        ----------
+        goal
+            A measure; empty: the mean of the least slack of all claims.
+
+        Returns
+        -------
+        float or None
+            Above 0 where the search promised too much; ``None`` where it is not known.
         """
         before, after = (
             _mean(self.values(self.searched, self.best[0], goal), whole=True), _mean(self.values(self.anew, 0, goal))
@@ -673,12 +722,29 @@ class Fitted:
         return 0.0 if math.isclose(before, after, rel_tol=1e-12) else lost
 
     def gain(self, goal: str) -> float | None:
-        """Return how much better the winner is than the model as it is, both at seeds never searched."""
+        """Return how much better the winner is than the model as it is, both at seeds never searched.
+
+        Parameters
+        ----------
+        goal
+            A measure.
+
+        Returns
+        -------
+        float or None
+            Above 0 where the winner is better; ``None`` where a value is not known.
+        """
         after, start = (_mean(self.values(self.anew, place, goal)) for place in (0, len(self.best)))
         return None if after is None or start is None else self.fit.goals[goal] * (after - start)
 
     def pairs(self) -> pl.DataFrame:
-        """Return of each pair of claims in how many settings each is kept, and both: of search and sample together."""
+        """Return of each pair of claims in how many settings of search and sample each is kept, and both.
+
+        Returns
+        -------
+        polars.DataFrame
+            ``claim``, ``other``, ``kept``, ``other kept``, ``both``, ``settings``.
+        """
         held: dict[str, set[tuple[str, int]]] = {}
         for of, results in (("search", self.searched), ("sample", self.sample)):
             holds = results.group_by("setting", "name", maintain_order=True).agg((pl.col("verdict") == "holds").all())
@@ -691,7 +757,13 @@ class Fitted:
         ])  # fmt: skip
 
     def table(self) -> pl.DataFrame:
-        """Return a row for every setting of search and sample: its values, and slacks or means of measures."""
+        """Return the settings of search and sample.
+
+        Returns
+        -------
+        polars.DataFrame
+            A row for each: ``of``, ``number``, its values, and the slacks of claims or the means of measures.
+        """
         parts = []
         for of, settings, results in (("search", self.settings, self.searched), ("sample", self.even, self.sample)):
             scores = scored(results)
@@ -707,7 +779,14 @@ class Fitted:
         return pl.concat(parts)
 
     def judged_anew(self) -> pl.DataFrame:
-        """Return a row for each setting that was judged anew and each claim or goal, with its 95 % interval."""
+        """Return the settings that were judged anew.
+
+        Returns
+        -------
+        polars.DataFrame
+            A row for each and each claim or goal: the count or the mean, the ends of its 95 % interval, and the value
+            in the search.
+        """
         rows: list[dict[str, Any]] = []
         numbers: list[int | None] = [*self.best, *([] if self.fit.of_claims else [None])]
         several = ["", *self.names] if len(self.names) > 1 else self.names
@@ -733,7 +812,13 @@ class Fitted:
         return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.selectors.float().fill_nan(None))
 
     def sentences(self) -> list[str]:
-        """Return the answer in sentences: the winner judged anew, how much was luck, the even sample, the search."""
+        """Return the answer in sentences.
+
+        Returns
+        -------
+        list of str
+            The winner judged anew, how much of it was luck, the even sample, and what was searched.
+        """
         ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in self.box)
         replicates = self.fit.study.replicates
         return [
@@ -803,7 +888,13 @@ class Fitted:
         return [*lines, f"of {len(self.even)} settings that fill the box evenly: {'; '.join(even)}"]
 
     def described(self) -> dict[str, Any]:
-        """Return what ``fit.json`` holds: the sentences, the winner, share of the box or gain, luck, importances."""
+        """Return what ``fit.json`` holds.
+
+        Returns
+        -------
+        dict
+            The sentences, the winner, the share of the box or the gain, luck and importances.
+        """
         study, claims = self.fit.study, self.fit.of_claims
         low, high = (self.share.interval or (None, None)) if claims else (None, None)
         goals = {goal: "minimise" if sign < 0 else "maximise" for goal, sign in self.fit.goals.items()}
