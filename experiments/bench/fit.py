@@ -588,32 +588,48 @@ class Player:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The result of a fit: settings searched, the best of them judged anew, and a sample of the box."""
+    """The result of a fit: settings searched, the best of them judged anew, and a sample of the box.
+
+    Parameters
+    ----------
+    fit
+        The fit that was asked for.
+    box
+        The parameters that are free, and their ranges.
+    seed
+        Seed of the whole run.
+    settings
+        Every setting that was searched, in order.
+    searched
+        Their results: a row for each setting, claim or measure, and replicate.
+    best
+        Numbers of the winner and of the next best among these; of several goals those of the front.
+    anew
+        The results of the best at seeds that the search never saw; of measures the model as it is comes after them.
+    even
+        The settings that fill the box evenly.
+    sample
+        Their results.
+    looks
+        Number of times that settings were judged at those seeds, this one included.
+    importance
+        Claim or measure -> parameter -> its share of what varies; empty is all claims together, or the first goal.
+    failures
+        Everything that failed.
+    """
 
     fit: Fit
-    """The fit that was asked for."""
     box: Box
-    """The parameters that are free, and their ranges."""
     seed: int
-    """Seed of the whole run."""
     settings: tuple[Setting, ...]
-    """Every setting that was searched, in order."""
     searched: pl.DataFrame
-    """Their results: a row for each setting, claim or measure, and replicate."""
     best: tuple[int, ...]
-    """Numbers of the winner and of the next best among these; of several goals those of the front."""
     anew: pl.DataFrame
-    """The results of the best at seeds that the search never saw; of measures the model as it is comes after them."""
     even: tuple[Setting, ...]
-    """The settings that fill the box evenly."""
     sample: pl.DataFrame
-    """Their results."""
     looks: int
-    """Number of times that settings were judged at those seeds, this one included."""
     importance: dict[str, dict[str, float]]
-    """Claim or measure -> parameter -> its share of what varies; empty is all claims together, or the first goal."""
     failures: tuple[Failure, ...] = ()
-    """Everything that failed."""
 
     @property
     def winner(self) -> Setting:
