@@ -321,9 +321,9 @@ def drawn(result: Sweep) -> Any:
     plan = result.plan
     titles = {claim.id: claim.title for claim, _ in plan.claims}
     titles |= {measure.name: f"{measure.says}, {measure.unit}".rstrip(", ") for measure, _ in plan.measures}
-    of = (
-        "each clip once" if plan.things == "clips" else f"{'/'.join(map(str, dict.fromkeys(plan.repeats)))} trials each"
-    )
+    repeats = "/".join(map(str, dict.fromkeys(plan.repeats)))
+    trials_of = f"{repeats} {'trial' if repeats == '1' else 'trials'} of each condition"
+    of = "each clip once" if plan.things == "clips" else trials_of
     about = f"{plan.study.name}: {plan.study.summary}; replicates: {plan.replicates}, from seed {plan.seed}, {of}"
     return report.draw(result.counts, result.numbers, plan.axes, titles, about)
 

@@ -132,6 +132,14 @@ def test_silence_does_not_count_as_holding_and_lost_trials_leave_a_claim_unjudge
     drawn(Sweep(plan, lost))
 
 
+def test_maps_of_one_measure_have_one_scale():
+    plan = planned(["speed"], "dsnn.t_sp=0.1,0.2", "dsnn.n_con=2,4", measures=["spikes"], repeats=1)
+    result = judged(plan, lambda spec, _: int(spec.condition.speed_cm_s))
+    images = [image for panel in drawn(result).axes for image in panel.images if panel.get_title(loc="left")]
+    assert len(images) == result.numbers["measure"].n_unique() > 1
+    assert {image.get_clim() for image in images} == {(result.numbers["value"].min(), result.numbers["value"].max())}
+
+
 def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     plan = planned(["ensembles"], "dsnn.d=1,2", measures=["peak-speed-potential"], replicates=2, repeats=5)
 

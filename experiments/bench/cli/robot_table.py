@@ -25,7 +25,7 @@ SHORT = {
 }  # fmt: skip
 Rows = Sequence[Mapping[str, Any]]
 OF_LOOMING = "looming detectors: their own spikes and peak"
-"""A detector has no lowest potential: at rest it is at 0.5."""
+"""A detector has no trough: at rest it is at 0.5."""
 
 
 def show(report: Report, recordings: bool) -> None:
@@ -164,7 +164,7 @@ def _spikes(rows: Rows, counted: str, *, rate: bool) -> dict[str, str]:
         else f"{spikes.ci_low:.1f} .. {spikes.ci_high:.1f}",
         **({"rate Hz": _mean(rows, "firing_rate_hz", ".1f")} if rate else {}),
         "peak HS": _mean(rows, f"peak_{counted}", "+z.2f"),
-        "lowest": _mean(rows, f"trough_{counted}", "+z.2f"),
+        "trough HS": _mean(rows, f"trough_{counted}", "+z.2f"),
     }
 
 
@@ -190,4 +190,5 @@ def _summary(rows: Rows, column: str) -> Summary | None:
 def _mean(rows: Rows, column: str, form: str) -> str:
     """The mean of a column over trials, in a format; a dash where none has a number."""
     summary = _summary(rows, column)
-    return "-" if summary is None else f"{summary.mean:{form}}"
+    text = "-" if summary is None else f"{summary.mean:{form}}"
+    return text if text.strip("+0.") else text.removeprefix("+")

@@ -246,9 +246,10 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str
 
 
 def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
-    """Return the order of a measure that most curves have, one for each model and other condition, and how many.
+    """Return the commonest order of a measure among the curves, one for each model and other condition, and the others.
 
-    Of one or two trials each, whose means have no intervals, it names what is drawn.
+    How many rise and fall is always told. Of one or two trials each, whose means have no intervals, it names what is
+    drawn.
     """
     noun, column = measure[0], next(iter(measure[2]))
     curves = {key: _samples(of, column) for key, of in _by(rows.drop_nulls(column), "model", "other")}
@@ -257,13 +258,18 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
         return drawn_of(noun, varies, fewest)
     most = max((len(levels) for levels, _ in curves.values()), default=0)
     orders = {key: order(*curve, varies) for key, curve in curves.items() if len(curve[0]) > 1 or most == 1}
-    ((common, so),) = Counter(orders.values()).most_common(1) or [("is not known", 0)]
+    (common, so), *others = Counter(orders.values()).most_common() or [("is not known", 0)]
     if len(orders) < 2:
         return f"{noun} {common}"
-    unit = "models" if rows["other"].n_unique() == 1 else "curves"
-    if so == 1 and unit == "models":
-        return f"{noun} of {next(iter(orders))[0]} {common}"
-    return f"{noun} {common} in {so} of {len(orders)} {unit}"
+    several, along = rows["other"].n_unique() > 1, f" with {_unit(varies)[0]}"
+    if sorted(orders.values()) == [f"falls{along}", f"rises{along}"]:
+        first, second = (f"at {other}" if several else f"for {model}" for model, other in orders)
+        return f"{noun} {common} {first}, {others[0][0].removesuffix(along)} {second}"
+    parts = [f"{noun} {common} in {so} of {len(orders)} {'curves' if several else 'models'}"]
+    told = [(text, n) for text, n in others if text.endswith(along) or len(others) == 1]
+    parts += [f"{text.removesuffix(along) if common.endswith(along) else text} in {n}" for text, n in told]
+    rest = sum(n for _, n in others) - sum(n for _, n in told)
+    return ", ".join([*parts, *([f"other in {rest}"] if rest else [])])
 
 
 def drawn_of(noun: str, varies: str, n: int) -> str:

@@ -12,6 +12,7 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from rich.table import Table
 
@@ -20,11 +21,13 @@ from experiments.bench.report import style
 from experiments.bench.stats.count import count_of
 from experiments.bench.study import Axis
 
-HELD, BROKEN, UNJUDGED = style.HUES[0], style.HUES[1], "#d0d0d0"
+HELD, BROKEN = style.HUES[0], style.HUES[1]
+UNJUDGED: Any = {"facecolor": "white", "edgecolor": "#b0b0b0", "hatch": "////", "lw": 0.0}
 SHARES = LinearSegmentedColormap.from_list("held", (BROKEN, "#f4f1ea", HELD))
 """Share of the replicates in which a claim holds, 0 to 1."""
 SHADES, SCALE, DEFAULT = "Blues", "viridis", "#c0392b"
 """Colours of counts, of numbers, and of the marks of defaults, winners and thresholds."""
+MARK: Any = {"color": DEFAULT, "ms": 4, "ls": ""}
 ACROSS = 3
 MOST_WRITTEN = 24
 """Cells of a heat map up to which their numbers are written."""
@@ -53,15 +56,22 @@ def draw(
         model's threshold; triangles mark the defaults. Levels with names are the rows of one table, claims its columns;
         without claims one or two axes have heat maps too.
     """
+    key: list[Any] = []
     with style.look():
         if not counts.height or (axes and all(axis.of_keys for axis in axes)):
             figure = _maps(counts, numbers, axes, titles)
+            if any(place(axis) is not None for axis in axes[:2]):
+                key.append(Line2D([], [], marker="v", label="default", **MARK))
         else:
             figure = _table(counts, [axis.name for axis in axes])
         if counts.height:
-            colours = {"the claim holds": HELD, "it fails": BROKEN, "not judged": UNJUDGED}
-            key = [Patch(color=colour, label=label) for label, colour in colours.items()]
-            figure.legend(handles=key, loc="outside upper right", ncols=3, frameon=False, fontsize=style.SMALL)
+            shares = {share for share, _ in map(shown, counts.to_dicts())}
+            colours = {"the claim holds": 1.0, "it fails": 0.0}
+            colours |= {"in some replicates": 0.5} if any(0.0 < share < 1.0 for share in shares) else {}
+            key += [Patch(color=SHARES(share), label=label) for label, share in colours.items()]
+            key.append(Patch(label="not judged", **UNJUDGED))
+        if key:
+            figure.legend(handles=key, loc="outside upper right", ncols=5, frameon=False, fontsize=style.SMALL)
         style.caption(figure, about)
     return figure
 
@@ -92,16 +102,17 @@ def _maps(counts: pl.DataFrame, numbers: pl.DataFrame, axes: Sequence[Axis], tit
         order = [(row[axes[1].name] if len(axes) > 1 else "", row[axes[0].name]) for row in table.to_dicts()]
         where = tuple(np.array([(up.index(y), axes[0].values().index(x)) for y, x in order]).T)
         who = f"{titles.get(name, 'All claims')} ({name}{f', {model}' if several else ''})"
-        finding = (_claim if "claim" in table.columns else _number)(panel, table, where, (len(up), len(axes[0].labels)))
+        size = len(up), len(axes[0].labels)
+        of_claim = "claim" in table.columns
+        finding = _claim(panel, table, where, size) if of_claim else _number(panel, table, numbers, where, size)
         text = style.wrapped(f"{who} {finding}", style.WIDTH / across - 0.5, style.SMALL)
         panel.set_title(text, fontsize=style.SMALL)
         panel.set_xticks(range(len(axes[0].labels)), axes[0].labels, rotation=90 if len(axes[0].labels) > 6 else 0)
         panel.set_yticks(range(len(up)), axes[1].labels if len(axes) > 1 else up)
-        look: dict[str, Any] = {"color": DEFAULT, "ms": 4, "clip_on": False, "ls": ""}
         if (x := place(axes[0])) is not None:
-            panel.plot(x, 1.0, marker="v", transform=panel.get_xaxis_transform(), **look)
+            panel.plot(x, 1.0, marker="v", transform=panel.get_xaxis_transform(), clip_on=False, **MARK)
         if len(axes) > 1 and (y := place(axes[1])) is not None:
-            panel.plot(1.0, y, marker="<", transform=panel.get_yaxis_transform(), **look)
+            panel.plot(1.0, y, marker="<", transform=panel.get_yaxis_transform(), clip_on=False, **MARK)
     for panel in places.flat[len(panels) :]:
         panel.set_axis_off()
     for panel in places[-1]:
@@ -118,15 +129,21 @@ def _claim(panel: Axes, table: pl.DataFrame, where: Any, size: tuple[int, int]) 
     return f"holds in every replicate at {shares.count(1.0)} of {len(shares)} points"
 
 
-def _number(panel: Axes, table: pl.DataFrame, where: Any, size: tuple[int, int]) -> str:
-    """Draw the cells of one measure, with a contour at the model's threshold; return the finding."""
+def _number(panel: Axes, table: pl.DataFrame, numbers: pl.DataFrame, where: Any, size: tuple[int, int]) -> str:
+    """Draw the cells of one measure, with a contour at the model's threshold; return the finding.
+
+    All conditions and models of a measure, among all ``numbers``, have one scale.
+    """
     values, threshold = np.array(table["value"].to_list(), float), table["threshold"][0]
     known = values[np.isfinite(values)]
     if not known.size:
         return "has no value"
     low, high = float(known.min()), float(known.max())
     texts = [f"{value:.3g}" for value in values]
-    image = _heat(panel, size, where, values, texts, SCALE, (low, max(high, low + 1e-9)))
+    kind = pl.col("measure").str.split(":").list.first()
+    alike = numbers.filter(kind == table["measure"][0].partition(":")[0])["value"].cast(pl.Float64).to_numpy()
+    least, most = np.nanmin(alike), np.nanmax(alike)
+    image = _heat(panel, size, where, values, texts, SCALE, (least, max(most, least + 1e-9)))
     panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
     if threshold is None:
         return f"is {low:.3g} to {high:.3g}"
@@ -142,7 +159,7 @@ def _heat(
     """Draw cells, (rows, columns) of them, whose places ``where`` has; write the texts of few."""
     cells = np.full(size, np.nan)
     cells[where] = values
-    panel.set_facecolor(UNJUDGED)
+    panel.patch.set(**UNJUDGED)
     image = panel.imshow(cells, cmap=colours, vmin=limits[0], vmax=limits[1], origin="lower", aspect="auto")
     for draw_line, number in ((panel.axvline, size[1]), (panel.axhline, size[0])):
         for line in range(number - 1):
@@ -198,7 +215,8 @@ def show(result: Any, folder: Path) -> None:
         else:
             share, cells[row["claim"]] = shown(row)
             found.setdefault(row["claim"], []).append(share)
-    show_rows(f"claims that hold in k of {plan.replicates} replicates, and numbers", list(rows.values()))
+    parts = [f"claims that hold in k of {plan.replicates} replicates"] * (result.counts.height > 0)
+    show_rows(", and ".join([*parts, *["numbers"] * (result.numbers.height > 0)]), list(rows.values()))
     for claim, shares in found.items():
         text = f"{claim}: holds in every replicate at {shares.count(1.0)} of {len(shares)} points"
         unjudged = sum(map(math.isnan, shares))

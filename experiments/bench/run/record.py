@@ -516,7 +516,8 @@ def _lane(model: Model, root: str, prefix: str, *, narrow: bool) -> Any:
     row = [(3.0, lane)]
     if model.levels():
         told = "spikes" if narrow else f"{name}: spikes; {_signs(model)}"
-        row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], told)))
+        legend = len(model.spiking) > 1 and not narrow
+        row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], told, legend=legend)))
     if "azimuth" in model.channels:
         told = "azimuth" if narrow else f"{name}: azimuth, -1 left to 1 right"
         row.append((1.0, _plot(f"{place}/azimuth", [f"{place}/azimuth"], told, (-1.05, 1.05))))

@@ -73,8 +73,19 @@ def test_a_title_counts_the_models_that_go_as_it_says(rising):
     rows = robot_rows(models, SPEEDS)
     for row in rows:
         row["spikes"] = row[SPEED] * (1 if models.index(row["model"]) < rising else -1)
-    table = robot.prepared(rows, None, SPEED)
-    assert f"rises with speed in {rising} of 5 models" in robot.finding(table, robot.COUNT, SPEED)
+    text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED)
+    assert f"rises with speed in {rising} of 5 models" in text
+    assert ("falls" in text) == (rising < 5) and sum(map(int, re.findall(r"in (\d)", text))) == 5, "nothing is hidden"
+
+
+def test_a_title_names_the_curve_that_goes_the_other_way():
+    """The far curve rises and the near one falls, by intervals far apart."""
+    rows = robot_rows(["dsnn"], [{SPEED: speed, "distance_cm": far} for speed in (5.0, 12.0) for far in (6.0, 13.0)])
+    for row in rows:
+        row["spikes"] += 200 * (row[SPEED] == 5.0) * (row["distance_cm"] == 6.0)
+        row["spikes"] += 200 * (row[SPEED] == 12.0) * (row["distance_cm"] == 13.0)
+    text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED).replace("\N{NO-BREAK SPACE}", " ")
+    assert re.search(r"falls\D* 6 cm", text) and re.search(r"rises\D* 13 cm", text)
 
 
 def test_dots_means_and_intervals_are_those_of_the_trials():
