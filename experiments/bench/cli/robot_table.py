@@ -120,13 +120,8 @@ def _with_spread(row: Mapping[str, Any] | None, form: str) -> str:
 
 def _conditions_table(report: Report) -> Table:
     mechanism, looming = report.drawing == "mechanism", "looming" in report.counted.values()
-    table = Table(
-        title=OF_LOOMING if looming else None,
-        title_justify="left",
-        box=None,
-        header_style="bold",
-        pad_edge=False,
-    )
+    title = OF_LOOMING if looming else None
+    table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
     names = varying(report.rows, report.varies)
     without = {failure.model for failure in report.failures} - {row["model"] for row in report.rows} - {"", RECORDING}
     if without and "model" not in names:
@@ -144,10 +139,8 @@ def _conditions_table(report: Report) -> Table:
         if not index:
             for name in measured:
                 table.add_column(name, justify="right", no_wrap=True)
-        table.add_row(
-            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
-            *measured.values(),
-        )
+        condition = ("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names))
+        table.add_row(*condition, *measured.values())
     for model in sorted(without):
         table.add_row(model, *[""] * (len(names) - 1), Text("failed", "red"))
     return table

@@ -65,9 +65,8 @@ def draw(
         else:
             figure = _table(counts, [axis.name for axis in axes])
         if counts.height:
-            shares = {share for share, _ in map(shown, counts.to_dicts())}
             colours = {"the claim holds": 1.0, "it fails": 0.0}
-            colours |= {"in some replicates": 0.5} if any(0.0 < share < 1.0 for share in shares) else {}
+            colours |= {"in some replicates": 0.5} if counts["replicates"].max() != 1 else {}
             key += [Patch(color=SHARES(share), label=label) for label, share in colours.items()]
             key.append(Patch(label="not judged", **UNJUDGED))
         if key:
@@ -103,9 +102,8 @@ def _maps(counts: pl.DataFrame, numbers: pl.DataFrame, axes: Sequence[Axis], tit
         where = tuple(np.array([(up.index(y), axes[0].values().index(x)) for y, x in order]).T)
         who = f"{titles.get(name, 'All claims')} ({name}{f', {model}' if several else ''})"
         size = len(up), len(axes[0].labels)
-        of_claim = "claim" in table.columns
-        finding = _claim(panel, table, where, size) if of_claim else _number(panel, table, numbers, where, size)
-        text = style.wrapped(f"{who} {finding}", style.WIDTH / across - 0.5, style.SMALL)
+        of = _claim(panel, table, where, size) if "claim" in table else _number(panel, table, numbers, where, size)
+        text = style.wrapped(f"{who} {of}", style.WIDTH / across - 0.5, style.SMALL)
         panel.set_title(text, fontsize=style.SMALL)
         panel.set_xticks(range(len(axes[0].labels)), axes[0].labels, rotation=90 if len(axes[0].labels) > 6 else 0)
         panel.set_yticks(range(len(up)), axes[1].labels if len(axes) > 1 else up)
@@ -130,10 +128,7 @@ def _claim(panel: Axes, table: pl.DataFrame, where: Any, size: tuple[int, int]) 
 
 
 def _number(panel: Axes, table: pl.DataFrame, numbers: pl.DataFrame, where: Any, size: tuple[int, int]) -> str:
-    """Draw the cells of one measure, with a contour at the model's threshold; return the finding.
-
-    All conditions and models of a measure, among all ``numbers``, have one scale.
-    """
+    """Draw a measure's cells on the scale of all its panels, a contour at the threshold; return the finding."""
     values, threshold = np.array(table["value"].to_list(), float), table["threshold"][0]
     known = values[np.isfinite(values)]
     if not known.size:
@@ -215,8 +210,8 @@ def show(result: Any, folder: Path) -> None:
         else:
             share, cells[row["claim"]] = shown(row)
             found.setdefault(row["claim"], []).append(share)
-    parts = [f"claims that hold in k of {plan.replicates} replicates"] * (result.counts.height > 0)
-    show_rows(", and ".join([*parts, *["numbers"] * (result.numbers.height > 0)]), list(rows.values()))
+    judged = f"claims that hold in k of {plan.replicates} replicates" if result.counts.height else ""
+    show_rows(", and ".join(filter(None, (judged, "numbers" if result.numbers.height else ""))), list(rows.values()))
     for claim, shares in found.items():
         text = f"{claim}: holds in every replicate at {shares.count(1.0)} of {len(shares)} points"
         unjudged = sum(map(math.isnan, shares))
