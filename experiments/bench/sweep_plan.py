@@ -255,6 +255,7 @@ def planned(
     UsageError
         The experiments are of both kinds, or something that the study asks for is not legal.
     """
+    check_counts(seed, study.replicates, "--replicates")
     experiments: list[Any] = [registry.find(name) for name in study.experiments or answering(study.claims)]
     names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
@@ -427,8 +428,9 @@ def _renderings(
             text = selected.asked.text
             if text in study.models and any(text not in (level.models or (text,)) for level in levels):
                 continue
-            moving = [moves(axis, base) for axis in axes]
-            values = sets(point, axes, base)
+            fixed = {f"{selected.section}.{name}" for name in selected.asked.values}
+            moving = [moves(axis, base, fixed) for axis in axes]
+            values = {key: value for key, value in sets(point, axes, base).items() if key not in fixed}
             names = [f"{axis.name}=" * axis.of_keys + level.label
                      for axis, level, moved in zip(axes, levels, moving, strict=True) if moved]  # fmt: skip
             name = " ".join(filter(None, (model.label if place else "", *names))) or model.label
@@ -436,8 +438,7 @@ def _renderings(
             for axis, level, moved in zip(axes, levels, moving, strict=True):
                 parameters[axis.name][label] = axis.value(level.label) if moved else None
             keys = ((key.partition("."), value) for key, value in values.items())
-            own = {name: value for (section, _, name), value in keys
-                   if section == selected.section and name not in selected.asked.values}  # fmt: skip
+            own = {name: value for (section, _, name), value in keys if section == selected.section}
             network = changed(selected.section, model.network, own)
             variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
             watching.setdefault(point, {})[model.label] = variants[label]

@@ -53,7 +53,7 @@ def test_one_episode_has_no_interval_and_a_robot_at_rest_a_gain_of_0(colias):
 
 def test_one_repeat_leaves_empty_cells_in_a_map(colias):
     grid = ("--measure", "spikes", "--over", "dsnn.n_con=4,8")
-    done = colias("map", "speed", *QUICK[:4], *grid, "--out", "out", "--workers", "0")
+    done = colias("sweep", "speed", *QUICK[:4], *grid, "--out", "out", "--workers", "0")
     assert done.returncode == 0, done.stderr
     with (colias.folder / "out" / "counts.csv").open() as file:
         assert {(row["n"], row["ci_low"], row["ci_high"]) for row in csv.DictReader(file)} == {("1", "", "")}

@@ -89,7 +89,7 @@ def test_rows_have_columns_for_them(tmp_path):
 def test_the_points_of_a_grid(colias):
     quick = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "-q", "--measure", "spikes")
     models = ("--model", "dsnn", "--model", "emd")
-    done = colias("map", "speed", *quick, "--over", "dsnn.n_con=4,8", *models, "--out", "out")
+    done = colias("sweep", "speed", *quick, "--over", "dsnn.n_con=4,8", *models, "--out", "out")
     assert done.returncode == 0, done.stderr
     rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     assert [(row["model"], row["dsnn.n_con"]) for row in rows] == [

@@ -31,14 +31,14 @@ def refusal(*arguments: str) -> str:
 def test_replicates_are_counted_with_the_points_of_the_grid():
     """Each number is legal by itself; their product is not."""
     axis = ",".join(str(value / 100) for value in range(100))
-    asked = ("map", "general", "--over", f"camera.read_noise={axis}", "--claims", "C14", "--replicates", "9999")
+    asked = ("sweep", "general", "--over", f"camera.read_noise={axis}", "--claims", "C14", "--replicates", "9999")
     message = refusal(*asked)
     assert message.startswith("--replicates must be between 1 and ")
 
 
 SEEDED = (
-    "run speed", "run clean", "map speed --over dsnn.n_con=4,5", "leaderboard",
-    "map clean --over dsnn.n_con=4,5", "tune", "reproduce", "behave fixation", "train",
+    "run speed", "run clean", "sweep speed --over dsnn.n_con=4,5", "leaderboard",
+    "sweep clean --over dsnn.n_con=4,5", "tune", "reproduce", "behave fixation", "train",
 )  # fmt: skip
 
 

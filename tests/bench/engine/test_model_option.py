@@ -205,7 +205,7 @@ def test_off_line_models_keep_their_preset_under_settings():
 
 # --- grids ------------------------------------------------------------------------------------------------------------
 
-GRID = ("map", "speed", "--measure", "spikes", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1",
+GRID = ("sweep", "speed", "--measure", "spikes", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1",
         "--workers", "0")  # fmt: skip
 
 

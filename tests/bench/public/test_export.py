@@ -113,7 +113,7 @@ def recorded(images) -> bytes:
 @pytest.fixture
 def filmed(tmp_path):
     """A run with two recordings, one of them of a part, of three and of five frames."""
-    described(tmp_path / "run", "sweep")
+    described(tmp_path / "run", "leaderboard")
     described(tmp_path / "run" / "part")
     for place, frames in (("recordings/trial-0003", 3), ("part/recordings/trial-0000", 5)):
         images = np.full((frames, 12, 16), 40 * frames, np.uint8)

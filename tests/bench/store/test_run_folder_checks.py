@@ -96,7 +96,7 @@ KINDS = {
     "tune": ("tune", "--only", "--model", "tiny.py", "--curve", "size", "--workers", "0"),
     "behave": ("behave", "slow.py", "--episodes", "1", "--no-baselines", "--no-recordings", "--workers", "0",
                "--set", "robots=1"),
-    "map": ("map", *ROBOT[1:], "--model", "tiny.py", "--measure", "spikes", "--over", "tiny.t_sp=0.1,0.3"),
+    "sweep": ("sweep", *ROBOT[1:], "--model", "tiny.py", "--measure", "spikes", "--over", "tiny.t_sp=0.1,0.3"),
 }  # fmt: skip
 
 
