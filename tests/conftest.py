@@ -26,9 +26,10 @@ GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 
 
 LONGEST = (
-    "test_reproduce", "test_page", "test_golden", "test_native", "test_docs", "test_public", "test_behaviours",
-    "test_cli", "test_docs_behaviours", "test_map", "test_firmware", "test_answers", "test_model_option", "test_envs",
-    "test_fit", "test_interrupts", "test_leaderboard", "test_measured", "test_docs_arena", "test_run_folder_checks",
+    "test_page", "test_docs", "test_every_figure", "test_golden", "test_envs", "test_public", "test_reproduce",
+    "test_sweep", "test_docs_behaviours", "test_firmware", "test_native", "test_cli", "test_fit", "test_behaviours",
+    "test_envs_physics", "test_envs_randomisation", "test_answers", "test_docs_experiment", "test_declared_studies",
+    "test_docs_video",
 )  # fmt: skip
 """The files of tests that take longest, the longest first."""
 
