@@ -9,13 +9,14 @@ import importlib.util
 import itertools
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import polars as pl
+from polars.dataframe.group_by import GroupBy
 from pydantic import Field, SkipValidation
 from pydantic.dataclasses import dataclass as validated
 
@@ -40,6 +41,7 @@ from experiments.bench.store.files import Files, drawn_from, tables_of
 from experiments.bench.store.kinds import FIT
 from experiments.bench.store.rows import Failure
 from experiments.bench.study import Axis, Level, Study, make_tuples
+from experiments.bench.sweep import TOGETHER
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
@@ -55,8 +57,6 @@ BOARD_NAMES = {
     TUNING: tune.NUMBERS,
 }  # fmt: skip
 """The numbers that a fit may make large there: no times, which another run would not repeat."""
-TOGETHER = "all"
-"""Name of all claims together."""
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
 NEXT_BEST = 10
@@ -374,10 +374,10 @@ class Search:
         """Return the settings of the next batch; those that share a rendering one after another."""
         state = int(np.random.SeedSequence(self._seed, spawn_key=(self._batch,)).generate_state(1)[0])
         samplers = self._optuna.samplers
-        tpe = self._fit.sampler == "tpe"
-        self.study.sampler = samplers.TPESampler(seed=state, constant_liar=True) if tpe else (
-            samplers.RandomSampler(seed=state)
-        )  # fmt: skip
+        if self._fit.sampler == "tpe":
+            self.study.sampler = samplers.TPESampler(seed=state, constant_liar=True)
+        else:
+            self.study.sampler = samplers.RandomSampler(seed=state)
         self._asked = []
         for _ in range(self._renderings):
             first = self.study.ask(self._free)
@@ -394,7 +394,7 @@ class Search:
         """Tell the `scored` values of the last batch; a setting without a value counts as failed."""
         failed = self._optuna.trial.TrialState.FAIL
         for trial, row in zip(self._asked, scores.iter_rows(named=True), strict=True):
-            for name in names_of(scores):
+            for name in names_of(row):
                 trial.set_user_attr(name, row[name])
             values = worth(row, self._fit)
             known = all(map(math.isfinite, values))
@@ -410,8 +410,8 @@ class Search:
         def number(trial: Any) -> float:
             return sign * float(trial.user_attrs[name] if name else trial.values[0])
 
-        told = [trial for trial in self.study.get_trials(deepcopy=False) if trial.values]
-        if len({number(trial) for trial in told}) < 2:
+        known = [trial for trial in self.study.get_trials(deepcopy=False) if trial.values]
+        if len({number(trial) for trial in known}) < 2:
             return dict.fromkeys(self._free, 0.0)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)  # it is given the slack below 0
@@ -449,9 +449,9 @@ def _differences(check: Check) -> float:
     return -MOST_SLACK if np.isnan(check.slack) else check.slack / MARGIN["spikes" if check.unit else "potential"]
 
 
-def names_of(scores: pl.DataFrame) -> list[str]:
-    """Return the claims or measures of a table of `scored`."""
-    return [name for name in scores.columns if name not in ("setting", "kept", "least", "mean")]
+def names_of(columns: Iterable[str]) -> list[str]:
+    """Return the claims or measures among the columns of a table of `scored`."""
+    return [name for name in columns if name not in ("setting", "kept", "least", "mean")]
 
 
 def scored(results: pl.DataFrame) -> pl.DataFrame:
@@ -498,12 +498,14 @@ def front(values: Sequence[Sequence[float]]) -> list[int]:
 # Playing settings.
 
 
+def assigned(setting: Setting) -> tuple[str, ...]:
+    """Return a setting as ``KEY=VALUE`` texts, one for each parameter of those that move together."""
+    return tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name))
+
+
 def settings_axis(settings: Sequence[Setting]) -> Axis:
     """Return the axis of a study whose levels are settings, by their numbers."""
-    return Axis("setting", tuple(
-        Level(str(number), tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name)))
-        for number, setting in enumerate(settings)
-    ))  # fmt: skip
+    return Axis("setting", tuple(Level(str(number), assigned(setting)) for number, setting in enumerate(settings)))
 
 
 def study_of(fit: Fit, *, anew: bool = False) -> Study:
@@ -518,9 +520,7 @@ def study_of(fit: Fit, *, anew: bool = False) -> Study:
 def text_of(fit: Fit, setting: Setting) -> str:
     """Return the model of a fit with a setting, as ``--model`` takes it."""
     (model,) = fit.study.models
-    parts = ",".join(
-        f"{key.partition('.')[2]}={value}" for name, value in setting.items() for key in keys_of(name)
-    )  # fmt: skip
+    parts = ",".join(text.partition(".")[2] for text in assigned(setting))
     return model if not parts else f"{model},{parts}" if ask(model).settings else f"{model}:{parts}"
 
 
@@ -658,9 +658,7 @@ class Fitted:
         list of float
             Slack in smallest differences, or the measure; NaN where it has no value.
         """
-        own = results.filter(pl.col("setting") == setting)
-        own = own.filter(pl.col("name") == name) if name else own
-        return own.group_by("replicate", maintain_order=True).agg(pl.col("value").min())["value"].to_list()
+        return _replicates(results, setting, name).agg(pl.col("value").min())["value"].to_list()
 
     def goal(self, results: pl.DataFrame) -> list[float]:
         """Return the first goal of each setting.
@@ -695,9 +693,7 @@ class Fitted:
         Count
             How often it is kept, fails, and cannot be judged.
         """
-        own = results.filter(pl.col("setting") == setting)
-        own = own.filter(pl.col("name") == claim) if claim else own
-        verdicts = own.group_by("replicate", maintain_order=True).agg("verdict")["verdict"].to_list()
+        verdicts = _replicates(results, setting, claim).agg("verdict")["verdict"].to_list()
         return count(together(each) for each in verdicts)
 
     @property
@@ -712,12 +708,12 @@ class Fitted:
         anew, before = self.kept(self.anew, 0), self.kept(self.searched, self.best[0])
         if before.holds < before.replicates:
             return "not fitted"
-        return "fitted" if anew.word == "holds" else "no word" if anew.kind == "counted" and not anew.fails else (
-            "not fitted"
-        )  # fmt: skip
+        if anew.word == "holds":
+            return "fitted"
+        return "no word" if anew.kind == "counted" and not anew.fails else "not fitted"
 
     def luck(self, goal: str = "") -> float | None:
-        """Return how much of the winner's goal in the search is not there at seeds never searched.
+        """Return by how much the search promised too much of its winner: its goal there less that at fresh seeds.
 
         Parameters
         ----------
@@ -729,16 +725,14 @@ class Fitted:
         float or None
             Above 0 where the search promised too much; ``None`` where it is not known.
         """
-        before, after = (
-            _mean(self.values(self.searched, self.best[0], goal), whole=True), _mean(self.values(self.anew, 0, goal))
-        )  # fmt: skip
+        before = _mean(self.values(self.searched, self.best[0], goal), whole=True)
+        after = _mean(self.values(self.anew, 0, goal))
         if before is None or after is None:
             return None
-        lost = self.fit.goals.get(goal, 1) * (before - after)
-        return 0.0 if math.isclose(before, after, rel_tol=1e-12) else lost
+        return 0.0 if math.isclose(before, after, rel_tol=1e-12) else self.fit.goals.get(goal, 1) * (before - after)
 
     def gain(self, goal: str) -> float | None:
-        """Return how much better the winner is than the model as it is, both at seeds never searched.
+        """Return by how much the winner is better than the model as it is, both at fresh seeds.
 
         Parameters
         ----------
@@ -754,7 +748,7 @@ class Fitted:
         return None if after is None or start is None else self.fit.goals[goal] * (after - start)
 
     def pairs(self) -> pl.DataFrame:
-        """Return of each pair of claims in how many settings of search and sample each is kept, and both.
+        """Count in how many settings of search and sample two claims are kept, each and both together.
 
         Returns
         -------
@@ -891,16 +885,17 @@ class Fitted:
                 continue
             promised = f"{winner['in the search']:.4g} in the search, so {luck:+.3g} of that was luck"
             ends = [winner["low"], winner["high"], start["low"], start["high"]]
-            apart_ = None not in ends and (ends[0] > ends[3] or ends[1] < ends[2])
+            differ = None not in ends and (ends[0] > ends[3] or ends[1] < ends[2])
             lines.append(f"{words} ({promised if luck > 0 else 'as in the search'}); the model {AS_IS} has"
                          f" {_text(start)}: better by {gain:+.3g}"
-                         f"{'' if apart_ else ', which these replicates do not tell apart'}")  # fmt: skip
+                         f"{'' if differ else ', which these replicates do not tell apart'}")  # fmt: skip
         scores = scored(self.sample)
         even = []
         for goal, sign in goals.items():
-            values = [value for value in scores[goal] if math.isfinite(value)]
-            best = f"{sign * max(sign * value for value in values):.4g} at best, {np.median(values):.4g} in the median"
-            even.append(f"{goal} {best}" if values else f"{goal} has no value")
+            values = scores[goal].filter(scores[goal].is_finite()).to_numpy()
+            best = sign * (sign * values).max(initial=-math.inf)
+            what = f"{best:.4g} at best, {np.median(values):.4g} in the median" if values.size else "has no value"
+            even.append(f"{goal} {what}")
         return [*lines, f"of {len(self.even)} settings that fill the box evenly: {'; '.join(even)}"]
 
     def described(self) -> dict[str, Any]:
@@ -930,6 +925,12 @@ class Fitted:
             "importance": {name or first: shares for name, shares in self.importance.items()},
             "failures": self.failures,
         }  # fmt: skip
+
+
+def _replicates(results: pl.DataFrame, setting: int, name: str) -> GroupBy:
+    """Group the results of a setting, of one claim or measure where it is named, by replicate."""
+    own = results.filter(pl.col("setting") == setting, pl.col("name") == name if name else pl.lit(True))
+    return own.group_by("replicate", maintain_order=True)
 
 
 def in_words(setting: Setting) -> str:
@@ -1016,8 +1017,8 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     elif not names:
         raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
     else:
-        middle = setting_at(box, [0.5] * len(box))
-        plan = sweep_plan.planned(replace(study_of(fit), axes=(settings_axis([middle]),)), seed)
+        middle = settings_axis([setting_at(box, [0.5] * len(box))])
+        plan = sweep_plan.planned(replace(study_of(fit), axes=(middle,)), seed)
         measures = [measure.name for measure, _ in plan.measures]
         if fit.of_claims and not plan.claims:
             raise UsageError(f"{', '.join(names)}: no claim there can be fitted to")
@@ -1057,23 +1058,25 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
     search = Search(plan.box, plan.seed, plan.renderings, plan.share, fit)
     settings: list[Setting] = []
     batches: list[pl.DataFrame] = []
+    sums: list[pl.DataFrame] = []
     with resources.pool() as pool:
         for number in range(plan.batches):
             asked = search.ask()
             results = play(f"search-{number:04d}", asked, plan.seed, fit.study.replicates, pool)
-            search.tell(scored(results))
             batches.append(results.with_columns(pl.col("setting") + len(settings)))
+            sums.append(scored(batches[-1]))
+            search.tell(sums[-1])
             settings += asked
             if not resources.quiet:
-                error_console.print(_best_so_far(scored(pl.concat(batches)), fit), soft_wrap=True, markup=False)
-        searched = pl.concat(batches)
-        best = _best(scored(searched), settings, fit)
+                error_console.print(_best_so_far(pl.concat(sums), fit), soft_wrap=True, markup=False)
+        searched, scores = pl.concat(batches), pl.concat(sums)
+        best = _best(scores, settings, fit)
         again: list[Setting] = [settings[place] for place in best] + ([] if fit.of_claims else [{}])
         anew = play(f"held-out-{len(settings)}", again, plan.seed + TEST, fit.held_out, pool, anew=True)
         even = spread(plan.box, fit.sample, plan.seed)
         sample = play(f"sample-{fit.sample}", even, plan.seed + SAMPLE, fit.study.replicates, pool)
     looks = len({folder.name.split("-")[2] for folder in out.glob("held-out-*") if begun(folder)})
-    shares = {name: search.importance(name) for name in ("", *names_of(scored(searched)))}
+    shares = {name: search.importance(name) for name in ("", *names_of(scores.columns))}
     fitted = Fitted(fit, plan.box, plan.seed, tuple(settings), searched, tuple(best), anew, tuple(even), sample, looks,
                     shares, tuple(failures))  # fmt: skip
     write(fitted, out)
@@ -1119,8 +1122,7 @@ def rank(fit: Fit) -> Callable[[Mapping[str, Any]], tuple[float, ...]]:
         (value, *_) = worth(row, fit)
         if not fit.of_claims:
             return (value if math.isfinite(value) else -math.inf,)
-        names = [name for name in row if name not in ("setting", "kept", "least", "mean")]
-        return float(row["kept"] == len(names)), value, row["mean"]
+        return float(row["kept"] == len(names_of(row))), value, row["mean"]
 
     return key
 
@@ -1142,6 +1144,6 @@ def _best_so_far(scores: pl.DataFrame, fit: Fit) -> str:
     best = max(rows, key=rank(fit))
     of = f"best of {len(rows)} settings: "
     if fit.of_claims:
-        return (f"{of}{best['kept']} of {len(names_of(scores))} claims kept, least slack {best['least']:+.3g} smallest"
+        return (f"{of}{best['kept']} of {len(names_of(best))} claims kept, least slack {best['least']:+.3g} smallest"
                 " differences")  # fmt: skip
     return of + ", ".join(f"{goal} {best[goal]:.4g}" for goal in fit.goals)

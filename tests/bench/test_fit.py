@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import signal
 from pathlib import Path
@@ -106,8 +105,7 @@ def fit(folder, out, claims, *more, workers="0"):
 
 
 def table(folder, out, name="fit.csv"):
-    with (folder / out / name).open() as file:
-        return list(csv.DictReader(file))
+    return pl.read_csv(folder / out / name, infer_schema=False).to_dicts()
 
 
 def test_a_planted_optimum_is_found(folder):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from experiments.bench import tune
 from experiments.bench.cli import main
-from experiments.bench.fit import RESULTS, Fit, Fitted, Range, front, planned
+from experiments.bench.fit import RESULTS, Fit, Fitted, Range, front, planned, scored, worth
 from experiments.bench.study import Study
 
 pytest.importorskip("optuna")
@@ -70,8 +70,7 @@ def test_a_planted_optimum_of_a_measure_is_found_without_luck(folder):
     result = fit(folder, "hill", "--maximise", "peak-hs", *A, *B, "--trials", "60", "--sample", "16", "--held-out", "3")
     assert abs(float(result["winner"]["planted.a"]) - 0.7) < 0.15
     assert abs(float(result["winner"]["planted.b"]) - 0.2) < 0.15
-    with (folder / "hill" / "fit.csv").open() as file:
-        rows = list(csv.DictReader(file))
+    rows = pl.read_csv(folder / "hill" / "fit.csv").to_dicts()
     for row in rows:
         hill = 1.0 - (float(row["planted.a"]) - 0.7) ** 2 - (float(row["planted.b"]) - 0.2) ** 2
         assert float(row["peak-hs"]) == pytest.approx(hill, abs=1e-5)
@@ -97,8 +96,6 @@ def planted_result(values, maximise, minimise, anew, start):
     study = Study("made", "made", claims=(), experiments=("clean",), repeats=None, replicates=1)
     asked = Fit(study, ("m.a=0..9",), maximise=maximise, minimise=minimise, held_out=3)
     settings = tuple({"m.a": str(number)} for number in range(len(values)))
-    best = tuple(front([[sign * value for value, sign in zip(row, asked.goals.values(), strict=True)]
-                        for row in values]))  # fmt: skip
 
     def results(rows):
         return pl.DataFrame(
@@ -108,6 +105,7 @@ def planted_result(values, maximise, minimise, anew, start):
         )  # fmt: skip
 
     searched = results([[(value,) for value in row] for row in values])
+    best = tuple(front([worth(row, asked) for row in scored(searched).to_dicts()]))
     shares = {name: {"m.a": 1.0} for name in ("", *asked.goals)}
     return Fitted(asked, (Range("m.a", 0.0, 9.0, network=True),), 0, settings, searched, best,
                   results([anew] * len(best) + [start]), settings, searched, 1, shares)  # fmt: skip
@@ -123,6 +121,12 @@ def test_of_a_minimum_luck_and_gain_have_the_same_sense():
     result = planted_result([(0.2,), (0.9,)], (), ("x",), [(0.4, 0.4, 0.4)], [(0.7, 0.7, 0.7)])
     assert result.winner == {"m.a": "0"}
     assert result.luck("x") == pytest.approx(0.2) and result.gain("x") == pytest.approx(0.3)
+
+
+def test_a_goal_without_a_value_in_the_even_sample_is_said_to_have_none():
+    result = planted_result([(0.2,), (0.9,)], ("x",), (), [(0.5,)], [(0.6,)])
+    empty = dataclasses.replace(result, sample=result.sample.with_columns(value=pl.lit(np.nan)))
+    assert len(empty.sentences()) == len(result.sentences())
 
 
 def test_a_result_of_two_goals_has_its_front():

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from experiments.bench.engine.terminal import show_line, show_places
 from experiments.bench.report import style
-from experiments.bench.report.sweep import DEFAULT, SCALE, show_rows
+from experiments.bench.report.sweep import DEFAULT, SCALE, SHADES, show_rows
 
 PAIRS = 3
 """Pairs of parameters that are drawn: of those on which the goal turns most."""
@@ -68,7 +68,7 @@ def _settings(panel: Axes, fitted: Any, one: Any, other: Any) -> None:
     sign = next(iter(fitted.fit.goals.values()))
     searched, even = fitted.goal(fitted.searched), fitted.goal(fitted.sample)
     ranks = np.argsort(np.argsort(sign * np.nan_to_num([*searched, *even], nan=-np.inf * sign)))
-    colours = mpl.colormaps["Blues"](0.15 + 0.8 * ranks / max(len(ranks) - 1, 1))
+    colours = mpl.colormaps[SHADES](0.15 + 0.8 * ranks / max(len(ranks) - 1, 1))
     start = len(searched)
     for settings, values, shade, marker in (
         (fitted.settings, searched, colours[:start], "o"), (fitted.even, even, colours[start:], "s"),
