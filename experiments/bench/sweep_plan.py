@@ -152,6 +152,10 @@ class Part:
         pairs = zip(self.selected, self.models, strict=True)
         return [{**self.base, selected.section: (model.network,)} for selected, model in pairs]
 
+    def fixed(self) -> list[set[str]]:
+        """Return the keys that each model has settled itself, as ``dsnn:n_con=5`` has: no point moves them."""
+        return [{f"{model.section}.{name}" for name in model.asked.values} for model in self.selected]
+
 
 def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
     base = {section: (value,) for section, value in known.items()}
@@ -393,7 +397,7 @@ def _refused(claim: Any, models: Sequence[ConfiguredModel]) -> str:
 def _check_keys(study: Study, axes: Sequence[Axis], parts: Sequence[Part], schema: pl.Schema) -> None:
     """Raise `UsageError` for a key that there is not, and for an axis that moves nothing."""
     bases = [base for part in parts for base in part.bases()]
-    fixed = [{f"{model.section}.{name}" for name in model.asked.values} for part in parts for model in part.selected]
+    fixed = [keys for part in parts for keys in part.fixed()]
     check_keys(study.assignments, bases, "--set")
     for axis in axes:
         if axis.name in schema:
@@ -415,6 +419,7 @@ def _renderings(
     for point in points:
         by_setting.setdefault(tuple(sets(point, axes, part.base).items()), []).append(point)
     renderings: list[tuple[Any, ...]] = []
+    bases, settled = part.bases(), part.fixed()
     for setting, members in by_setting.items():
         variants: dict[str, ConfiguredModel] = {}
         watching: dict[Point, dict[str, ConfiguredModel]] = {}
@@ -423,12 +428,11 @@ def _renderings(
         if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
             pairs.sort(key=lambda pair: members.index(pair[1]))
         for place, point in pairs:
-            selected, model, base = part.selected[place], part.models[place], part.bases()[place]
+            selected, model, base, fixed = part.selected[place], part.models[place], bases[place], settled[place]
             levels = [axis.level(label) for axis, (_, label) in zip(axes, point, strict=True)]
             text = selected.asked.text
             if text in study.models and any(text not in (level.models or (text,)) for level in levels):
                 continue
-            fixed = {f"{selected.section}.{name}" for name in selected.asked.values}
             moving = [moves(axis, base, fixed) for axis in axes]
             values = {key: value for key, value in sets(point, axes, base).items() if key not in fixed}
             names = [f"{axis.name}=" * axis.of_keys + level.label

@@ -209,7 +209,9 @@ def packed(chunks: Sequence[Chunk], layout: Sequence[Chunk], name: str, identity
         send_layout(stream, layout)
         stream.send_recording_name(name)
         stream.send_chunks(chunks)
-        return memory.read(flush=True) or b""
+        recording = memory.read(flush=True)
+        assert recording, "Rerun has written nothing"
+        return recording
     finally:
         stream.disconnect()
         # Of streams that nobody holds any more Rerun keeps all that they were sent (rerun#2116), until it is

@@ -244,8 +244,8 @@ def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
         return Test(name, "tau", math.nan, math.nan)
     if len(set(levels)) < 2 or len(set(pooled)) < 2:
         return Test(name, "tau", 0.0, 1.0, least=1.0)
-    how, p, least = _of_arrangements(levels, pooled)
     table = _counted(levels, pooled)
+    how, p, least = _of_arrangements(table)
     pairs = [(len(pooled) ** 2 - int((counts**2).sum())) / 2 for counts in (table.sum(axis=1), table.sum(axis=0))]
     return Test(f"{name}, {how}", "tau", int(_rising(table)) / math.sqrt(math.prod(pairs)), p, least)
 
@@ -254,7 +254,7 @@ def contrast(first: Sequence[float], second: Sequence[float]) -> Test:
     """Test whether ``first`` is larger than ``second``: Mann-Whitney, Cliff's delta from -1 to +1; neither is empty."""
     if np.isnan([*first, *second]).any():
         return Test("Mann-Whitney", "delta", math.nan, math.nan)
-    how, p, least = _of_arrangements([1.0] * len(first) + [0.0] * len(second), [*first, *second])
+    how, p, least = _of_arrangements(_counted([1.0] * len(first) + [0.0] * len(second), [*first, *second]))
     delta = float(np.sign(np.subtract.outer(np.asarray(first, float), np.asarray(second, float))).mean())
     return Test(f"Mann-Whitney, {how}", "delta", delta, p, least)
 
@@ -290,13 +290,13 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return [float(p) for p in corrected]
 
 
-def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[str, float, float]:
+def _of_arrangements(table: Whole) -> tuple[str, float, float]:
     """Return how p was computed, p, and the least that it could be, which is 0 where arrangements are drawn.
 
-    P is taken over all arrangements of the values over the levels, with as many at each as there are. The statistic is
-    the number of pairs at different levels in rising order less those in falling order.
+    P is taken over all arrangements of the values over the levels, which the ``table`` of `_counted` has, with as many
+    at each as there are. The statistic is the number of pairs at different levels in rising order less those in
+    falling order.
     """
-    table = _counted(levels, values)
     sizes, ties = table.sum(axis=1), table.sum(axis=0)
     seen = abs(int(_rising(table)))
     if sizes.sum() <= EXACT_VALUES and np.prod(np.sort(sizes)[:-1] + 1) <= EXACT_STATES:
