@@ -23,8 +23,8 @@ from dsnn.stimuli.looming import Looming
 from experiments.bench import offline, trials
 from experiments.bench.engine.alarms import alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.engine.terminal import count, error_console
-from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import ModelRunner
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers

@@ -232,4 +232,4 @@ def _verdict(
         lost = Outcome.unjudged("some of its clips failed")
         outcomes.append(judge(claim, of_seed, plan.thresholds, all_rows) if whole else lost)
     outcomes[0] = outcomes[0].noting([mixture(rows)])
-    return claim.verdict(*outcomes, random=random, experiment=plan.experiment.name)
+    return Verdict.of(claim, outcomes, random=random, experiment=plan.experiment.name)

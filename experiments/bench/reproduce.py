@@ -451,16 +451,16 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
     if clips is not None and place:  # the clips at their first seed are a part of each replicate with the robot
         parts = [{"clips": clips.outcome, "the robot": judge(claim, part)} for part in every]
         experiment = f"{clips.experiment}, {place}"
-        return robot_claims.find(claim).verdict(*map(Outcome.together, parts), experiment=experiment)
+        return Verdict.of(words(claim), list(map(Outcome.together, parts)), experiment=experiment)
     if clips is not None:
         return clips
     if not _about_the_robot(claim):
-        return Verdict.of((claim, words(claim).says, words(claim).source), [Outcome.unjudged(_needs(claim))])
+        return Verdict.of(words(claim), [Outcome.unjudged(_needs(claim))])
     asked, rows = robot_claims.find(claim), [row for part in every for row in part.rows]
     places = places_of(asked, place, {row["experiment"] for row in rows})
     first, *others = (judge(claim, part) for part in every)
     noted = first.noting([mixture([row for row in rows if row["experiment"] in places])])
-    return asked.verdict(noted, *others, experiment=", ".join(places))
+    return Verdict.of(asked, [noted, *others], experiment=", ".join(places))
 
 
 def _about_the_robot(claim: str) -> bool:
@@ -668,7 +668,7 @@ def _model_verdict(
             outcomes.append(Outcome.unjudged(question.claim.why))
         else:
             outcomes.append(clip_claims.judge(claim, of_seed, thresholds))
-    return claim.verdict(*outcomes, random=random, model=question.name, experiment="clips")
+    return Verdict.of(claim, outcomes, random=random, model=question.name, experiment="clips")
 
 
 def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:

@@ -18,7 +18,7 @@ from experiments.bench.stats import tests as statistics
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import SIGNS, Count
 from experiments.bench.stats.stored import document, plain
-from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.stats.verdict import Outcome, Verdict, Words
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import read_parquet, rows_hash
 from experiments.bench.tune import FAMILIES
@@ -137,9 +137,10 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     (folder / "behave-optomotor").mkdir(parents=True)
     (folder / "fidelity").mkdir()
     held = Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)", checks=(other,))
-    paper = [Verdict.of(("C1", "it turns", "ours"), [held, Outcome("fails", "m"), held, Outcome.unjudged("m")]),
-             Verdict.of(("C14", "it turns", "ours"), [Outcome("holds", "m")] * 40)]  # fmt: skip
-    ours = Verdict.of(("B3", "it turns", "ours"), [Outcome("fails", "0.2", decided="0.1 (needs above 0.5)")])
+    c1, c14, b3 = (Words(id=name, says="it turns", source="ours") for name in ("C1", "C14", "B3"))
+    paper = [Verdict.of(c1, [held, Outcome("fails", "m"), held, Outcome.unjudged("m")]),
+             Verdict.of(c14, [Outcome("holds", "m")] * 40)]  # fmt: skip
+    ours = Verdict.of(b3, [Outcome("fails", "0.2", decided="0.1 (needs above 0.5)")])
     counts = [{"point": {tool.EYE.name: eye, tool.WHEELS.name: wheels}, "claim": "C14", "holds": n, "fails": 20 - n}
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {

@@ -69,7 +69,7 @@ def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
 def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
     """Return the verdict, saying too which code played if several did. All episodes together are one replicate."""
     mixed = mixture([row for rows in played.values() for row in rows])
-    return claim.verdict(claim.judge(played).noting([mixed]), experiment=claim.env)
+    return Verdict.of(claim, [claim.judge(played).noting([mixed])], experiment=claim.env)
 
 
 def rarer(played: Episodes, against: str, times: float) -> Outcome:

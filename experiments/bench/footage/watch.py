@@ -14,8 +14,8 @@ from typing import Protocol
 
 from dsnn import Response
 from experiments.bench.footage.video import Picture
-from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import ModelRunner
 
 GAP_S, LEAST_FRAMES = 0.2, 3
 

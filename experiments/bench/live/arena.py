@@ -23,9 +23,8 @@ from experiments.bench.live.session import Session, View
 from experiments.bench.public.result import Run
 from experiments.bench.public.run import run
 from experiments.bench.run.errors import TrialError, UsageError, short
-from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import choose
-from experiments.bench.run.play import Showing
+from experiments.bench.run.play import ModelRunner, Showing
 from experiments.bench.run.streams import stream
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Experiment

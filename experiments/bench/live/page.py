@@ -21,7 +21,7 @@ from experiments.bench.live.inputs import Inputs
 from experiments.bench.live.session import Session, View
 from experiments.bench.live.traces import Traces
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.model_runner import ModelRunner
+from experiments.bench.run.play import ModelRunner
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""

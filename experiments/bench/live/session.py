@@ -15,8 +15,8 @@ from colias_sim import Pose
 from dsnn import Response
 from experiments.bench.public.result import Run
 from experiments.bench.run.errors import UsageError, short
-from experiments.bench.run.model_runner import ModelRunner, change
 from experiments.bench.run.models import look_up
+from experiments.bench.run.play import ModelRunner, change
 
 
 @dataclass(frozen=True, slots=True)

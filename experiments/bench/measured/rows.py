@@ -18,8 +18,8 @@ from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments.bench.measured.columns import CHANNELS, POSES
 from experiments.bench.measured.log import LoggedTrial
-from experiments.bench.run.model_runner import spike_counts
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.play import spike_counts
 from experiments.bench.sources.measures import away_cm, responses, windows
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store.origin import COLUMN

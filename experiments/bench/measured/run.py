@@ -19,8 +19,8 @@ from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.folder import RunFolder
-from experiments.bench.run.model_runner import ModelRunner
 from experiments.bench.run.models import ConfiguredModel, ask, choose, rate_notes
+from experiments.bench.run.play import ModelRunner
 from experiments.bench.run.runs import tell
 from experiments.bench.run.user_code import is_file, sha256
 from experiments.bench.sources.conditions import Condition

@@ -181,7 +181,7 @@ def judge(
 ) -> Verdict:
     """Judge one claim: `outcome` as a verdict about ``model``. A claim that compares models names them itself."""
     asked = find(claim)
-    return asked.verdict(outcome(asked, rows, threshold, all_rows), model="" if asked.models else model)
+    return Verdict.of(asked, [outcome(asked, rows, threshold, all_rows)], model="" if asked.models else model)
 
 
 def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, all_rows: Rows | None = None) -> Outcome:

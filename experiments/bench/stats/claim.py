@@ -17,46 +17,11 @@ from typing import Any, ClassVar, TypeVar
 
 from experiments.bench.run.errors import check_name, short
 from experiments.bench.run.user_code import traced
-from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.stats.verdict import Outcome, Verdict, Words
 
 PACKAGE = "experiments.claims"
 PAPER, BEHAVIOURS = "C", "B"
 """The letters of the ids: claims of the paper, and ours about behaviours."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Words:
-    """The words of a claim.
-
-    Parameters
-    ----------
-    title
-        The claim in a few words.
-    says, source
-        The claim, and where it is from.
-    cause
-        Why it fails, or holds in some replicates only, in one line.
-    tried
-        What was tried to make it hold, or what limits it.
-    eye
-        Of a claim about the robot: what the robot's own eye and wheels make of it, in one line.
-    implied
-        Why the model's equations imply it, whatever it sees; empty where they do not.
-    of_dsnn
-        What it says of the DSNN alone, where the rest is about a model whose constants are not known.
-    mechanism
-        The experiment whose figure shows why it comes out as it does, and what that figure draws.
-    """
-
-    title: str = ""
-    says: str = ""
-    source: str = ""
-    cause: str = ""
-    tried: str = ""
-    eye: str = ""
-    implied: str = ""
-    of_dsnn: str = ""
-    mechanism: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +51,6 @@ class Claim(Words):
     module: ClassVar[str] = ""
     """The module of `PACKAGE` that has the judges of this kind."""
 
-    id: str
     judge: Callable[..., Outcome | Iterable[Any]]
     silent_passes: bool = False
     equal_terms: Mapping[str, str] = field(default_factory=dict)
@@ -159,27 +123,6 @@ class Claim(Words):
             outcome = dataclasses.replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
         return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))
 
-    def verdict(self, *outcomes: Outcome, random: bool = True, model: str = "", experiment: str = "") -> Verdict:
-        """Return the verdict of the outcomes of its replicates.
-
-        Parameters
-        ----------
-        *outcomes
-            One of each replicate, the first one first.
-        random
-            Whether anything differs between replicates.
-        model, experiment
-            As of a `Verdict`.
-
-        Returns
-        -------
-        Verdict
-            The first outcome, and the count of all.
-        """
-        words = (self.id, self.says, self.source)
-        verdict = Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
-        return dataclasses.replace(verdict, title=self.title)
-
 
 def _outcome(answer: Any) -> Outcome:
     if not isinstance(answer, Outcome | list | tuple):
@@ -207,7 +150,7 @@ def shipped(kind: type[Claim], claim: str, **fields: Any) -> Callable[[Judge], J
     """
 
     def declare(judge: Judge) -> Judge:
-        declaration = kind(id=claim, judge=judge, **vars(words(claim)), **fields)
+        declaration = kind(judge=judge, **vars(words(claim)), **fields)
         _SHIPPED.setdefault(kind.module, {})[claim] = declaration
         return judge
 
@@ -234,7 +177,7 @@ def words(claim: str) -> Words:
     """Return the words of a claim that ships, by its id."""
     table = dict(texts()[claim])
     name = table.pop("mechanism", "")
-    return Words(**table, mechanism=(name, texts()["mechanisms"].get(name, "")))
+    return Words(id=claim, **table, mechanism=(name, texts()["mechanisms"].get(name, "")))
 
 
 def title_of(verdict: Verdict) -> str:

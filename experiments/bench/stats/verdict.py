@@ -1,4 +1,4 @@
-"""Outcome of a claim in one replicate, and its verdict over all of them."""
+"""Outcome of a claim in one replicate, its words, and its verdict over all replicates."""
 
 from __future__ import annotations
 
@@ -270,6 +270,44 @@ def _listed(checks: Sequence[Check]) -> str:
     return f"{passing} of {len(checks)} checks pass; the weakest: {'; '.join(check.says for check in first)}"
 
 
+@dataclass(frozen=True, kw_only=True)
+class Words:
+    """The words of a claim.
+
+    Parameters
+    ----------
+    id
+        Its name in tables.
+    title
+        The claim in a few words.
+    says, source
+        The claim, and where it is from.
+    cause
+        Why it fails, or holds in some replicates only, in one line.
+    tried
+        What was tried to make it hold, or what limits it.
+    eye
+        Of a claim about the robot: what the robot's own eye and wheels make of it, in one line.
+    implied
+        Why the model's equations imply it, whatever it sees; empty where they do not.
+    of_dsnn
+        What it says of the DSNN alone, where the rest is about a model whose constants are not known.
+    mechanism
+        The experiment whose figure shows why it comes out as it does, and what that figure draws.
+    """
+
+    id: str
+    title: str = ""
+    says: str = ""
+    source: str = ""
+    cause: str = ""
+    tried: str = ""
+    eye: str = ""
+    implied: str = ""
+    of_dsnn: str = ""
+    mechanism: tuple[str, str] = ("", "")
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """Verdict on a claim over all its replicates.
@@ -311,15 +349,14 @@ class Verdict:
 
     @classmethod
     def of(
-        cls, words: tuple[str, str, str], outcomes: Sequence[Outcome], *, random: bool = True, model: str = "",
-        experiment: str = "",
-    ) -> Verdict:  # fmt: skip
+        cls, claim: Words, outcomes: Sequence[Outcome], *, random: bool = True, model: str = "", experiment: str = ""
+    ) -> Verdict:
         """Return the verdict of a claim that came to these outcomes.
 
         Parameters
         ----------
-        words
-            The claim's id, its words and their source.
+        claim
+            The claim, or its words.
         outcomes
             One of each replicate, the first one first.
         random
@@ -337,4 +374,7 @@ class Verdict:
         again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
         equal = count(again, random=random) if any(outcome.equal for outcome in outcomes) else None
         decisions = tuple((one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes)
-        return cls(*words, outcomes[0], counted, model, experiment, trouble, equal, decisions)
+        return cls(
+            claim.id, claim.says, claim.source, outcomes[0], counted, model, experiment, trouble, equal, decisions,
+            claim.title,
+        )  # fmt: skip

@@ -4,6 +4,7 @@ import itertools
 
 import pytest
 
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import REASONS, Count, count, totals
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
@@ -68,6 +69,6 @@ def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_th
 
 def verdict(first, others, **more):
     return Verdict.of(
-        ("C13", "straight is silent", "robot-general-tests"),
+        words("C13"),
         [Outcome(word, "as measured") for word in (first, *others)], experiment="general", **more,
     )  # fmt: skip

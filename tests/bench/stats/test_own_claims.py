@@ -8,6 +8,7 @@ from experiments.bench.sources import clip_claims
 from experiments.bench.sources.robot_claims import judge
 from experiments.bench.stats.checks import strength
 from experiments.bench.stats.claim import title_of
+from experiments.bench.stats.verdict import Verdict
 from tests.bench.robot.test_claims import rows
 
 HOLDS = Outcome("holds", "as measured")
@@ -81,8 +82,8 @@ def test_what_has_no_number_decides_last_of_the_checks_that_fail():
 
 def test_a_claim_of_one_s_own_is_named_by_its_title():
     outcome = Outcome("holds", "m")
-    assert title_of(claim(title="Mine").verdict(outcome)) == "Mine"
-    assert title_of(claim().verdict(outcome)) == "as I say"
+    assert title_of(Verdict.of(claim(title="Mine"), [outcome])) == "Mine"
+    assert title_of(Verdict.of(claim(), [outcome])) == "as I say"
 
 
 def broken(claim_rows, threshold):

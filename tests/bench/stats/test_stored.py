@@ -2,10 +2,12 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 from experiments import Check, Outcome
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import REASONS, Count
 from experiments.bench.stats.stored import VERSION, document, verdicts
 from experiments.bench.stats.verdict import Verdict
@@ -26,12 +28,12 @@ OUTCOMES = {
 @pytest.mark.parametrize("name", OUTCOMES)
 @pytest.mark.parametrize("random", [True, False])
 def test_what_is_written_is_read_back(name, random):
-    verdict = Verdict.of(("C1", "says", "source"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
+    verdict = Verdict.of(words("C1"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
     content = json.loads(json.dumps(document([verdict, verdict]), allow_nan=False))
     assert content["version"] == VERSION and len(content["claims"]) == 2
     assert content["claims"][0]["word"] == verdict.count.word
     first, second = verdicts(content)
     for again in (first, second):
-        assert str(again) == str(verdict), "NaN is not equal to itself"
+        assert str(again) == str(replace(verdict, title="")), "NaN is not equal to itself"
     if name == "on equal terms":
         assert verdict.equal == Count(1, 0, {"not shown": 1}, random)

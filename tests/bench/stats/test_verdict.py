@@ -3,6 +3,7 @@
 import itertools
 
 from experiments import Outcome
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import REASONS, Count
 from experiments.bench.stats.verdict import Verdict, together
 
@@ -32,11 +33,11 @@ def test_parts_are_told_by_name_and_those_that_decide_say_why():
 
 def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     outcomes = [Outcome("fails", "first", decided="d"), Outcome("holds", "second"), Outcome.unjudged("third")]
-    verdict = Verdict.of(("C1", "says", "source"), outcomes, model="dsnn")
+    verdict = Verdict.of(words("C1"), outcomes, model="dsnn")
     assert verdict.outcome is outcomes[0]
     assert verdict.count == Count(1, 1, {"not shown": 1})
     broken = Outcome("not shown", "m", trouble="line 3")
-    assert Verdict.of(("C1", "says", "source"), [outcomes[1], broken]).trouble == "line 3"
+    assert Verdict.of(words("C1"), [outcomes[1], broken]).trouble == "line 3"
 
 
 def test_an_outcome_that_is_withheld_keeps_what_was_measured():
