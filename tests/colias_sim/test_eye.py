@@ -15,19 +15,18 @@ import numpy.typing as npt
 import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
-from colias_sim.camera import point_spread
-from colias_sim.exposure import next_exposure, plan_frame
-from colias_sim.metrology import (
+from colias_sim.calibrate import (
+    contrast_and_brightness,
     edge_columns,
     falloff_exponent,
     gamma_points,
-    grey_steps,
     lean,
-    luma_line,
     noise_levels,
     photon_transfer,
     transfer,
 )
+from colias_sim.camera import point_spread
+from colias_sim.exposure import next_exposure, plan_frame
 from colias_sim.registers import GAMMA_RESET, bright
 from colias_sim.scene import FrameClock
 
@@ -349,7 +348,7 @@ def chart(camera: CameraConfig) -> Floats:
     render = np.zeros((72, 99, 3), np.uint8)
     render[:, :width] = np.repeat(STEPS_OF_CHART, 3).astype(np.uint8)[None, :, None]
     frames = photographs(camera, render, 16)
-    return grey_steps([frames[:, :, 3 * step : 3 * step + 3] for step in range(len(STEPS_OF_CHART))])
+    return np.array([frames[:, :, 3 * step : 3 * step + 3].mean() for step in range(len(STEPS_OF_CHART))])
 
 
 def check_curve(camera: CameraConfig) -> None:
@@ -382,15 +381,15 @@ REGISTERS = CameraConfig(contrast=0x50, contrast_center=0x80, brightness=-24)
 
 def check_line(camera: CameraConfig) -> None:
     """Luma is (grey - CENTER) CONTRAS / 0x40 + CENTER + BRIGHT: slope and offset of the chart give the registers."""
-    line = luma_line(STEPS_OF_CHART, chart(camera))
-    assert line.contrast == pytest.approx(0x50, abs=0.4)
-    assert line.brightness(0x80) == pytest.approx(-24, abs=0.15)
+    contrast, brightness = contrast_and_brightness(STEPS_OF_CHART, chart(camera))
+    assert contrast == pytest.approx(0x50, abs=0.4)
+    assert brightness == pytest.approx(-24, abs=0.15)
 
 
 def test_slope_and_offset_of_a_chart_give_contrast_and_brightness_back():
     check_line(REGISTERS)
-    line = luma_line(STEPS_OF_CHART, chart(CameraConfig()))
-    assert (line.contrast, line.offset) == (pytest.approx(0x40, abs=0.4), pytest.approx(0.0, abs=0.15)), "after a reset"
+    after_reset = contrast_and_brightness(STEPS_OF_CHART, chart(CameraConfig()))
+    assert after_reset == (pytest.approx(0x40, abs=0.4), pytest.approx(0.0, abs=0.15))
 
 
 @pytest.mark.parametrize("constant", ["contrast", "contrast_center", "brightness"])

@@ -11,7 +11,7 @@ PACKAGES = (
     "experiments",
     "colias_sim",
     "colias_sim.envs",
-    "colias_sim.metrology",
+    "colias_sim.calibrate",
     "dsnn",
     "dsnn.stimuli",
 )

@@ -24,7 +24,7 @@ def camera(
 ) -> int:
     """Measure a camera from frames that it took, and print the settings that make the simulated eye like it.
 
-    The functions are those by which the tests measure the simulated eye (colias_sim.metrology).
+    The functions are those by which the tests measure the simulated eye (colias_sim.calibrate).
     """
     from rich.table import Table
 

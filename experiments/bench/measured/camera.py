@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from colias_sim.metrology import (
-    MetrologyError,
+from colias_sim.calibrate import (
+    CalibrationError,
     edge_columns,
     edge_rows,
     exposure_loop,
@@ -100,7 +100,7 @@ def measure(folder: Path, fps: float, gain: float) -> list[Found]:
             continue
         try:
             findings += _MEASURES[kind](list(sequences.values()), fps, gain)
-        except MetrologyError as error:
+        except CalibrationError as error:
             raise UsageError(f"{', '.join(map(str, paths))}: {error}") from None
         if kind in STEADY:
             findings += [finding for place, frames in sequences.items() for finding in _unsteady(place, frames)]
@@ -164,7 +164,7 @@ def _rows(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
             leans.append(slope)
             speeds.append(speed)
     if not leans:
-        raise MetrologyError("no two frames one after the other show the object whole")
+        raise CalibrationError("no two frames one after the other show the object whole")
     row = row_time_us(leans, speeds)
     text = f"{row:.0f} us, by {len(leans)} frames at {min(speeds):.0f} to {max(speeds):.0f} px/s"
     return [Found("time from row to row", text, (f"camera.row_time_us={max(row, 0.0):.0f}",))]
@@ -185,7 +185,7 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
         try:
             rows = edge_rows(frame, empty)
             placed[number] = rows, edge_columns(frame, empty, rows)
-        except MetrologyError:
+        except CalibrationError:
             continue
     for one, other in pairwise(sorted(placed)):
         if other != one + 1:
