@@ -14,7 +14,7 @@ choose_backend()  # before anything below imports mujoco
 
 # ruff: noqa: E402
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from colias_sim.envs.registry import register_envs
+from colias_sim.envs import register_envs
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import OpenLoop, PathFollower, Route, Schedule, Stretch, Tracker
 from colias_sim.pose import Pose, WheelSpeeds, bearing

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.config import CameraConfig
+from colias_sim.config import CameraConfig, check_tunable, needs_lamps
 from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
 from colias_sim.lamps import Lamps
 from colias_sim.lens import falloff, point_spread
@@ -19,7 +19,6 @@ from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.sensor import Sensor, render_shape, slots_of
 from colias_sim.tone import Tone
-from colias_sim.tuning import check_tunable
 
 Floats = npt.NDArray[np.float32]
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
@@ -78,7 +77,7 @@ class Camera:
     """
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
-        self.config = config
+        self.config = self._made_with = config
         self._steps = FrameClock(config.fps).steps
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
@@ -87,7 +86,7 @@ class Camera:
         self._set_optics()
         self._last: Frame | None = None
         self._exposure_ms = config.exposure_ms
-        self._lamps = Lamps(model) if config.auto_exposure or config.gain != 1.0 else None
+        self._lamps = Lamps(model) if needs_lamps(config) else None
         bright = self._lamps is not None
         self._offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
         self._sensor = Sensor(model, self._eye, self._option, self._offscreen, config)
@@ -118,7 +117,7 @@ class Camera:
         ValueError
             They need another framebuffer or another scene: another size, view, frame rate or sampling, say.
         """
-        check_tunable(config, self.config, lamps=self._lamps is not None, bands=self._sensor.bands)
+        check_tunable(config, self._made_with)
         self.config = config
         self._set_optics()
 

@@ -365,3 +365,39 @@ class SceneConfig:
         """Tell whether the stimulus's shell has the shape and size of the Colias, and no picture."""
         usual = ("cylinder", 4.0, 2.9, "")
         return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual
+
+
+BUILT_IN = (
+    "width", "height", "hfov_deg", "fps", "forward_cm", "up_cm", "multisample", "supersample", "supersample_columns",
+    "still_background", "exposure_samples",
+)  # fmt: skip
+"""The settings that a camera cannot take after it was made: scene and framebuffer were made for them."""
+
+
+def check_tunable(config: CameraConfig, made_with: CameraConfig) -> None:
+    """Check that a camera can take other settings: of noise, lens, times, luma and the exposure loop.
+
+    Parameters
+    ----------
+    config
+        The settings to take.
+    made_with
+        The settings that the camera was made with.
+
+    Raises
+    ------
+    ValueError
+        For settings that need another framebuffer or another scene.
+    """
+    for name in BUILT_IN:
+        if getattr(config, name) != getattr(made_with, name):
+            raise ValueError(f"{name}={getattr(config, name)}: this camera was made with {getattr(made_with, name)}")
+    if needs_lamps(config) and not needs_lamps(made_with):
+        raise ValueError("auto_exposure and gain: this camera was made without either")
+    if config.row_time_us > 0.0 and made_with.row_time_us == 0.0:
+        raise ValueError(f"row_time_us={config.row_time_us:g}: this camera was made with a global shutter")
+
+
+def needs_lamps(config: CameraConfig) -> bool:
+    """Tell whether a camera sees lamps stronger or weaker than they are: by its gain, or by the exposure loop."""
+    return config.auto_exposure or config.gain != 1.0

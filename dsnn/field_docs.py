@@ -44,6 +44,12 @@ def meaning(cls: type[Any], name: str) -> str:
     return " ".join(text.split()).rstrip(".")
 
 
+def kind(info: FieldInfo) -> str:
+    """Return type and range of a field, such as ``float in [0, 1)``."""
+    legal = _range(info.metadata) or _range_within(info.annotation)
+    return f"{_type(info.annotation)}{f' in {legal}' if legal else ''}"
+
+
 def with_field_docs(cls: Class) -> Class:
     """Append a numpydoc section ``Parameters`` to the docstring of a pydantic dataclass.
 
@@ -62,10 +68,8 @@ def with_field_docs(cls: Class) -> Class:
     lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Parameters", "----------"]
     for field in dataclasses.fields(cls):
         info = fields[field.name]
-        legal = _range(info.metadata) or _range_within(info.annotation)
         default = "required" if info.is_required() else f"default {info.default!r}"
-        kind = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
-        lines += [f"{field.name} : {kind}", f"    {_sentence(meaning(cls, field.name))}{_unit(info)}"]
+        lines += [f"{field.name} : {kind(info)}, {default}", f"    {_sentence(meaning(cls, field.name))}{_unit(info)}"]
     cls.__doc__ = "\n".join([*lines, *_RAISES]) + "\n"
     return cls
 

@@ -1,8 +1,135 @@
-"""Gymnasium envs on the simulated testbed: ``import colias_sim``, then ``gymnasium.make("colias_sim/Fixation-v0")``."""
+"""Gymnasium envs in which a simulated Colias drives itself: ``gymnasium.make("colias_sim/Fixation-v0")``.
 
+## Action Space
+
+`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of the robot's maximum (35 cm/s at the rim, or 15.3
+cm/s with `robot="colias4"`). Commands change by at most 2 m/s^2 (0.18 s from rest to 35 cm/s), as faster changes would
+throw the robot over. A speed beyond the space is clipped to it. Another shape, and NaN, raise
+`gymnasium.error.InvalidAction`.
+
+| Num | Action | Min | Max | Unit |
+|---|---|---|---|---|
+| 0 | left wheel | -1 | 1 | of the maximum, forward positive |
+| 1 | right wheel | -1 | 1 | of the maximum, forward positive |
+
+With `actions="manoeuvres"` it is `Discrete(7)`:
+
+| Num | Manoeuvre | Left wheel | Right wheel |
+|---|---|---|---|
+| 0 | stop | 0.0 | 0.0 |
+| 1 | ahead | 0.3 | 0.3 |
+| 2 | bend left | 0.2 | 0.3 |
+| 3 | bend right | 0.3 | 0.2 |
+| 4 | turn left | -0.2 | 0.2 |
+| 5 | turn right | 0.2 | -0.2 |
+| 6 | back | -0.2 | -0.2 |
+
+## Observation Space
+
+By the argument `observation`:
+
+- `"pixels"`: `Box(0, 255, (72, 99, 1), uint8)`, the luma of the camera, 70 degrees wide, with its noise.
+- `"neural"`: `Box((7,), float32)`, the response of the vision model (argument `model`) to the camera's frames:
+
+| Num | Observation | Min | Max | Unit |
+|---|---|---|---|---|
+| 0 | HS: horizontal motion, rightward positive | -1 | 1 | membrane potential |
+| 1 | VS: vertical motion, downward positive | -1 | 1 | membrane potential |
+| 2 | spikes of HS, signed, summed over the step's frames, clipped | -10 | 10 | spikes |
+| 3 | spikes of VS, likewise | -10 | 10 | spikes |
+| 4 | looming: 0.5 at rest (0 in a model without it) | 0 | 1 | membrane potential |
+| 5 | spikes of the looming detector, summed | 0 | 10 | spikes |
+| 6 | azimuth: horizontal position of the motion (0 in a model without it) | -1 | 1 | half views, rightward positive |
+
+- `"both"`: a `Dict` of `pixels` and `neural`.
+- `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, the state of the world, which a real robot cannot
+  know, for privileged baselines. Nothing is rendered. `colias_sim.envs.State.read` decodes it into SI units, and
+  the directions into bearings, right positive:
+
+| Num | Observation | Scale |
+|---|---|---|
+| 0 | speed ahead | 0.35 m/s |
+| 1, 2, 3 | turn rate, turn rate relative to the wall, rate of the disturbance, left positive | 5 rad/s |
+| 4 | distance from the hull to the nearest wall | 0.9 m |
+| 5, 6 | its direction: sine, cosine, left positive | |
+| 7 + 5 i | distance between hulls of the other robot i: the target first, then by distance | 0.9 m |
+| 8, 9 + 5 i | its direction: sine, cosine, left positive | |
+| 10, 11 + 5 i | its velocity relative to the observer's: ahead, to the left | 0.35 m/s |
+
+The observation of a reset is of one frame, in which the robot stands.
+
+## Rewards
+
+The reward is the sum of the env's terms and of `touch`, which is -10 when the hull touches anything. Each is the mean
+over the frames of a step, but for `touch`.
+
+## Info
+
+`info` has the reward's terms as `reward_...`, the observer's pose as `x_cm`, `y_cm` and `heading_deg`, `driven_cm` (the
+distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the turn rate relative to the wall),
+`drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`. With `randomise` or the
+options of a reset the info of a reset has `randomised`, a dict of the values drawn or given.
+
+## Randomisation
+
+The env's seed alone decides what differs between episodes: places, the paths of the other robots, camera noise, light
+(standard deviation 3 %) and the phase of the wall's texture.
+
+`randomise` adds to this. A number adds, in proportion to its value: light by up to 30 %, shells from black to a
+reflectance of 0.42, the speed of each wheel by up to 5 %, and the camera's direction by up to 3 degrees in pitch and
+yaw. A mapping such as `{"light": (0.7, 1.3), "mass_g": (26, 30)}` draws each of its factors uniformly between two ends,
+anew in each episode. Each factor has random numbers of its own, so that none changes what is drawn of the others or of
+the world. The name of a preset is short for a mapping, and `{"preset": NAME, ...}` adds to it. A range that needs more
+than the camera has is refused: `ae_target` needs a camera with `auto_exposure`.
+
+`reset(options={"light": 0.5, "tilt": (3, -2)})` gives the same factors one value each, for that episode alone; a factor
+with two draws takes two values. It stands in the place of what `randomise` would draw, and changes no other draw.
+`options={"poses": {"observer": (x_cm, y_cm, heading_deg)}}` gives start poses, up to 42 cm from the arena's middle and
+5 cm apart. Another robot that the seed puts within 5 cm of a given pose is drawn anew. Scripted robots go on to their
+usual paths from where they are put. `row_time_us` above 0 needs a camera that was made with a rolling shutter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import gymnasium as gym
+
+from colias_sim.envs.avoidance import ENTRY as AVOIDANCE
+from colias_sim.envs.fixation import ENTRY as FIXATION
 from colias_sim.envs.measures import RETURN, EnvEntry, EpisodeColumn, Measure
-from colias_sim.envs.observations import NEURAL
-from colias_sim.envs.registry import ENVS, register_envs
+from colias_sim.envs.optomotor import ENTRY as OPTOMOTOR
+from colias_sim.envs.pursuit import ENTRY as PURSUIT
+from colias_sim.envs.randomise import FACTORS, PRESETS
+from colias_sim.envs.senses import NEURAL
 from colias_sim.envs.state import Other, State
 
-__all__ = ["ENVS", "NEURAL", "RETURN", "EnvEntry", "EpisodeColumn", "Measure", "Other", "State", "register_envs"]
+__all__ = [
+    "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "EnvEntry", "EpisodeColumn", "Measure", "Other", "State",
+    "register_envs",
+]  # fmt: skip
+
+ENVS: Mapping[str, EnvEntry] = MappingProxyType(
+    {
+        "colias_sim/Avoidance-v0": AVOIDANCE,
+        "colias_sim/Fixation-v0": FIXATION,
+        "colias_sim/Optomotor-v0": OPTOMOTOR,
+        "colias_sim/Pursuit-v0": PURSUIT,
+    }
+)
+"""The registered envs: Gymnasium's id -> the `EnvEntry` in the env's own file. A new env is a file and a line here."""
+
+
+def register_envs() -> None:
+    """Make `ENVS` known to ``gymnasium.make`` and ``gymnasium.make_vec``. A second call does nothing."""
+    for name, entry in ENVS.items():
+        if name not in gym.registry:
+            gym.register(
+                name,
+                entry_point=entry.entry_point,
+                max_episode_steps=entry.max_episode_steps,
+                # Gymnasium's checker looks at the first reset alone. Where that one raises, say for a wrong option,
+                # every later step fails in the checker. The tests run `check_env` on each env instead.
+                disable_env_checker=True,
+            )

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 import mujoco
 import numpy as np
 
-from colias_sim.envs.episode_settings import EpisodeSettings
+from colias_sim.envs.randomise import EpisodeSettings
 from colias_sim.scene import base_mass, contrasted, set_motor_gain, texels
 from colias_sim.simulation import Simulation
 

@@ -10,10 +10,9 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.docs import documented
 from colias_sim.envs.geometry import random_poses
 from colias_sim.envs.measures import COLLISIONS_PER_METRE, COLLISIONS_PER_MINUTE, FREE_DISTANCE, EnvEntry
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.world import OBSERVER, parked_robots
 from colias_sim.pose import Pose
@@ -45,7 +44,6 @@ class AvoidanceOptions(EnvOptions):
     """Speed of the other robots that move."""
 
 
-@documented
 class Avoidance(ColiasEnv[AvoidanceOptions]):
     """
     ## Description
@@ -54,28 +52,14 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     robots stand in the arena and others drive about. Those that drive turn away on the spot from anything that comes
     within 4.5 cm of them, the observer included, as a Colias does by its infrared bumpers.
 
-    ## Action Space
-
-    <ACTIONS>
-
-    ## Observation Space
-
-    <OBSERVATIONS>
-
     ## Rewards
 
     - `ahead`: the distance driven along the heading, as a share of the distance at full speed.
-    <REWARDS>
-
-    ## Info
-
-    <INFO>
+    - `touch`: -10 when the hull touches anything.
 
     ## Starting State
 
     All robots stand at random places: 8 cm or more apart, and 12 cm or more from the observer.
-
-    <RANDOM>
 
     ## Episode End
 
@@ -83,7 +67,7 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
 
     ## Arguments
 
-    <ARGUMENTS>
+    `help(env.unwrapped.options)` lists them. What all envs share, such as spaces and `info`: `help(colias_sim.envs)`.
 
     ## Version History
 
@@ -91,10 +75,6 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = AvoidanceOptions
-
-    @keyword_arguments(AvoidanceOptions)
-    def __init__(self, options: AvoidanceOptions) -> None:
-        super().__init__(options)
 
     def _others(self) -> Mapping[str, str]:
         moving = min(self.options.moving, self.options.robots)

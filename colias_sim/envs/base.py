@@ -2,53 +2,64 @@
 
 from __future__ import annotations
 
+import inspect
+import math
+from abc import abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic
 
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium import error
+from gymnasium import error, spaces
 
-from colias_sim.config import SceneConfig
-from colias_sim.envs.actions import action_space, wheels_of
-from colias_sim.envs.factors import ends_of, ranges_of
-from colias_sim.envs.geometry import gap_to_arena, moved
-from colias_sim.envs.models import Model, ModelResponse
-from colias_sim.envs.observations import observation_space
-from colias_sim.envs.options import EnvOptions, Options
-from colias_sim.envs.randomisation import Randomisation
-from colias_sim.envs.reset_options import checked_reset_options, checked_seed, placed
+from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
+from colias_sim.envs.options import EnvOptions, Options, checked
+from colias_sim.envs.randomise import draw, ends, given_values
 from colias_sim.envs.scripted import Driver
-from colias_sim.envs.task import TOUCH_COST, Task
-from colias_sim.envs.vision import Vision
-from colias_sim.envs.world import OBSERVER
+from colias_sim.envs.senses import (
+    MANOEUVRES,
+    Model,
+    action_space,
+    build_model,
+    neural_observation,
+    observation_space,
+)
+from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
 from colias_sim.gl import has_screen
-from colias_sim.pose import Pose, WheelSpeeds
+from colias_sim.pose import Pose, WheelSpeeds, bearing
 from colias_sim.streams import clearing, episode, film, world
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
+    from dsnn import Response
 
+Wheels = npt.NDArray[np.float32]
+
+TOUCH_COST = 10.0
+"""Cost of touching anything: the reward's term ``touch`` is minus this."""
 MOST_STARTS = 500
 """Draws of an episode's start among obstacles."""
+HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
+"""Half of the horizontal field of view, in radians."""
 
 
-class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
+class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     """Base class of the envs.
 
-    A subclass declares its keyword arguments as a dataclass (``options_type``, see `keyword_arguments` for its
-    constructor), the other robots (`_others`), the start of an episode (`_begin`) and the reward (`_reward`).
+    A subclass declares its keyword arguments as a dataclass (``options_type``), the other robots (`_others`), the
+    start of an episode (`_begin`) and the reward (`_reward`).
 
     Parameters
     ----------
-    options
-        The checked keyword arguments of the subclass.
+    **arguments
+        The fields of ``options_type``; ``help(env.options)`` lists them.
 
     Raises
     ------
     ValueError
-        If the vision model cannot be built from ``options.model``, and for an arena that is refused.
+        An argument is unknown or out of range, the vision model cannot be built, or the arena is refused.
     colias_sim.GLUnavailable
         Where nothing can render, and for ``render_mode="human"`` where there is no screen.
     """
@@ -57,48 +68,114 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     options_type: ClassVar[type[EnvOptions]] = EnvOptions
     options: Options
 
-    def __init__(self, options: Options) -> None:
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.__signature__ = inspect.signature(cls.options_type)  # type: ignore[attr-defined]
+
+    def __init__(self, **arguments: Any) -> None:
         # Not before: MuJoCo takes its time to load, and whoever lists the envs does without.
         from colias_sim.envs.apparatus import Apparatus
         from colias_sim.envs.render import Renderer
         from colias_sim.simulation import Simulation
 
-        self.options = options
+        self.options = options = checked(self.options_type, arguments)  # type: ignore[assignment]
         self.render_mode = options.render_mode
         # The class has every mode, as gym.make asks it; the checkers ask the env.
         modes = [mode for mode in ColiasEnv.metadata["render_modes"] if mode != "human" or has_screen()]
         self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frame_skip}
-        plain = options.plain_settings()
-        robot, camera = plain.robot, plain.camera
-        self._fastest = robot.max_speed_cm_s / 100
-        shape = camera.height, camera.width
+        self._plain = plain = options.plain_settings()
+        self._fastest = plain.robot.max_speed_cm_s / 100
+        shape = plain.camera.height, plain.camera.width
         self.observation_space = observation_space(options.observation, shape, options.robots)
         self.action_space = action_space(options.actions)
-        self._vision = Vision(options, shape)
+        model = build_model(options.model, shape)  # built even if unused, so that a wrong name is an error
+        self._model = model if options.observation in ("neural", "both") else None
+        self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
+        self._luma.flags.writeable = False
         others = self._others()
-        # A camera is made for the upper ends of what is drawn: those need the most room.
-        _, most = ends_of(plain, ranges_of(cast(Any, options.randomise)))
+        # The camera is made for the upper ends of what is drawn: those need the most room.
+        self._made_with = ends(plain, options.randomise)[1].camera
         sim = Simulation(
-            robot, most.camera, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
+            plain.robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state",
         )  # fmt: skip
-        try:
-            self._renderer = Renderer(sim, options) if options.render_mode else None
-        except BaseException:
-            sim.close()
-            raise
         super().__init__(sim)
-        shells = [name for name, variant in others.items() if variant != "colias"]
-        self._plain, self._made_with = plain, most.camera
-        self._randomisation = Randomisation(plain, cast(Any, options.randomise))
-        self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
+        self._renderer: Renderer | None = None
         self._begun = self._running = self._closed = False
         self._forget()
         try:
+            self._renderer = Renderer(sim, options) if options.render_mode else None
             self._drawn(world(0))  # an arena without room for the robots is refused here
-        except ValueError:
+        except BaseException:
             self.close()
             raise
+        shells = [name for name, variant in others.items() if variant != "colias"]
+        self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
+
+    # What a subclass declares. (`World` has what disturbs it.)
+
+    @abstractmethod
+    def _others(self) -> Mapping[str, str]:
+        """List the other robots. It is called once, when the env is made.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> variant, as `scenes.ROBOTS` lists them; ``options.robots`` of them.
+        """
+
+    @abstractmethod
+    def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
+        """Draw an episode.
+
+        Parameters
+        ----------
+        rng
+            Generator of the episode's world.
+
+        Returns
+        -------
+        poses : mapping of str to Pose
+            The start of every robot by name, that of ``observer`` too.
+        drivers : mapping of str to Driver
+            What drives each of the other robots that moves: its ``wheels(dt, poses)`` gives the wheel speeds for a
+            control interval of ``dt`` seconds.
+        """
+
+    @abstractmethod
+    def _reward(self) -> dict[str, float]:
+        """Compute the reward's terms of the last frame, without ``touch``.
+
+        Returns
+        -------
+        dict of str to float
+            Name of the term -> its value; the reward is their sum.
+        """
+
+    def _steer(self, wheels: Wheels) -> Wheels:
+        """Convert the wheel speeds of an action to those to command; here they are the same.
+
+        Parameters
+        ----------
+        wheels
+            (2,): left and right, in [-1, 1], as shares of the maximum.
+
+        Returns
+        -------
+        ndarray of float32
+            (2,), likewise.
+        """
+        return wheels
+
+    def _measures(self) -> dict[str, Any]:
+        """Compute the entries of ``info`` that only this env has.
+
+        Returns
+        -------
+        dict
+            Name -> value; names end in their units.
+        """
+        return {}
 
     # Gymnasium's contract.
 
@@ -123,36 +200,40 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         Raises
         ------
         ValueError
-            For a seed or an option that is unknown or not legal, in one line. Nothing has changed then.
+            An option is unknown or out of range. Nothing has changed then.
         gymnasium.error.ClosedEnvironmentError
             After `close`.
         """
         self._check_open()
-        asked = checked_reset_options(options, self._plain, self._made_with, self._sim.everyone, self._sim.obstacles)
-        super().reset(seed=checked_seed(seed))
+        obstacles, asked = self._sim.obstacles, dict(options or {})
+        poses = given_poses(asked.pop("poses", {}), self._sim.everyone, obstacles)
+        values = given_values(asked, self._plain, self._made_with)
+        if OBSERVER in poses:
+            values["start"] = (0.0, 0.0)  # its pose stands in the place of a move
+        super().reset(seed=seed)
         self._forget()
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
         # baselines with other observations can be compared in pairs.
         rng = episode(self.np_random)
-        placements, drivers = self._drawn(self.np_random)
-        drawn = self._randomisation.draw(self.np_random, rng, asked.values)
-        settings = drawn.settings
+        placements, self._drivers = self._drawn(self.np_random)
+        settings, drawn = draw(self._plain, self.options.randomise, values, self.np_random, rng)
         self._apparatus.set(settings)
         self._wheel_gains = settings.wheel_gains
         self._delay(settings.latency)
         if settings.shift != (0.0, 0.0):
-            placements = moved(placements, OBSERVER, *settings.shift, self._sim.obstacles)
-        if asked.poses:
-            placements = placed(placements, asked.poses, clearing(rng), self._sim.obstacles)
+            placements = moved(placements, OBSERVER, *settings.shift, obstacles)
+        if poses:
+            placements = placed(placements, poses, clearing(rng), obstacles)
         self._sim.reset(placements, self.np_random, light=settings.light)
-        self._drivers = drivers
-        self._vision.begin(film(rng))
+        self._film = film(rng)
+        if self._model is not None:
+            self._model.reset()
         self._frame(look=True)
         self._begun = self._running = True
         if self._renderer:
-            self._renderer.begin()
+            self._renderer.show()
         info = self._info({})
-        return self._observation(), {**info, "randomised": dict(drawn.values)} if drawn.values else info
+        return self._observation(), {**info, "randomised": drawn} if drawn else info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold one action for ``frame_skip`` frames.
@@ -160,7 +241,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         Parameters
         ----------
         action
-            An element of the action space.
+            Two wheel speeds, which are clipped to [-1, 1], or the number of a manoeuvre.
 
         Returns
         -------
@@ -178,7 +259,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         Raises
         ------
         gymnasium.error.InvalidAction
-            If the action is not in the action space; nothing has moved then.
+            The action is no pair of numbers, one of them is NaN, or there is no such manoeuvre. Nothing has moved then.
         gymnasium.error.ResetNeeded
             Before the first reset, and after the end of an episode.
         gymnasium.error.ClosedEnvironmentError
@@ -187,21 +268,21 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self._check_open()
         if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
-        self._wheels = self._steer(wheels_of(self.action_space, action))
+        self._wheels = self._steer(self._wheels_of(action))
         left, right = (float(w) * self._fastest * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
         self._command = WheelSpeeds(left, right)
-        self._vision.forget()
+        self._answers: list[Response] = []
         self._driven = 0.0
         terms: dict[str, float] = {}
         skip = self.options.frame_skip
         for index in range(skip):
-            self._frame(look=self._vision.model is not None or index == skip - 1)
+            self._frame(look=self._model is not None or index == skip - 1)
             for name, value in self._reward().items():
                 terms[name] = terms.get(name, 0.0) + value / skip
         terms["touch"] = -TOUCH_COST if self._touched else 0.0
         self._running = not self._touched
         if self._renderer:
-            self._renderer.step()
+            self._renderer.show()
         return self._observation(), sum(terms.values()), self._touched, False, self._info(terms)
 
     def render(self) -> Any:
@@ -241,20 +322,20 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     @property
     def luma(self) -> npt.NDArray[np.uint8]:
         """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``, which renders nothing."""
-        return self._vision.luma
+        return self._luma
 
     @property
     def model(self) -> Model | None:
         """The vision model of neural observations; ``None`` with other observations."""
-        return self._vision.model
+        return self._model
 
     @property
-    def answer(self) -> ModelResponse | None:
+    def answer(self) -> Response | None:
         """The vision model's answer to the last frame; ``None`` without a model."""
-        return self._vision.answer
+        return self._answers[-1] if self._answers else None
 
     @property
-    def wheels(self) -> npt.NDArray[np.float32]:
+    def wheels(self) -> Wheels:
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
 
@@ -265,6 +346,21 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
 
     # Private.
 
+    def _effort(self) -> float:
+        """Return the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
+        return -0.05 * float(np.mean(self._wheels**2))
+
+    def _wheels_of(self, action: Any) -> Wheels:
+        """Convert an action to wheel speeds: (2,), left and right, as shares of the maximum, in [-1, 1]."""
+        if isinstance(self.action_space, spaces.Discrete):
+            if not self.action_space.contains(action):
+                raise error.InvalidAction(f"an action must be from 0 to {self.action_space.n - 1}, got {action!r}")
+            return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
+        wheels = np.asarray(action, np.float32)
+        if wheels.shape != (2,) or np.isnan(wheels).any():
+            raise error.InvalidAction(f"an action must be two numbers, for the wheels left and right, got {action!r}")
+        return np.minimum(np.maximum(wheels, np.float32(-1.0)), np.float32(1.0))
+
     def _retexture(self, texture: int) -> None:
         """Give a texture that has changed to all who hold a copy."""
         if self._sim.seeing:
@@ -274,33 +370,38 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
 
     def _drawn(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         """Draw an episode, again as long as a robot would stand in an obstacle; ``ValueError`` where that is always."""
-        if not self._sim.obstacles:
-            return self._begin(rng)
         for _ in range(MOST_STARTS):
             placements, drivers = self._begin(rng)
-            gaps = {name: gap_to_arena(pose, self._sim.obstacles)[0] for name, pose in placements.items()}
-            if min(gaps.values()) > 0.0:
+            if not self._sim.obstacles or all(
+                gap_to_arena(pose, self._sim.obstacles)[0] > 0.0 for pose in placements.values()
+            ):
                 return placements, drivers
-        name = min(gaps, key=lambda name: gaps[name])
-        raise ValueError(
-            f"arena {self.options.arena}: its obstacles leave no room for {name} in {MOST_STARTS} draws of the start:"
-            " move them, or make fewer or smaller ones"
-        )
+        raise ValueError(f"arena {self.options.arena}: its obstacles leave no room in {MOST_STARTS} draws of the start")
 
     def _forget(self) -> None:
         """Set what an episode changes back to what it is before the first one."""
         self._rest()
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), (1.0, 1.0)
-        self._vision.forget()
+        self._answers = []
 
     def _frame(self, look: bool) -> None:
-        """Advance the world by one frame; with ``look``, render it and ask the model."""
+        """Advance the world by one frame; with ``look``, take the camera's frame and ask the model."""
         self._advance(look)
-        if look and self.options.observation != "state":
-            self._vision.look(self._sim.camera, self._sim.data.time)
+        if look and self._sim.seeing:
+            self._luma = self._sim.camera.develop(self._film, self._sim.data.time).luma
+            if self._model is not None:
+                self._answers.append(self._model.step(self._luma))
 
     def _observation(self) -> Any:
-        return self.state.vector() if self.options.observation == "state" else self._vision.observation()
+        match self.options.observation:
+            case "state":
+                return self.state.vector()
+            case "neural":
+                return neural_observation(self._answers)
+        pixels = self._luma[..., None].copy()  # a copy, which the agent may write to
+        if self.options.observation == "pixels":
+            return pixels
+        return {"pixels": pixels, "neural": neural_observation(self._answers)}
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """Return the reward's terms as ``reward_...``, and the measures; their names end in their units."""
@@ -310,3 +411,23 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     def _check_open(self) -> None:
         if self._closed:
             raise error.ClosedEnvironmentError("this env is closed: make a new one")
+
+
+class TargetEnv(ColiasEnv[Options]):
+    """Base class of an env whose first other robot is the target; the rest are parked."""
+
+    def _others(self) -> Mapping[str, str]:
+        return {TARGET: "colias_black"} | parked_robots(self.options.robots - 1)
+
+    def _measures(self) -> dict[str, Any]:
+        off = self._bearing()
+        return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
+
+    def _centre(self) -> float:
+        """Return the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
+        return max(1.0 - abs(self._bearing()) / HALF_VIEW, -1.0)
+
+    def _bearing(self) -> float:
+        """Return the target's angle off the optical axis in radians, right positive."""
+        eye = self._sim.camera_config.forward_cm / 100
+        return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)

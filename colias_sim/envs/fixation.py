@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.docs import documented
+from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import HULL_RADIUS, random_poses
 from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, EpisodeColumn, Measure
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arguments
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Orbit
-from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
 from colias_sim.pose import Pose
 from dsnn.field_docs import unit, with_field_docs
+
+if TYPE_CHECKING:
+    from colias_sim.obstacles import Obstacle
 
 ENTRY = EnvEntry(
     "colias_sim.envs.fixation:Fixation",
@@ -56,12 +58,11 @@ class FixationOptions(EnvOptions):
     def _in_order(self) -> Self:
         if self.slowest_deg_s > self.fastest_deg_s:
             raise ValueError(
-                f"slowest_deg_s={self.slowest_deg_s}: expected at most fastest_deg_s, {self.fastest_deg_s}"
+                f"slowest_deg_s must be at most {self.fastest_deg_s}, fastest_deg_s, got {self.slowest_deg_s}"
             )
         return self
 
 
-@documented
 class Fixation(TargetEnv[FixationOptions]):
     """
     ## Description
@@ -70,23 +71,13 @@ class Fixation(TargetEnv[FixationOptions]):
     every 1 to 4 s it draws a new angular rate and direction. The observer turns on the spot: only the difference of
     the two wheels of an action counts. With `follow=True` it may drive about.
 
-    ## Action Space
-
-    <ACTIONS>
-
-    ## Observation Space
-
-    <OBSERVATIONS>
-
     ## Rewards
 
     - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
     - `effort`: -0.05 times the mean square of the two wheels.
-    <REWARDS>
+    - `touch`: -10 when the hull touches anything.
 
     ## Info
-
-    <INFO>
 
     This env adds `bearing_deg` (right positive) and `in_view` (whether that is within 35 degrees).
 
@@ -95,15 +86,13 @@ class Fixation(TargetEnv[FixationOptions]):
     The observer stands in the arena's middle, the target `orbit_cm` away and at most 20 degrees off the axis; robots
     beyond the first are parked outside of its path.
 
-    <RANDOM>
-
     ## Episode End
 
     Terminated when the observer touches anything; truncated after 600 steps (20 s, times `frame_skip`).
 
     ## Arguments
 
-    <ARGUMENTS>
+    `help(env.unwrapped.options)` lists them. What all envs share, such as spaces and `info`: `help(colias_sim.envs)`.
 
     ## Version History
 
@@ -112,16 +101,17 @@ class Fixation(TargetEnv[FixationOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = FixationOptions
 
-    @keyword_arguments(FixationOptions)
-    def __init__(self, options: FixationOptions) -> None:
-        super().__init__(options)
-        for obstacle in self._sim.obstacles:
-            if min(obstacle.nearest(pose.x, pose.y)[0] for pose in self._path()) < HULL_RADIUS:
-                self.close()
-                raise ValueError(
-                    f"orbit_cm={options.orbit_cm:g}: the obstacle {obstacle.name} of the arena {options.arena} stands"
-                    " in the target's way: set another orbit_cm, or move the obstacle"
-                )
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        if obstacle := next((o for o in self._sim.obstacles if self._stands_in_the_way(o)), None):
+            self.close()
+            raise ValueError(
+                f"orbit_cm={self.options.orbit_cm:g}: the obstacle {obstacle.name} of the arena {self.options.arena}"
+                " stands in the target's way: set another orbit_cm, or move the obstacle"
+            )
+
+    def _stands_in_the_way(self, obstacle: Obstacle) -> bool:
+        return min(obstacle.nearest(pose.x, pose.y)[0] for pose in self._path()) < HULL_RADIUS
 
     def _path(self) -> list[Pose]:
         """List places of the target's orbit."""

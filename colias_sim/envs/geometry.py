@@ -10,6 +10,7 @@ import numpy as np
 
 from colias_sim.pose import Pose
 from scenes import ARENA_RADIUS_CM
+from scenes.hints import nearest
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
@@ -19,7 +20,9 @@ ARENA_RADIUS = ARENA_RADIUS_CM / 100
 HULL_RADIUS = 0.02
 """Radius of a robot's hull, in metres."""
 CLEARANCE = 0.01
-"""Least gap between a start that was moved and the nearest robot or wall, in metres."""
+"""Least gap between a start that was moved or given and the nearest robot, obstacle or wall, in metres."""
+APART = 2 * HULL_RADIUS + CLEARANCE
+"""Least distance between the centres of two starts that were given, in metres."""
 _SHARES = 20
 
 
@@ -169,3 +172,78 @@ def moved(
         if min([*gaps, gap_to_arena(pose, obstacles)[0]]) >= CLEARANCE:
             return {**places, name: pose}
     return dict(places)
+
+
+def given_poses(
+    given: Mapping[str, tuple[float, float, float]], robots: Collection[str], obstacles: Collection[Obstacle] = ()
+) -> dict[str, Pose]:
+    """Check the start poses among the options of a reset.
+
+    Parameters
+    ----------
+    given
+        Robot -> (x_cm, y_cm, heading_deg).
+    robots
+        The names of the env's robots.
+    obstacles
+        What stands in the arena.
+
+    Returns
+    -------
+    dict
+        Robot -> its start.
+
+    Raises
+    ------
+    ValueError
+        There is no such robot, or it would come within 1 cm of another one, an obstacle or the wall.
+    """
+    poses: dict[str, Pose] = {}
+    for name, place in given.items():
+        if name not in robots:
+            raise ValueError(f"poses: no robot '{name}' ({nearest(name, robots, after='; ')}all: {', '.join(robots)})")
+        x_cm, y_cm, heading_deg = map(float, place)
+        pose = Pose(x_cm / 100, y_cm / 100, math.radians(heading_deg))
+        free = gap_to_arena(pose, obstacles)[0] >= CLEARANCE - 1e-9 and not _near(pose, poses.values())
+        if not (free and math.isfinite(heading_deg)):
+            raise ValueError(
+                f"poses: {name} must be {100 * CLEARANCE:g} cm or more from other robots, obstacles and the wall,"
+                f" got {place}"
+            )
+        poses[name] = pose
+    return poses
+
+
+def placed(
+    places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random.Generator,
+    obstacles: Collection[Obstacle] = (),
+) -> dict[str, Pose]:  # fmt: skip
+    """Put robots at given starts; others that would stand in the way are drawn anew.
+
+    Parameters
+    ----------
+    places
+        The start of every robot, as drawn.
+    given
+        The starts that were asked for, from `given_poses`.
+    rng
+        Generator of the starts that are drawn anew.
+    obstacles
+        What stands in the arena.
+
+    Returns
+    -------
+    dict
+        The starts. Robots that are not in ``given`` stay where they were drawn, unless their hull would come within
+        `CLEARANCE` of a given one.
+    """
+    poses = {**places, **given}
+    for name in places:
+        if name not in given and _near(poses[name], given.values()):
+            others = [pose for other, pose in poses.items() if other != name]
+            (poses[name],) = random_poses(rng, 1, others, clear=APART, obstacles=obstacles)
+    return poses
+
+
+def _near(pose: Pose, others: Iterable[Pose]) -> bool:
+    return any(math.hypot(pose.x - other.x, pose.y - other.y) < APART for other in others)

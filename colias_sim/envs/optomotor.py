@@ -11,10 +11,9 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.docs import documented
 from colias_sim.envs.geometry import random_poses
 from colias_sim.envs.measures import EnvEntry, EpisodeColumn, Measure
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
 from colias_sim.pose import Pose
@@ -59,25 +58,20 @@ class OptomotorOptions(EnvOptions):
     """What disturbs the robot: the wall turns (drum), or a torque turns the robot (push)."""
     slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=20.0, ge=0.0, le=360.0)
     """Least rate of the disturbance."""
-    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=90.0, ge=0.0, le=360.0)
-    """Greatest rate of the disturbance; of a push at most 180."""
+    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=90.0, gt=0.0, le=360.0)
+    """Greatest rate of the disturbance; of a push at most 180, beyond which the tyres slip."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
-        if self.slowest_deg_s > self.fastest_deg_s or self.fastest_deg_s == 0.0:
+        if self.slowest_deg_s > self.fastest_deg_s:
             raise ValueError(
-                f"slowest_deg_s={self.slowest_deg_s}, fastest_deg_s={self.fastest_deg_s}:"
-                " expected the first to be at most the second, and that above 0"
+                f"slowest_deg_s must be at most {self.fastest_deg_s}, fastest_deg_s, got {self.slowest_deg_s}"
             )
         if self.disturbance == "push" and self.fastest_deg_s > HARDEST_PUSH_DEG_S:
-            raise ValueError(
-                f"fastest_deg_s={self.fastest_deg_s}: expected at most {HARDEST_PUSH_DEG_S:g} of a push,"
-                " beyond which the tyres slip"
-            )
+            raise ValueError(f"a push needs a fastest_deg_s up to {HARDEST_PUSH_DEG_S:g}, got {self.fastest_deg_s}")
         return self
 
 
-@documented
 class Optomotor(ColiasEnv[OptomotorOptions]):
     """
     ## Description
@@ -87,23 +81,13 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     2 to 4 s. A robot that turns with the drum, or resists the push, sees nothing move. The task is to keep the turn
     rate *relative to the wall* at 0.
 
-    ## Action Space
-
-    <ACTIONS>
-
-    ## Observation Space
-
-    <OBSERVATIONS>
-
     ## Rewards
 
     - `hold`: 1 - |slip| / `fastest_deg_s`, at least -1; the slip is the turn rate relative to the wall.
     - `effort`: -0.05 times the mean square of the two wheels.
-    <REWARDS>
+    - `touch`: -10 when the hull touches anything.
 
     ## Info
-
-    <INFO>
 
     The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a
     robot that does nothing, 1 for one whose view never turns. It is a signed mean: a robot that swings about the
@@ -113,15 +97,13 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     The observer stands in the arena's middle. The other robots are parked at random places.
 
-    <RANDOM>
-
     ## Episode End
 
     Terminated when the observer touches anything; truncated after 450 steps (15 s, times `frame_skip`).
 
     ## Arguments
 
-    <ARGUMENTS>
+    `help(env.unwrapped.options)` lists them. What all envs share, such as spaces and `info`: `help(colias_sim.envs)`.
 
     ## Version History
 
@@ -129,10 +111,6 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
-
-    @keyword_arguments(OptomotorOptions)
-    def __init__(self, options: OptomotorOptions) -> None:
-        super().__init__(options)
 
     def _others(self) -> Mapping[str, str]:
         return parked_robots(self.options.robots)

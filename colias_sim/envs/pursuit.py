@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.docs import documented
+from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import ARENA_RADIUS, gap_to_robot, random_poses
 from colias_sim.envs.measures import (
     COLLISIONS_PER_MINUTE,
@@ -21,9 +21,8 @@ from colias_sim.envs.measures import (
     EpisodeColumn,
     Measure,
 )
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arguments
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Wander
-from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
 from colias_sim.pose import Pose
 from dsnn.field_docs import unit, with_field_docs
@@ -57,7 +56,6 @@ class PursuitOptions(EnvOptions):
     """Speed of the target."""
 
 
-@documented
 class Pursuit(TargetEnv[PursuitOptions]):
     """
     ## Description
@@ -65,23 +63,13 @@ class Pursuit(TargetEnv[PursuitOptions]):
     Follow a black Colias that wanders about the arena, at a set distance. The target meanders, and turns away on the
     spot from anything that comes within 4.5 cm of it, but for the observer, which it does not notice.
 
-    ## Action Space
-
-    <ACTIONS>
-
-    ## Observation Space
-
-    <OBSERVATIONS>
-
     ## Rewards
 
     - `distance`: 1 - |gap - `distance_cm`| / `distance_cm`, at least -1; the gap is the distance between the hulls.
     - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
-    <REWARDS>
+    - `touch`: -10 when the hull touches anything.
 
     ## Info
-
-    <INFO>
 
     This env adds `gap_cm`, `bearing_deg` (right positive) and `in_view` (whether that is within 35 degrees).
 
@@ -90,15 +78,13 @@ class Pursuit(TargetEnv[PursuitOptions]):
     The target stands at a random place on a ring about the arena's middle. The observer stands behind it at the
     distance to be kept, and looks at it. Robots beyond the first are parked at random places.
 
-    <RANDOM>
-
     ## Episode End
 
     Terminated when the observer touches anything; truncated after 900 steps (30 s, times `frame_skip`).
 
     ## Arguments
 
-    <ARGUMENTS>
+    `help(env.unwrapped.options)` lists them. What all envs share, such as spaces and `info`: `help(colias_sim.envs)`.
 
     ## Version History
 
@@ -106,10 +92,6 @@ class Pursuit(TargetEnv[PursuitOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = PursuitOptions
-
-    @keyword_arguments(PursuitOptions)
-    def __init__(self, options: PursuitOptions) -> None:
-        super().__init__(options)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         options = self.options

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import math
 import threading
 import weakref
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -12,19 +15,48 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS
 from colias_sim.envs.options import EnvOptions
-from colias_sim.envs.views import FRAME, LEAST_INSET_WIDTH, SCALE_M, View, dress, follow, framed, scale_of, views
-from colias_sim.envs.world import OBSERVER
+from colias_sim.envs.world import OBSERVER, TARGET
 from colias_sim.gl import GLUnavailable, has_screen
 from colias_sim.offscreen import Offscreen
+from colias_sim.pose import Pose
 from colias_sim.scene import OWN_BODY_GROUP
 from colias_sim.simulation import Simulation
 
 Picture = npt.NDArray[np.uint8]
-SCALE_GREY = 245
-"""Grey level of the scale."""
+Vector = npt.NDArray[np.float64]
+
 DRAWN = (0, OWN_BODY_GROUP)
 """The groups of geoms that are drawn."""
+FOVY_DEG = 32.0
+"""Vertical field of view of the views on the whole arena, in degrees."""
+HALF = math.tan(math.radians(FOVY_DEG / 2))
+"""Half the height of the picture at a depth of 1."""
+ELEVATIONS_DEG: Mapping[str, float] = {"arena": -42.0, "top": -90.0}
+WALL_SHOWN = 0.13
+"""Least height of the wall that a view on the whole arena has in it, in metres."""
+MARGIN = 0.97
+"""The share of the picture that the arena fills in its tighter direction."""
+LEAST_INSET_WIDTH = 200
+"""Width of a picture, in pixels, from which the view ``arena`` has insets, and each has the scale."""
+INSET_SHARE, LEAST_INSET_SHARE = 0.26, 0.1
+"""Width of an inset, as a share of the picture's: as large as it may be, and so small that it is left out."""
+ROBOT_SHOWN = 0.035
+"""Height over the floor, in metres, below which nothing is covered by an inset: that of a robot."""
+SCALE_M, SCALE_GREY = 0.10, 245
+"""Length of the scale, and its grey level."""
+FRAME = 60
+"""Grey level of the line around an inset."""
+CLOSE_M, CLOSE_ELEVATION_DEG = 0.13, -32.0
+"""Distance and elevation of the close view on the observer."""
+
+GROUND_RGBA = (0.42, 0.44, 0.47, 1.0)
+MARKERS: Mapping[str, tuple[float, float, float]] = {OBSERVER: (0.05, 0.60, 0.30), TARGET: (0.95, 0.45, 0.0)}
+OTHER_MARKER = 0.25, 0.35, 0.75
+MARKER_RADIUS, MARKER_ALPHA = 0.036, 0.45
+"""A marker is a disc on the floor under a robot; radius in metres."""
+ARROW_LENGTH, ARROW_WIDTH = 0.07, 0.005
 
 
 class Renderer:
@@ -44,38 +76,64 @@ class Renderer:
     """
 
     def __init__(self, sim: Simulation, options: EnvOptions) -> None:
-        self._sim, self._mode = sim, options.render_mode
+        self._sim = sim
         self._viewer: Any = None
         self._shut: Any = None
         self._offscreen: Offscreen | None = None
-        if self._mode == "human":
+        if options.render_mode == "human":
             if not has_screen():
                 raise GLUnavailable("no screen to open a window on (DISPLAY is not set): use render_mode='rgb_array'")
             return
         self._views = views(sim.model, options.render_view, options.render_width, options.render_height)
-        self._scale = scale_of(self._views[0]) if self._views[0].people else None
-        self._options = {people: _drawn(own_body=people) for people in (False, True)}
         self._floor = sim.model.geom("floor").id
         self._offscreen = Offscreen(sim.model, options.render_height, options.render_width)
 
-    def begin(self) -> None:
-        """Notice that an episode has begun: call after a reset."""
-        self.step()
+    def show(self) -> None:
+        """Show the state after a reset or a step in the window, if there is one."""
+        if self._offscreen is not None:
+            return
+        if self._viewer is None:
+            import mujoco.viewer
 
-    def step(self) -> None:
-        """Notice a step: call after each."""
-        if self._mode == "human":
-            self._sync()
+            before = set(threading.enumerate())
+            self._viewer = mujoco.viewer.launch_passive(
+                self._sim.model, self._sim.data, show_left_ui=False, show_right_ui=False
+            )
+            # Also at exit, before GLFW ends: a viewer's thread that is alive after that is a segmentation fault.
+            self._shut = weakref.finalize(self, _shut, self._viewer, set(threading.enumerate()) - before)
+            self._shut.atexit = False
+            atexit.register(self._shut)
+        self._viewer.sync()
 
     def picture(self) -> Picture | None:
-        """Return the return value of ``render()``.
+        """Draw the scene.
 
         Returns
         -------
         ndarray or None
-            For ``rgb_array`` a picture, (H, W, 3) uint8; otherwise ``None``.
+            A picture, (H, W, 3) uint8; ``None`` where the window shows the scene.
         """
-        return self._draw() if self._mode == "rgb_array" else None
+        if self._offscreen is None:
+            return None
+        mujoco.mj_kinematics(self._sim.model, self._sim.data)
+        mujoco.mj_camlight(self._sim.model, self._sim.data)
+        poses = {name: robot.pose for name, robot in self._sim.everyone.items()}
+
+        def dressed(scene: mujoco.MjvScene) -> None:
+            dress(scene, self._floor, poses, self._sim.robots)
+
+        for view in self._views:
+            if view.follows:
+                view.eye.lookat[:] = poses[OBSERVER].x, poses[OBSERVER].y, 0.012
+                view.eye.azimuth = math.degrees(poses[OBSERVER].heading)
+            dressing = dressed if view.people else None
+            self._offscreen.draw_into(view.rect, self._sim.data, view.eye, view.option, dressing)
+        picture = np.flipud(self._offscreen.read_all()).copy()
+        for view in self._views[1:]:
+            _draw_frame(picture, view)
+        if self._views[0].people and picture.shape[1] >= LEAST_INSET_WIDTH:
+            _draw_scale(picture, self._views[0].eye)
+        return picture
 
     def retexture(self, texture: int) -> None:
         """Notice that the model's texture of this index has changed."""
@@ -92,42 +150,6 @@ class Renderer:
             self._shut()
             atexit.unregister(self._shut)
 
-    def _draw(self) -> Picture:
-        assert self._offscreen is not None
-        mujoco.mj_kinematics(self._sim.model, self._sim.data)
-        mujoco.mj_camlight(self._sim.model, self._sim.data)
-        for view in self._views:
-            self._draw_view(view)
-        picture = np.flipud(framed(self._offscreen.read_all(), self._views[1:])).copy()
-        if self._scale is not None and picture.shape[1] >= LEAST_INSET_WIDTH:
-            _draw_scale(picture, self._scale)
-        return picture
-
-    def _draw_view(self, view: View) -> None:
-        assert self._offscreen is not None
-        poses = {name: robot.pose for name, robot in self._sim.everyone.items()}
-        follow(view, poses[OBSERVER])
-
-        def dressed(scene: mujoco.MjvScene) -> None:
-            dress(scene, self._floor, poses, self._sim.robots)
-
-        option = self._options[view.people]
-        self._offscreen.draw_into(view.rect, self._sim.data, view.eye, option, dressed if view.people else None)
-
-    def _sync(self) -> None:
-        if self._viewer is None:
-            import mujoco.viewer
-
-            before = set(threading.enumerate())
-            self._viewer = mujoco.viewer.launch_passive(
-                self._sim.model, self._sim.data, show_left_ui=False, show_right_ui=False
-            )
-            # Also at exit, before GLFW ends: a viewer's thread that is alive after that is a segmentation fault.
-            self._shut = weakref.finalize(self, _shut, self._viewer, set(threading.enumerate()) - before)
-            self._shut.atexit = False
-            atexit.register(self._shut)
-        self._viewer.sync()
-
 
 def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
     """Close the window and wait until its threads are gone."""
@@ -136,23 +158,196 @@ def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
         thread.join(timeout=5.0)
 
 
-def _draw_scale(picture: Picture, scale: tuple[float, float, float]) -> None:
-    """Draw the scale and its length into a picture (H, W, 3): its left and right end, and its row, px."""
-    left, right, row = map(round, scale)
-    text, font, size = f"{100 * SCALE_M:g} cm", cv2.FONT_HERSHEY_SIMPLEX, picture.shape[1] / 1000
-    base = max(row - 6, 0)
+# Views: where a picture is taken from.
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A camera and the rectangle of the picture that it fills.
+
+    Parameters
+    ----------
+    eye
+        The camera.
+    rect
+        Left, bottom, width and height, in pixels.
+    people
+        Whether markers, ground and the observer's body are drawn; the robot's own eye sees none of them.
+    follows
+        Whether the camera follows the observer.
+    """
+
+    eye: mujoco.MjvCamera
+    rect: tuple[int, int, int, int]
+    people: bool = True
+    follows: bool = False
+
+    @property
+    def option(self) -> mujoco.MjvOption:
+        """The groups that are drawn, of the observer's own body for people alone: its lens stands in front of it."""
+        option = mujoco.MjvOption()
+        for group in range(mujoco.mjNGROUP):
+            option.geomgroup[group] = group in DRAWN
+        option.geomgroup[OWN_BODY_GROUP] = self.people
+        return option
+
+
+def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[View, ...]:
+    """Lay out a picture of an env.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    view
+        ``arena``: all of it from above at an angle, with insets of the observer and of what its eye sees where the
+        picture is wide enough; they cover neither floor nor robots. ``top``: all of it from straight above.
+        ``observer``: the observer's eye alone.
+    width, height
+        Size of the picture, in pixels.
+
+    Returns
+    -------
+    tuple of View
+        In the order in which they are drawn.
+    """
+    own = mujoco.MjvCamera()
+    own.type, own.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(f"{OBSERVER}/eye").id
+    whole = 0, 0, width, height
+    if view == "observer":
+        return (View(own, whole, people=False),)
+    model.vis.global_.fovy = FOVY_DEG  # that of free cameras; the robot's own eye has another
+    arena = _whole_arena(ELEVATIONS_DEG[view], width / height)
+    size = _inset_size(arena, width, height) if view == "arena" and width >= LEAST_INSET_WIDTH else None
+    if size is None:
+        return (View(arena, whole),)
+    top = height - size[1]
+    close = View(_free_eye(CLOSE_ELEVATION_DEG, CLOSE_M), (0, top, *size), follows=True)
+    return View(arena, whole), close, View(own, (width - size[0], top, *size), people=False)
+
+
+def _free_eye(elevation_deg: float, distance: float) -> mujoco.MjvCamera:
+    """Return a free camera that looks along +y from above."""
+    eye = mujoco.MjvCamera()
+    eye.type, eye.azimuth = mujoco.mjtCamera.mjCAMERA_FREE.value, 90.0
+    eye.elevation, eye.distance = elevation_deg, distance
+    return eye
+
+
+def _projected(eye: mujoco.MjvCamera, points: Vector) -> tuple[Vector, Vector, Vector]:
+    """Project points (N, 3): right and up of a free camera's middle, in halves of the picture's height; depth, m."""
+    down = math.radians(-eye.elevation)
+    upward = np.array([0.0, math.sin(down), math.cos(down)])
+    forward = np.array([0.0, math.cos(down), -math.sin(down)])
+    rays = points - (np.array([0.0, eye.lookat[1], 0.0]) - eye.distance * forward)
+    depth = rays @ forward
+    return rays[:, 0] / depth / HALF, rays @ upward / depth / HALF, depth
+
+
+def _rim(height: float) -> Vector:
+    """Return points around the arena at a height, (N, 3), in metres."""
+    turn = np.linspace(0.0, 2 * np.pi, 361)
+    return np.column_stack([ARENA_RADIUS * np.cos(turn), ARENA_RADIUS * np.sin(turn), np.full_like(turn, height)])
+
+
+def _whole_arena(elevation_deg: float, aspect: float) -> mujoco.MjvCamera:
+    """Return the nearest free camera that has the whole floor in the picture, and some of the wall."""
+    wall = _rim(WALL_SHOWN if elevation_deg > -90.0 else 0.04)
+    shown = np.vstack([_rim(0.0), wall[wall[:, 1] > 0.0] if elevation_deg > -90.0 else wall])
+    near, far = 0.5, 20.0
+    for _ in range(40):
+        eye = _free_eye(elevation_deg, (near + far) / 2)
+        for _ in range(12):
+            across, up, depth = _projected(eye, shown)
+            if depth.min() <= 0.0:
+                break
+            middle = (up.max() + up.min()) / 2
+            eye.lookat[1] += middle * HALF * eye.distance / max(math.sin(math.radians(-elevation_deg)), 0.2)
+        fits = depth.min() > 0.0 and max(np.abs(up).max(), np.abs(across).max() / aspect) <= MARGIN
+        near, far = (near, eye.distance) if fits else (eye.distance, far)
+    return eye
+
+
+def _inset_size(eye: mujoco.MjvCamera, width: int, height: int) -> tuple[int, int] | None:
+    """Return the largest size of insets in the upper corners that cover neither floor nor robot; ``None``: no room."""
+    across, up, _ = _projected(eye, np.vstack([_rim(0.0), _rim(ROBOT_SHOWN)]))
+    columns, rows = (width + across * height) / 2, (1 - up) * height / 2  # from the upper left corner
+    for wide in range(round(INSET_SHARE * width), round(LEAST_INSET_SHARE * width), -1):
+        high = min(round(wide * 72 / 99), round(0.3 * height))
+        if not ((np.minimum(columns, width - columns) < wide + 1) & (rows < high + 1)).any():
+            return wide, high
+    return None
+
+
+# What is drawn for people alone.
+
+
+def dress(scene: mujoco.MjvScene, floor: int, poses: Mapping[str, Pose], driven: Collection[str]) -> None:
+    """Add to a scene what people need: ground around the round floor, and a marker under each robot.
+
+    Parameters
+    ----------
+    scene
+        The scene, updated for its camera. The square floor is replaced by a round one and ground around it.
+    floor
+        Index of the floor's geom.
+    poses
+        The pose of every robot, by name.
+    driven
+        The robots with wheels: their markers have an arrow along the heading.
+    """
+    for geom in scene.geoms[: scene.ngeom]:
+        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM.value and geom.objid == floor:
+            colour = np.array(geom.rgba)
+            geom.type = mujoco.mjtGeom.mjGEOM_NONE.value
+            _disc(scene, (0.0, 0.0, -0.002), ARENA_RADIUS, colour)
+            break
+    _add(scene, mujoco.mjtGeom.mjGEOM_PLANE, (30.0, 30.0, 0.1), (0.0, 0.0, -0.006), np.array(GROUND_RGBA))
+    for name, pose in poses.items():
+        tint = np.array([*MARKERS.get(name, OTHER_MARKER), MARKER_ALPHA])
+        _disc(scene, (pose.x, pose.y, 0.0006), MARKER_RADIUS, tint)
+        if name in driven:
+            ahead = np.array([math.cos(pose.heading), math.sin(pose.heading), 0.0])
+            start = np.array([pose.x, pose.y, 0.005]) + HULL_RADIUS * ahead  # from the rim of the hull
+            arrow = _add(scene, mujoco.mjtGeom.mjGEOM_ARROW, (0.0,) * 3, (0.0,) * 3, np.array([*tint[:3], 1.0]))
+            end = start + ARROW_LENGTH * ahead
+            mujoco.mjv_connector(arrow, mujoco.mjtGeom.mjGEOM_ARROW.value, ARROW_WIDTH, start, end)
+
+
+def _disc(scene: mujoco.MjvScene, place: tuple[float, float, float], radius: float, rgba: Vector) -> None:
+    _add(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, (radius, 0.0004, 0.0), place, rgba)
+
+
+def _add(
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, size: tuple[float, ...], place: tuple[float, ...], rgba: Vector
+) -> mujoco.MjvGeom:  # fmt: skip
+    """Add a geom to a scene."""
+    geom = scene.geoms[scene.ngeom]
+    scene.ngeom += 1
+    turn = np.eye(3).ravel()
+    mujoco.mjv_initGeom(geom, kind.value, np.array(size), np.array(place), turn, rgba.astype(np.float32))
+    return geom
+
+
+def _draw_frame(picture: Picture, inset: View) -> None:
+    """Draw a line around an inset into a picture (H, W, 3), top row first."""
+    left, bottom, width, height = inset.rect
+    top = picture.shape[0] - bottom - height
+    cv2.rectangle(picture, (left, top), (left + width - 1, top + height - 1), (FRAME,) * 3)
+
+
+def _draw_scale(picture: Picture, eye: mujoco.MjvCamera) -> None:
+    """Draw a bar of `SCALE_M` and its length into a picture (H, W, 3) of the whole arena.
+
+    It lies on the ground beside the floor, at the depth of the floor's nearest point.
+    """
+    height, width, _ = picture.shape
+    _, up, depth = _projected(eye, np.array([[0.0, -ARENA_RADIUS, 0.0]]))
+    per_metre = height / 2 / float(depth[0]) / HALF
+    start = max(0.03 * width, width / 2 - ARENA_RADIUS * per_metre)
+    left, right, row = round(start), round(start + SCALE_M * per_metre), round((1 - float(up[0])) * height / 2)
     for grey, extra in ((FRAME, 2), (SCALE_GREY, 0)):  # an outline, so that it is seen before any ground
-        tint = (grey, grey, grey)
-        cv2.rectangle(
-            picture, (left - extra // 2, row - 2 - extra // 2), (right + extra // 2, row + extra // 2), tint, -1
-        )
-        cv2.putText(picture, text, (left, base), font, size, tint, 1 + extra, cv2.LINE_AA)
-
-
-def _drawn(own_body: bool) -> mujoco.MjvOption:
-    """Draw the groups of `DRAWN`, the observer's own body only on demand: its lens stands in front of all of it."""
-    option = mujoco.MjvOption()
-    for group in range(mujoco.mjNGROUP):
-        option.geomgroup[group] = group in DRAWN
-    option.geomgroup[OWN_BODY_GROUP] = own_body
-    return option
+        tint, rim = (grey, grey, grey), extra // 2
+        cv2.rectangle(picture, (left - rim, row - 2 - rim), (right + rim, row + rim), tint, -1)
+        font, place = cv2.FONT_HERSHEY_SIMPLEX, (left, max(row - 6, 0))
+        cv2.putText(picture, f"{100 * SCALE_M:g} cm", place, font, width / 1000, tint, 1 + extra, cv2.LINE_AA)

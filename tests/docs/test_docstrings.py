@@ -136,7 +136,6 @@ NOT_RUN = {
     "experiments.watch": "needs a film",
     "experiments.score": "takes a minute",
     "experiments.fit": "takes minutes: tests/bench/test_fit.py",
-    "colias_sim.envs.options.keyword_arguments": "a part of a file: docs/reinforcement-learning.md has the whole",
 }
 """Name -> why its example is not run."""
 EXAMPLES = [name for name, thing in PUBLIC.items() if ">>>" in (inspect.getdoc(thing) or "")]

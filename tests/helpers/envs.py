@@ -13,7 +13,6 @@ import pytest
 
 from colias_sim.envs import ENVS
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.options import options_of
 
 NAMES = sorted(ENVS)
 FIXATION = "colias_sim/Fixation-v0"
@@ -39,7 +38,7 @@ def options_type(name: str) -> type[Any]:
 
 
 def robots_at_ends(name: str) -> tuple[int, int]:
-    low, high = (int(end) for end in re.findall(r"\d+", str(options_of(options_type(name))["robots"].metadata)))
+    low, high = (int(end) for end in re.findall(r"\d+", str(options_type(name).__pydantic_fields__["robots"].metadata)))
     return low, high
 
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import importlib
 import inspect
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import cv2
 import gymnasium as gym
 import numpy as np
 
-from colias_sim.envs import ENVS
+from colias_sim import envs
+from colias_sim.envs import ENVS, FACTORS, PRESETS
 from colias_sim.envs.measures import EnvEntry
+from dsnn.field_docs import kind, meaning
 from experiments.behaviours import BEHAVIOURS
 from tools.pages import markdown
 from tools.pages.markdown import code, prose, sentence, table
@@ -35,7 +39,18 @@ def write(folder: Path) -> None:
         " and [Reinforcement learning](../../reinforcement-learning.md) wraps, randomises and films them.\n",
         table(("Env", "Task"), rows),
         markdown.toctree(map(_page, ENVS)),
+        (inspect.getdoc(envs) or "").partition("\n\n")[2],
+        "## Factors and presets\n",
+        table(
+            ("Factor", "Unit", "Range", "What varies"),
+            [(code(name), f.unit, f"{f.low:g} .. {f.high:g}", prose(f.changes)) for name, f in FACTORS.items()],
+        ),
+        table(("Preset", "Ranges"), [(code(name), _ranges(preset)) for name, preset in PRESETS.items()]),
     )
+
+
+def _ranges(preset: Mapping[str, tuple[float, float]]) -> str:
+    return ", ".join(f"{code(name)} {low:g} .. {high:g}" for name, (low, high) in preset.items())
 
 
 def _page(name: str) -> str:
@@ -45,8 +60,8 @@ def _page(name: str) -> str:
 def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
     page = _page(name)
     _draw(name, folder / f"{page}.png")
-    module, _, kind = entry.entry_point.partition(":")
-    env = getattr(importlib.import_module(module), kind)
+    module, _, cls = entry.entry_point.partition(":")
+    env = getattr(importlib.import_module(module), cls)
     alt = f"The arena of {page}, with a close view of the observer and what its camera sees"
     caption = (
         f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
@@ -55,7 +70,7 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
     baselines = [f"{code(baseline)}: {prose(BEHAVIOURS[baseline].summary)}" for baseline in entry.baselines]
     rows = [
         ("Make it", code(f'gymnasium.make("{name}")')),
-        ("Class", code(f"{module}.{kind}")),
+        ("Class", code(f"{module}.{cls}")),
         ("Steps", f"{entry.max_episode_steps:,} at most"),
         ("Measures", ", ".join(prose(all_measure.name) for all_measure in entry.all_measures)),
         ("Baselines", "<br>".join(baselines)),
@@ -65,17 +80,29 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
         f"# {page.partition('-')[0]}\n",
         f"{prose(sentence(entry.summary))}\n",
         table(("Env", code(name)), rows),
-        _anchor(module, kind),
+        _anchor(module, cls),
         f"{entry.note}\n" if entry.note else "",
         markdown.picture(f"{page}.png", alt, caption),
-        inspect.cleandoc(env.__doc__),
+        inspect.cleandoc(env.__doc__).partition("## Arguments")[0],
+        "## Arguments\n",
+        _arguments(env.options_type),
+        "[What all envs share](index.md): spaces, `info`, randomisation, and the options of a reset.\n",
     )
 
 
-def _anchor(module: str, kind: str) -> str:
+def _arguments(options: type[Any]) -> str:
+    """Return a table of the fields of an options class."""
+    fields = options.__pydantic_fields__.items()
+    rows = [
+        (code(name), code(repr(field.default)), prose(kind(field)), meaning(options, name)) for name, field in fields
+    ]
+    return table(("Argument", "Default", "Type", "Meaning"), rows)
+
+
+def _anchor(module: str, cls: str) -> str:
     """Return what links to the class of the env lead to."""
     text = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
-    return f":::{{py:class}} {module}.{kind}(**arguments)\n{text}\n:::\n"
+    return f":::{{py:class}} {module}.{cls}(**arguments)\n{text}\n:::\n"
 
 
 def _draw(name: str, path: Path) -> None:

@@ -19,7 +19,7 @@ PACKAGES = (
 
 BEYOND: Mapping[str, tuple[str, ...]] = {
     "colias_sim.envs.base": ("ColiasEnv",),
-    "colias_sim.envs.options": ("STRICT", "EnvOptions", "keyword_arguments"),
+    "colias_sim.envs.options": ("STRICT", "EnvOptions"),
     "colias_sim.gl": ("renderer",),
     "dsnn.frames": ("luma",),
     "dsnn.onboard.dead_zone": ("DeadZone", "dead_zone"),

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from colias_sim.arena import Arena
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
-from colias_sim.envs.factors import PRESET
+from colias_sim.envs.randomise import PRESET
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members

@@ -11,7 +11,7 @@ import colias_sim
 import dsnn
 import experiments
 from colias_sim import streams as of_envs
-from colias_sim.envs.factors import FACTORS
+from colias_sim.envs.randomise import FACTORS
 from dsnn.stimuli import Jittered, stimulus
 from dsnn.stimuli import streams as of_clips
 from experiments.bench.run import streams as of_bench

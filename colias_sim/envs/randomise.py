@@ -1,0 +1,353 @@
+"""Domain randomisation: the factors that may vary between episodes, their draws, and the settings that follow.
+
+To add a factor, add an entry to `FACTORS`, and say in `changed` what it changes. Nothing is compiled anew for any.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from colias_sim import streams
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, check_tunable
+from scenes.hints import nearest
+
+Range = tuple[float, float]
+"""The lower and the upper end of what a factor is drawn from, uniformly."""
+
+WIDEST_LIGHT = 0.3
+"""Largest change of the lamps, as a share of their light, at strength 1."""
+WIDEST_SHELL = 0.4
+"""Largest increase of the shells' reflectance at strength 1."""
+WIDEST_MOTOR = 0.05
+"""Largest change of each wheel's speed, as a share, at strength 1."""
+WIDEST_TILT_DEG = 3.0
+"""Largest tilt of the camera in pitch and in yaw, in degrees, at strength 1."""
+USUAL_SHELL = SceneConfig().shell_grey
+"""Reflectance of the other robots' shells where nothing changes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeSettings:
+    """Settings of one episode: those of the env's arguments, changed by the values of factors.
+
+    Parameters
+    ----------
+    camera, robot
+        The observer's camera and body. Of the robot only mass and motor gain may differ from the env's argument.
+    light
+        A factor on the light of the lamps.
+    shell_grey
+        Reflectance of the other robots' shells.
+    wall_contrast
+        A factor on the contrast of the wall's texture.
+    wheel_gains
+        Factors on the commanded speeds of the observer's left and right wheel.
+    tilt
+        Pitch and yaw of the camera off its usual direction, in radians.
+    shift
+        How far ahead and to the left of its usual start the observer begins, in metres.
+    latency
+        Time from an action to the command to the wheels, in seconds.
+    """
+
+    camera: CameraConfig
+    robot: RobotConfig
+    light: float = 1.0
+    shell_grey: float = USUAL_SHELL
+    wall_contrast: float = 1.0
+    wheel_gains: tuple[float, float] = (1.0, 1.0)
+    tilt: tuple[float, float] = (0.0, 0.0)
+    shift: tuple[float, float] = (0.0, 0.0)
+    latency: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """One thing that may vary.
+
+    Parameters
+    ----------
+    unit
+        Unit of its values; empty for a share or a factor.
+    low, high
+        The ends within which its values must be.
+    changes
+        What it changes, in words.
+    parts
+        The names of the values drawn, as ``info["randomised"]`` has them. Each is drawn from the same range.
+    """
+
+    unit: str
+    low: float
+    high: float
+    changes: str
+    parts: tuple[str, ...]
+
+
+FACTORS: Mapping[str, Factor] = MappingProxyType({
+    "light": Factor("", 0.05, 2.0, "the light of all lamps, times the arena's", ("light",)),
+    "noise": Factor("", 0.0, 10.0, "the camera's photon and read noise (sd), times what else is set", ("noise",)),
+    "ae_target": Factor("grey levels", 1.0, 254.0, "the target of a camera with auto exposure", ("ae_target",)),
+    "row_time_us": Factor("us", 0.0, 20000.0, "the camera's time from a row to the next; 0: a global shutter",
+                          ("row_time_us",)),
+    "blur_px": Factor("px", 0.0, 8.0, "the lens's point spread (sd)", ("blur_px",)),
+    "tilt": Factor("degrees", -15.0, 15.0, "the camera's direction: pitch and yaw, each drawn",
+                   ("pitch_deg", "yaw_deg")),
+    "wall": Factor("", 0.0, 4.0, "the contrast of the wall's texture, times the arena's", ("wall",)),
+    "shell": Factor("", 0.0, 1.0, "the reflectance of the other robots' shells", ("shell",)),
+    "start": Factor("cm", -20.0, 20.0, "the observer's start, moved ahead and to the left, each drawn; "
+                    "less far where it would come within 1 cm of a robot or the wall", ("ahead_cm", "left_cm")),
+    "mass_g": Factor("g", 10.0, 100.0, "the observer's mass; its moments of inertia stay", ("mass_g",)),
+    "motor_gain": Factor("", 0.25, 2.5, "the gain of the observer's wheel servos, times the robot's", ("motor_gain",)),
+    "wheel_gain": Factor("", 0.5, 1.5, "the commanded speeds of the observer's wheels, a factor for each",
+                         ("left_wheel_gain", "right_wheel_gain")),
+    "latency_ms": Factor("ms", 0.0, 500.0, "the time from an action to the command to the wheels, in whole control "
+                         "intervals of 16.7 ms", ("latency_ms",)),
+})  # fmt: skip
+"""Name -> factor, in the order in which they are applied."""
+
+PRESET = "preset"
+"""A mapping's key that names a preset, to which the mapping's other entries are added."""
+
+_LIGHT = 1.0 - WIDEST_LIGHT, 1.0 + WIDEST_LIGHT
+_WHEELS = 1.0 - WIDEST_MOTOR, 1.0 + WIDEST_MOTOR
+PRESETS: Mapping[str, Mapping[str, Range]] = MappingProxyType({
+    # The ranges of strength 1, and a camera that is better or worse than its data sheet.
+    "domain": {
+        "light": _LIGHT, "noise": (0.5, 2.0), "blur_px": (0.0, 0.5), "tilt": (-WIDEST_TILT_DEG, WIDEST_TILT_DEG),
+        "shell": (USUAL_SHELL, USUAL_SHELL + WIDEST_SHELL), "wheel_gain": _WHEELS,
+    },
+    # Around CameraConfig.preset("ov7670"): how far a robot's own eye may be from it is assumed.
+    "ov7670": {
+        "light": _LIGHT, "noise": (0.5, 2.0), "ae_target": (88.0, 128.0), "row_time_us": (376.0, 460.0),
+        "blur_px": (0.15, 0.62),
+    },
+    # Around RobotConfig.preset("colias4"), likewise.
+    "colias4": {"mass_g": (26.0, 30.0), "motor_gain": (0.8, 1.25), "wheel_gain": _WHEELS, "latency_ms": (0.0, 50.0)},
+})  # fmt: skip
+"""Name -> factor -> range: what a name given as ``randomise`` is short for."""
+
+Values = dict[str, tuple[float, ...]]
+"""Factor -> a value for each of its parts, in the factor's unit."""
+
+
+def checked_randomise(value: Any) -> float | dict[str, Range]:
+    """Check the argument ``randomise`` of an env.
+
+    Parameters
+    ----------
+    value
+        A number from 0 to 1, the name of a preset, or a mapping from factors to ranges.
+
+    Returns
+    -------
+    float or dict
+        The number, or the ranges in the order of `FACTORS`, with those of the preset.
+
+    Raises
+    ------
+    ValueError
+        An unknown name, or a value that is out of range.
+    """
+    if isinstance(value, int | float | np.integer | np.floating) and 0.0 <= value <= 1.0:
+        return float(value)
+    if not isinstance(value, str | Mapping):
+        raise ValueError(
+            f"expected a number from 0 to 1, a preset ({', '.join(PRESETS)}), or {{factor: (low, high)}}, got {value!r}"
+        )
+    given = {PRESET: value} if isinstance(value, str) else dict(value)
+    ranges = dict(_preset(given.pop(PRESET))) if PRESET in given else {}
+    for name, ends in given.items():
+        low, high = _checked(name, ends, 2)
+        if low > high:
+            raise ValueError(f"the lower end of {name} comes first, got {ends!r}")
+        ranges[name] = low, high
+    return {name: ranges[name] for name in FACTORS if name in ranges}
+
+
+def _preset(name: Any) -> Mapping[str, Range]:
+    if name not in list(PRESETS):
+        raise ValueError(f"no preset '{name}' ({nearest(name, PRESETS, after='; ')}all: {', '.join(PRESETS)})")
+    return PRESETS[name]
+
+
+def _checked(name: str, given: Any, count: int) -> tuple[float, ...]:
+    """Return ``count`` values of a factor; ``ValueError`` for an unknown factor or a value out of its range."""
+    if name not in FACTORS:
+        raise ValueError(f"no factor '{name}' ({nearest(name, FACTORS, after='; ')}all: {', '.join(FACTORS)})")
+    factor = FACTORS[name]
+    try:
+        values = np.atleast_1d(np.asarray(given, np.float64))
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    if values.shape != (count,) or not ((factor.low <= values) & (values <= factor.high)).all():
+        numbers_ = "a number" if count == 1 else f"{count} numbers"
+        ends = f"between {factor.low:g} and {factor.high:g} {factor.unit}".rstrip()
+        raise ValueError(f"{name} must be {numbers_} {ends}, got {given!r}")
+    return tuple(values.tolist())
+
+
+def given_values(options: Mapping[str, Any], plain: EpisodeSettings, made_with: CameraConfig) -> Values:
+    """Check the factors among the options of a reset.
+
+    Parameters
+    ----------
+    options
+        Factor -> a number, or two for a factor with two parts.
+    plain
+        The settings of an episode without randomisation.
+    made_with
+        The settings that the camera was made with.
+
+    Returns
+    -------
+    dict
+        Factor -> its values.
+
+    Raises
+    ------
+    ValueError
+        An unknown factor, a value out of range, or one that this env's robot or camera cannot take.
+    """
+    values: Values = {}
+    for name, given in options.items():
+        values[name] = _checked(name, given, len(FACTORS[name].parts) if name in FACTORS else 1)
+    if values:
+        check_tunable(changed(plain, values).camera, made_with)
+    return values
+
+
+def changed(settings: EpisodeSettings, values: Values) -> EpisodeSettings:
+    """Apply the values of factors to the settings of an episode.
+
+    Parameters
+    ----------
+    settings
+        Those without them.
+    values
+        Factor -> its values.
+
+    Returns
+    -------
+    EpisodeSettings
+        Those with them.
+
+    Raises
+    ------
+    ValueError
+        The robot or the camera cannot have a value.
+    """
+    for name in FACTORS:
+        if name in values:
+            settings = _changed(settings, name, values[name])
+    return settings
+
+
+def _changed(settings: EpisodeSettings, name: str, values: tuple[float, ...]) -> EpisodeSettings:
+    replace, camera, robot, value = dataclasses.replace, settings.camera, settings.robot, values[0]
+    match name:
+        case "light":
+            return replace(settings, light=value)
+        case "noise":
+            shot, read = value * camera.shot_noise, value * camera.read_noise
+            return replace(settings, camera=replace(camera, shot_noise=shot, read_noise=read))
+        case "ae_target" if not camera.auto_exposure:
+            raise ValueError(
+                'ae_target changes nothing without auto_exposure: give camera="ov7670", or another with it'
+            )
+        case "ae_target" | "row_time_us" | "blur_px":
+            return replace(settings, camera=replace(camera, **{name: value}))
+        case "tilt":
+            return replace(settings, tilt=(math.radians(value), math.radians(values[1])))
+        case "wall":
+            return replace(settings, wall_contrast=value)
+        case "shell":
+            return replace(settings, shell_grey=value)
+        case "start":
+            return replace(settings, shift=(0.01 * value, 0.01 * values[1]))
+        case "mass_g":
+            return replace(settings, robot=replace(robot, mass_g=value))
+        case "motor_gain":
+            return replace(settings, robot=replace(robot, motor_gain=value * robot.motor_gain))
+        case "wheel_gain":
+            return replace(settings, wheel_gains=(value, values[1]))
+        case _:
+            return replace(settings, latency=0.001 * value)
+
+
+def ends(plain: EpisodeSettings, randomise: float | Mapping[str, Range]) -> tuple[EpisodeSettings, EpisodeSettings]:
+    """Compute the settings with all factors at the lower, and with all at the upper end of their ranges.
+
+    Parameters
+    ----------
+    plain
+        The settings without randomisation.
+    randomise
+        The checked argument of the env.
+
+    Returns
+    -------
+    tuple of EpisodeSettings
+        Lower and upper; both are ``plain`` for a number, which varies nothing that a robot or camera could refuse.
+
+    Raises
+    ------
+    ValueError
+        The robot or the camera cannot have a value.
+    """
+    ranges = randomise if isinstance(randomise, Mapping) else {}
+    low, high = ({name: (both[end],) * len(FACTORS[name].parts) for name, both in ranges.items()} for end in (0, 1))
+    return changed(plain, low), changed(plain, high)
+
+
+def draw(
+    plain: EpisodeSettings, randomise: float | Mapping[str, Range], given: Values, world: np.random.Generator,
+    episode: int,
+) -> tuple[EpisodeSettings, dict[str, float]]:  # fmt: skip
+    """Draw the settings of an episode.
+
+    Six numbers are drawn from the world whatever ``randomise`` is, so that it does not change the draws that follow.
+    Factors with ranges have streams of their own: none changes the draws of the others.
+
+    Parameters
+    ----------
+    plain
+        The settings of an episode without randomisation.
+    randomise
+        The checked argument of the env: 0 for none up to 1 for the widest of some factors, or ranges.
+    given
+        Factor -> values that are given, and therefore not drawn. They change no other draw.
+    world
+        The generator of the episode's world.
+    episode
+        The seed of the episode's own streams, from `colias_sim.streams.episode`.
+
+    Returns
+    -------
+    settings : EpisodeSettings
+        The settings.
+    values : dict of str to float
+        Name of each value drawn or given -> the value, in the unit of its name.
+    """
+    light, shell, left, right, pitch, yaw = world.uniform(-1.0, 1.0, 6).tolist()
+    values: Values = {}
+    if isinstance(randomise, Mapping):
+        for name, range_ in randomise.items():
+            if name not in given:
+                count = len(FACTORS[name].parts)
+                values[name] = tuple(streams.factor(episode, name).uniform(*range_, count).tolist())
+    elif randomise > 0.0:
+        values["light"] = (1.0 + randomise * WIDEST_LIGHT * light,)
+        values["shell"] = (USUAL_SHELL + randomise * WIDEST_SHELL * (shell + 1.0) / 2,)
+        values["wheel_gain"] = 1.0 + randomise * WIDEST_MOTOR * left, 1.0 + randomise * WIDEST_MOTOR * right
+        values["tilt"] = pitch * randomise * WIDEST_TILT_DEG, yaw * randomise * WIDEST_TILT_DEG
+    values |= given
+    named = (zip(FACTORS[name].parts, values[name], strict=True) for name in FACTORS if name in values)
+    return changed(plain, values), {part: value for pairs in named for part, value in pairs}

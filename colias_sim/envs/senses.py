@@ -1,0 +1,137 @@
+"""What an agent senses and does: the spaces, the seven numbers of a vision model, and the manoeuvres."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from colias_sim.envs.state import OTHER_ENTRIES, OWN_ENTRIES
+
+if TYPE_CHECKING:
+    from dsnn import Response
+
+WIRING = "experiments.wiring"
+"""The module that builds models from names. `colias_sim` knows no model, so it imports this one when one is built."""
+
+MANOEUVRES: Mapping[str, tuple[float, float]] = {
+    "stop": (0.0, 0.0), "ahead": (0.3, 0.3), "bend left": (0.2, 0.3), "bend right": (0.3, 0.2),
+    "turn left": (-0.2, 0.2), "turn right": (0.2, -0.2), "back": (-0.2, -0.2),
+}  # fmt: skip
+"""The discrete actions, in order: name -> wheel speeds (left, right), as shares of the maximum."""
+
+MOST_SPIKES = 10.0
+NEURAL = ("hs", "vs", "hs_spikes", "vs_spikes", "looming", "looming_spikes", "azimuth")
+"""The entries of a neural observation, in order: fields of the model's answer to a frame."""
+_LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0, -1.0], np.float32)
+_HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0], np.float32)
+
+
+class Model(Protocol):
+    """A vision model as an env uses it. The models of ``dsnn`` satisfy this protocol."""
+
+    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
+        """Respond to the next frame, (R, C) uint8."""
+        ...
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        ...
+
+
+def build_model(model: Any, shape: tuple[int, int]) -> Model:
+    """Build the vision model of the neural observations. Its answers are checked at every frame.
+
+    Parameters
+    ----------
+    model
+        The name of a registered model, the path of a .py file that declares ``MODEL``, an entry such as that
+        ``MODEL``, or a factory that is called with ``shape``, the tuple (rows, columns), as its only argument.
+    shape
+        Rows and columns of the frames.
+
+    Returns
+    -------
+    Model
+        A new model, before its first frame.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown, the file declares no model, or ``model`` is none of the above.
+    """
+    built: Model = importlib.import_module(WIRING).build(model, shape)
+    return built
+
+
+def neural_observation(answers: Sequence[Response]) -> npt.NDArray[np.float32]:
+    """Encode the model's answers to the frames of one step as the observation ``neural``.
+
+    Parameters
+    ----------
+    answers
+        One answer for each frame of the step, in order; at least one.
+
+    Returns
+    -------
+    ndarray
+        (7,) float32, the entries of `NEURAL`: potentials and azimuth of the last answer, and the sums of the spikes
+        of all answers, clipped to the observation space.
+    """
+    last = answers[-1]
+    values = (
+        last.hs,
+        last.vs,
+        sum(a.hs_spikes for a in answers),
+        sum(a.vs_spikes for a in answers),
+        last.looming,
+        sum(a.looming_spikes for a in answers),
+        last.azimuth,
+    )
+    return np.clip(np.array(values, np.float32), _LOWEST, _HIGHEST)
+
+
+def observation_space(observation: str, shape: tuple[int, int], robots: int) -> spaces.Space[Any]:
+    """Make the observation space of an env.
+
+    Parameters
+    ----------
+    observation
+        The env's argument of that name: ``pixels``, ``neural``, ``both`` or ``state``.
+    shape
+        Rows and columns of the camera.
+    robots
+        The number of other robots.
+
+    Returns
+    -------
+    gymnasium.spaces.Space
+        ``Box`` (R, C, 1) uint8, ``Box`` (7,) float32, ``Dict`` of these two, or ``Box`` (7 + 5 robots,) float32.
+    """
+    pixels = spaces.Box(0, 255, (*shape, 1), np.uint8)
+    nerves = spaces.Box(_LOWEST, _HIGHEST, dtype=np.float32)
+    if observation == "both":
+        return spaces.Dict({"pixels": pixels, "neural": nerves})
+    if observation == "state":
+        return spaces.Box(-1.0, 1.0, (OWN_ENTRIES + OTHER_ENTRIES * robots,), np.float32)
+    return pixels if observation == "pixels" else nerves
+
+
+def action_space(actions: str) -> spaces.Space[Any]:
+    """Make the action space of an env.
+
+    Parameters
+    ----------
+    actions
+        The env's argument of that name: ``wheels`` or ``manoeuvres``.
+
+    Returns
+    -------
+    gymnasium.spaces.Space
+        ``Box`` (2,) float32 in [-1, 1], or ``Discrete`` over `MANOEUVRES`.
+    """
+    return spaces.Discrete(len(MANOEUVRES)) if actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
