@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -19,6 +20,13 @@ CHANNELS = ("hs", "vs", "looming", "azimuth")
 """The potentials and positions that a model may answer by: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
 """Channels, of `CHANNELS`, that have spikes, in the order in which a trial's spikes are taken from a model's own."""
+
+
+MAP_SCALES = {"p": (0.25, 128.0), "la": (1.0, 128.0), "f_on": (128.0, -16.0), "f_off": (128.0, -16.0)}
+"""Layer map -> (gain, grey of zero) of its picture: signed maps stand about mid grey, and all saturate.
+
+F is some thirty times smaller than LA, hence its gain; its offset clips the noise, which would fill a recording.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +47,14 @@ class LayerMaps:
     la: FloatMap
     f_on: FloatMap
     f_off: FloatMap
+
+    def pictures(self) -> npt.NDArray[np.uint8]:
+        """Return the maps as 8-bit images, (4, R, C), in the order and at the scales of `MAP_SCALES`."""
+        pictures = np.empty((len(MAP_SCALES), *self.p.shape), np.uint8)
+        for picture, (name, (gain, zero)) in zip(pictures, MAP_SCALES.items(), strict=True):
+            layer = getattr(self, name)
+            cv2.addWeighted(layer, gain, layer, 0.0, zero, dst=picture, dtype=cv2.CV_8U)
+        return pictures
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
-
 import typer
 
 from experiments.bench.cli.options import EXIT_FAILED
 
-if TYPE_CHECKING:
-    from experiments.bench.doctor.finding import Finding
-
-COLOURS = {"ok": "green", "optional": "dim", "notice": "yellow", "fails": "red"}
+COLOURS = {"ok": "green", "optional": "yellow", "missing": "red"}
 
 
 def register(app: typer.Typer) -> None:
@@ -19,38 +14,19 @@ def register(app: typer.Typer) -> None:
     app.command(short_help="Say whether this machine has what the bench needs, and what to do if not.")(doctor)
 
 
-def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object, for a report or a script.")] = False,
-) -> int:
-    """Say whether this machine has what the bench needs: Python, packages, what draws, the network's forms, the viewer.
+def doctor() -> int:
+    """Say whether this machine has what the bench needs: Python, packages, what draws, the network, tools, extras.
 
-    A reference frame is drawn and compared with the known ones. One that is not known is a notice: pixels, and so
-    numbers, may differ from the documented ones. The exit status is 1 if anything fails; each failure has its remedy.
+    A reference frame is drawn and compared with those that are known. If its hash is another, pixels differ a little,
+    and so may numbers. What is optional, only some commands need. The exit status is 1 if anything is missing.
     """
-    from experiments.bench.doctor.run import examine
-
-    findings: list[Finding] = []
-    for finding in examine():
-        findings.append(finding)
-        if not as_json:
-            _show(finding)
-    failed = sum(finding.status == "fails" for finding in findings)
-    if as_json:
-        import json
-        from dataclasses import asdict
-
-        typer.echo(json.dumps({"ok": not failed, "findings": list(map(asdict, findings))}, indent=2))
-    elif failed:
-        typer.echo(f"\n{failed} of {len(findings)} fail")
-    return EXIT_FAILED if failed else 0
-
-
-def _show(finding: Finding) -> None:
     from rich.text import Text
 
+    from experiments.bench.doctor import examine
     from experiments.bench.engine.terminal import show_line
 
-    sign = Text(f"{finding.status:<8}", COLOURS[finding.status])
-    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.message}"), 34)
-    if finding.remedy:
-        show_line(f"{'':<34}-> {finding.remedy}", 37)
+    states = []
+    for state, name, message in examine():
+        states.append(state)
+        show_line(Text.assemble((f"{state:<10}", COLOURS[state]), f"{name:<20}{message}"), 30)
+    return EXIT_FAILED if "missing" in states else 0

@@ -1,1 +1,0 @@
-"""Checks of ``colias doctor`` on a machine."""
