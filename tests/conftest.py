@@ -97,21 +97,6 @@ def crossing(shape: tuple[int, int] = (72, 99), step: float = 1.5, count: int = 
     return np.rint(frames).astype(np.uint8)
 
 
-def one_core() -> None:
-    """Keep a process to the core of its own test worker."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, own_core())
-
-
-def own_core() -> set[int]:
-    """The core of this test worker: as many processes again would only be in the way of the other workers."""
-    if not hasattr(os, "sched_getaffinity"):
-        return set()
-    cores = sorted(os.sched_getaffinity(0))
-    place = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
-    return {cores[place % len(cores)]}
-
-
 class Colias:
     """The command line in an empty folder, in this process; the tests of starting and of ending start Python itself.
 

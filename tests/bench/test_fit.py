@@ -99,8 +99,8 @@ def arguments(folder, out, claims, *more):
     return ["fit", file, "--model", file, "--claims", claims, *more, "--out", str(folder / out), "-q"]
 
 
-def fit(folder, out, claims, *more, workers="0"):
-    assert main.command(arguments(folder, out, claims, *more, "--workers", workers)) == 0
+def fit(folder, out, claims, *more):
+    assert main.command(arguments(folder, out, claims, *more, "--workers", "0")) == 0
     return json.loads((folder / out / "fit.json").read_text())
 
 
@@ -201,13 +201,13 @@ def test_ctrl_c_at_any_trial_changes_nothing(folder, undisturbed, monkeypatch):
 
 
 def test_a_kill_changes_nothing_whatever_the_workers(folder, undisturbed):
-    out, workers = "killed", "2"
-    process = start(folder, *CLI, *arguments(folder, out, "hill,luck", *SMALL, "--workers", workers))
+    out = "killed"
+    process = start(folder, *CLI, *arguments(folder, out, "hill,luck", *SMALL, "--workers", "1"))
     assert wait_until(lambda: (folder / out / "search-0001").exists() or process.poll() is not None, 60)
     process.send_signal(signal.SIGKILL)
     process.communicate(timeout=20)
     assert not (folder / out / "fit.json").exists(), "it was killed before its end"
-    fit(folder, out, "hill,luck", *SMALL, workers=workers)
+    fit(folder, out, "hill,luck", *SMALL)
     assert same(folder / out, undisturbed)
 
 

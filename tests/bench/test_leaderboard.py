@@ -204,7 +204,7 @@ def few(monkeypatch):
     whole = board.clip_experiments
 
     def some(kind, models):
-        return tuple(dataclasses.replace(part, clips=part.clips[::9]) for part in whole(kind, models))
+        return tuple(dataclasses.replace(part, clips=part.clips[::15]) for part in whole(kind, models))
 
     robot = dataclasses.replace(board.ROBOT, design=Translation((10.0,), (6.0,), "both"))
     monkeypatch.setattr(board, "ROBOT", robot)
@@ -221,7 +221,7 @@ def test_a_user_s_model_is_ranked_by_any_number_of_workers_and_the_folder_goes_o
     assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
     again, _ = board.run(planned, tmp_path / "out", Resources(0))
     assert capsys.readouterr().err.count(" of them done already") == 5
-    parallel, _ = board.run(planned, tmp_path / "two", Resources(2, quiet=True))
+    parallel, _ = board.run(planned, tmp_path / "two", Resources(1, quiet=True))
     for kind in (DIRECTION, LOOMING):
         assert boards[kind].equals(again[kind]) and boards[kind].equals(parallel[kind])
         assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1

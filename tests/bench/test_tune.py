@@ -186,7 +186,7 @@ def test_points_are_along_the_motion_have_their_axes_and_lack_what_failed():
 
 def test_numbers_do_not_depend_on_workers_and_tables_read_back(tmp_path):
     plan = tune.plan(["dsnn", "lgmd1"], ["size", "disc"], [], 0)
-    for workers in (0, 2):
+    for workers in (0, 1):
         folder = tmp_path / str(workers)
         with open_workers(workers) as pool:
             points, preferences, failures = tune.run(plan, folder, pool, Resources(workers, quiet=True))
@@ -199,7 +199,7 @@ def test_numbers_do_not_depend_on_workers_and_tables_read_back(tmp_path):
         assert [row["model"] for row in rows] == ["dsnn", "lgmd1"]
         assert rows[1]["size_px_low"] == preferences[1]["size_px_low"] > 3.0
     for name in ("tuning.csv", "preferences.csv", "size.svg"):
-        first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (0, 2))
+        first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (0, 1))
         assert first == second
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 
 import pytest
-import typer
 
 from experiments.bench.cli import main
 from tests.helpers.chapters import (
@@ -62,7 +62,7 @@ def test_every_journey_has_a_chapter_that_the_lists_name():
 def test_every_command_is_shown():
     documented = {words[1] for page in PAGES for block in blocks(page) if block.language == "sh"
                   for words in block.commands() if words[0] == "colias"}  # fmt: skip
-    commands = typer.main.get_command(main.app).commands
+    commands = main.parser().commands
     assert documented >= {name for name, command in commands.items() if not command.hidden}
 
 
@@ -95,13 +95,23 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in headings(there.read_text()), target
 
 
+@cache
+def written_files():
+    return {file for page in PAGES for file in written(page)}
+
+
+@cache
+def file_names():
+    folders = [path for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")]
+    return {path.name for folder in folders for path in folder.rglob("*.*")}
+
+
 @pytest.mark.parametrize("page", PAGES, ids=called)
 def test_files_and_names_of_the_code_that_are_named_exist(page):
     """``path.py`` is a file of the repository; a name after it, as in "`path.py`, `name`", is defined in it."""
     plain = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
-    written_files = {file for other_page in PAGES for file in written(other_page)}
     for path, name in re.findall(r"`([\w/]+\.(?:py|toml|lock|j2))`(?:, `(\w+)`)?", plain):
-        assert path in written_files or (ROOT / path).exists() or ("/" not in path and list(ROOT.rglob(path))), path
+        assert path in written_files() or (ROOT / path).exists() or path in file_names(), path
         if name:
             text = (ROOT / path).read_text()
             assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", text, re.MULTILINE), (path, name)

@@ -135,6 +135,7 @@ NOT_RUN = {
     "experiments.compare": "takes minutes",
     "experiments.watch": "needs a film",
     "experiments.score": "takes a minute",
+    "experiments.sweep": "takes a while: tests/bench/test_sweep.py",
     "experiments.fit": "takes minutes: tests/bench/test_fit.py",
 }
 """Name -> why its example is not run."""

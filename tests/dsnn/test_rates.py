@@ -54,8 +54,6 @@ def folder(tmp_path, monkeypatch):
         (("run", "speed", *OWN, "--only", "--no-recordings"), SLOW),
         (("sweep", "speed", *OWN, "--measure", "spikes", "--over", "slow.t_sp=1"),
          SLOW.replace("slow ", "slow.t_sp=1 ")),
-        (("sweep", "general", "--model", "slow.py", "--claims", "C14", "--over", "slow.t_sp=1", "--workers", "0"),
-         SLOW.replace("slow ", "slow.t_sp=1 ")),
         (("run", "fast.py", "--workers", "0"), "note: emd assumes 30 frames/s and is shown 60"),
         (("tune", "--model", "slow.py", "--only", "--curve", "direction", "--workers", "0"), SLOW),
         (("behave", "turn.py", "--episodes", "1", "--no-baselines", "--workers", "0"), SLOW),

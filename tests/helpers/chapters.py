@@ -4,23 +4,23 @@ A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; oth
 
 - A snippet runs in its chapter's namespace, so it may use names of earlier ones. One with ``title=NAME`` is a file: it
   is written, and commands and snippets below it may use it.
-- ``colias ...`` runs in this process, ``python FILE ...`` and ``make -C FOLDER`` in one of its own. Of ``make TARGET``
+- ``colias ...`` and ``python FILE ...`` run in this process, ``make -C FOLDER`` in one of its own. Of ``make TARGET``
   and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
   ``colias`` and ``python`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the
   commands' options are checked, by their parser. ``<!-- test: fails STATUS -->``: its
   commands end with this exit status, and print the next ``text`` block.
 
-Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs. Episodes of
-this process end after 100 steps.
+Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs. Episodes end
+after 30 steps.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
-import os
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -32,14 +32,12 @@ from pathlib import Path
 
 import gymnasium as gym
 import pytest
-import typer
 
 import colias_sim  # noqa: F401
 from experiments.bench.cli import main
 from experiments.bench.public import run as public_run
 from experiments.bench.run import runs as batch
 from experiments.bench.sources.robot import forget_simulations
-from tests.conftest import one_core
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -127,7 +125,7 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
         monkeypatch.setattr(module, "worker_count", lambda given: 0)
     for name, spec in gym.registry.items():
         if name.startswith("colias_sim/"):
-            monkeypatch.setattr(spec, "max_episode_steps", 100)
+            monkeypatch.setattr(spec, "max_episode_steps", 30)
     for name in {Path(file).stem for page in PAGES for file in written(page)}:
         monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
     reader = _Reader()
@@ -184,7 +182,7 @@ def _command(words: list[str], block: Block) -> None:
         assert status == block.status, f"{shlex.join(words)}: exit status {status}"
     elif program == "python":
         if not block.skipped:
-            _python([*arguments, *block.added])
+            _python(*arguments, *block.added)
     elif program == "make" and arguments[0] == "-C":
         if not block.skipped:
             done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
@@ -200,17 +198,15 @@ def _command(words: list[str], block: Block) -> None:
 
 def check_options(arguments: list[str]) -> None:
     """Raise what the command line's parser raises for ``arguments``, but do nothing."""
-    group = typer.main.get_command(main.app)
+    group = main.parser()
     name, command, rest = group.resolve_command(group.make_context("colias", list(arguments)), list(arguments))
     command.make_context(name, rest)
 
 
-def _python(arguments: list[str]) -> None:
-    done = subprocess.run(
-        [sys.executable, "-W", "error", *arguments], capture_output=True, text=True, timeout=300, check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT)}, preexec_fn=one_core,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+def _python(file: str, *arguments: str) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", [file, *arguments])
+        runpy.run_path(file, run_name="__main__")
 
 
 def headings(text: str) -> set[str]:

@@ -201,8 +201,6 @@ OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "range of eyes", "sensi
 
 def shown(name: str, models: Sequence[str]) -> list[str]:
     """The names that a figure draws a series, a panel or a row of."""
-    if name in OF_ONE_MODEL:
-        return []
     if name.startswith("behaviours"):
         return behaviours_of(models)
     if name == "chip's budget":

@@ -18,13 +18,9 @@ from experiments.bench.sources.excitation import BALANCED, WHOLE, Course, Trial
 
 SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"
-MODELS_SHOWN = {
-    "one": ("dsnn",),
-    "three": ("dsnn", "emd", "hybrid"),
-    "own": ("dsnn", OWN),
-}
-"""Of a figure: as many models as there are kinds of trouble. `TWINS` answer alike."""
+MODELS_SHOWN = ("dsnn", OWN)
 TWINS = ("dsnn", "hybrid", "dsnn-reference")
+"""They answer alike."""
 FRAMES = 12
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import logging
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -134,6 +135,12 @@ def _whole(
     """Take the options of ``colias`` itself."""
 
 
+@cache
+def parser() -> Any:
+    """Return all commands with their options: made once in a process, as that takes as long as a trial."""
+    return typer.main.get_command(app)
+
+
 def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     # What it says of folders and fonts that it would like is no matter of a run's.
@@ -141,7 +148,7 @@ def command(arguments: list[str]) -> int:
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
         with commands.noting(lambda: commands.typed(arguments)):
-            return int(app(args=arguments, standalone_mode=False) or 0)
+            return int(parser()(args=arguments, standalone_mode=False) or 0)
     except (_Interrupted, typer.Abort):
         raise KeyboardInterrupt from None
     except typer.TyperException as error:

@@ -279,8 +279,6 @@ def test_missing_opengl_names_the_package(tmp_path):
     "variables",
     [
         {"MUJOCO_EGL_DEVICE_ID": "77"},
-        {"MUJOCO_GL": "off"},
-        {"MUJOCO_GL": "glfw", "DISPLAY": ":77"},
         {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"},
     ],
     ids=str,
@@ -329,12 +327,11 @@ def test_a_dry_run_checks_and_writes_nothing(colias):
     assert sorted(path.name for path in (colias.folder / "out").rglob("*")) == before
 
 
-@pytest.mark.parametrize("arguments", [["list"], ["run", "--help"]], ids=" ".join)
-def test_a_reader_that_ends_early_is_no_failure(arguments):
+def test_a_reader_that_ends_early_is_no_failure():
     """As ``colias list | head -1``: silent, with the status of a closed pipe."""
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
+    command = [sys.executable, "-m", "experiments.bench.cli", "list"]
     done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
     os.close(writing)
     assert (done.returncode, done.stderr) == (141, b"")

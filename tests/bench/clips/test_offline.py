@@ -79,11 +79,11 @@ EXPERIMENT = OfflineExperiment(
 
 
 def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
-    """Run by path, recorded, judged, drawn; resumed with nothing to do; the same on no worker and on two."""
+    """Run by path, recorded, judged, drawn; resumed with nothing to do; the same on no worker and on one."""
     (colias.folder / "mine.py").write_text(OWN)
     (colias.folder / "my_model.py").write_text(user_files.MODEL)
     arguments = ("run", "mine.py", "--model", "my_model.py", "--set", "gradient.gain=0.1")
-    done = colias(*arguments, "--out", "out", "--workers", "2")
+    done = colias(*arguments, "--out", "out", "--workers", "1")
     assert done.returncode == 0, done.stderr
     assert "mine: 2 clips, 64 frames" in done.stderr and "C2 failed" in done.stdout, "too small a field"
     folder = colias.folder / "out"

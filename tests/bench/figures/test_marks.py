@@ -65,13 +65,13 @@ def colias(*arguments: Any) -> None:
 
 def RobotTrial(folder: Path) -> tuple[Path, Table]:
     crossing = ("--set", "experiment.speeds_cm_s=30", "--set", "experiment.direction=rightward")
-    colias("run", "speed", "--repeats", 1, *crossing, "--only", "--model", "both.py", "--out", "run")
+    colias("run", "speed", "--repeats", 1, *crossing, "--only", "--model", "both.py", "--workers", 0, "--out", "run")
     return run(folder)
 
 
 def clip(folder: Path) -> tuple[Path, Table]:
     (folder / "one.py").write_text(CLIP)
-    colias("run", "one.py", "--out", "run")
+    colias("run", "one.py", "--workers", 0, "--out", "run")
     return run(folder)
 
 
@@ -84,7 +84,9 @@ def footage(folder: Path) -> tuple[Path, Table]:
 
 def episode(folder: Path) -> tuple[Path, Table]:
     (folder / "turns.py").write_text(BEHAVIOUR)
-    colias("behave", "turns.py", "--episodes", 1, "--no-baselines", "--out", "run")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gym.spec("colias_sim/Fixation-v0"), "max_episode_steps", FRAMES)
+        colias("behave", "turns.py", "--episodes", 1, "--no-baselines", "--workers", 0, "--out", "run")
     return run(folder)
 
 

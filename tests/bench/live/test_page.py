@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import mujoco
-import numpy as np
 import pytest
 
 from experiments.bench.cli.main import command
@@ -75,18 +73,6 @@ def until(true: Any, otherwise: str = "") -> None:
         time.sleep(0.02)
 
 
-def pixel(page: Any, tab: Tab, point: tuple[float, float, float]) -> tuple[float, float]:
-    """Where a point of the scene, in cm, is in the browser's window, by the browser's own camera."""
-    (client,) = page.server.get_clients().values()
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, np.asarray(client.camera.wxyz, float))
-    x, y, z = rotation.reshape(3, 3).T @ (np.asarray(point) - client.camera.position)
-    box = "document.querySelector('canvas').getBoundingClientRect()"
-    left, top, width, height = tab.ask(f"(r => [r.left, r.top, r.width, r.height])({box})")
-    scale = height / 2 / np.tan(client.camera.fov / 2)
-    return float(left + width / 2 + scale * x / z), float(top + height / 2 + scale * y / z)
-
-
 def watch(page: Any) -> list[float]:
     """Return HS of the first model in each frame shown from now on; it grows."""
     answers: list[float] = []
@@ -107,7 +93,7 @@ def visited(
     """Serve a session and open its page, until its plots are drawn."""
     with serving(port, make) as page, browser(profile, *SOFTWARE_GL) as tab:
         answers = watch(page)
-        tab.show(page.address)
+        tab.show(page.address, 800, 600)
         tab.until("document.querySelectorAll('.u-over').length == 2")
         until(lambda: page.server.get_clients())
         yield page, tab, answers
@@ -147,6 +133,10 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         tab.until("document.body.innerText.includes('before')")  # the ghost
         tab.press("c")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.number > 3)
+        tab.press("J", shift=True)
+        until(lambda: session.trial.sim.robots["observer"].pose.heading > 0.3)
+        tab.press("X", shift=True)
+        until(lambda: session._wheels["observer"] == (0.0, 0.0))
         page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
         until(lambda: session.models == ("emd", "dsnn"))
         tab.until("document.body.innerText.includes('emd HS')")
@@ -158,29 +148,6 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (folder,) = tmp_path.glob("runs/live-*")
     again = tmp_path / "again"
     assert command(["rerun", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
-
-
-@needs_viser
-@needs_chromium
-@pytest.mark.filterwarnings("default")
-def test_mouse_and_shift_drive_the_robots(tmp_path: Path):
-    with visited(tmp_path / "profile", PORT + 3) as (page, tab, _):
-        session = page.session
-        page.inputs.ask(lambda: session.set_speed(35.0))
-        robots = session.trial.sim.robots
-
-        def near(robot: str, x: float, y: float) -> bool:
-            pose = robots[robot].pose
-            return bool(np.hypot(100 * pose.x - x, 100 * pose.y - y) < 1.5)
-
-        time.sleep(3.0)  # the browser's first frames are slow to draw
-        tab.drag(pixel(page, tab, (20.0, -10.0, 0.0)))
-        until(lambda: near("stimulus", 20.0, -10.0))
-        until(lambda: not session._target)
-        tab.press("J", shift=True)
-        until(lambda: robots["observer"].pose.heading > 0.3)
-        tab.press("X", shift=True)
-        until(lambda: session._wheels["observer"] == (0.0, 0.0))
 
 
 @needs_viser

@@ -2,8 +2,10 @@
 
 import re
 
+import gymnasium as gym
 import pytest
 
+import colias_sim  # noqa: F401  (registers the envs)
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.new.kinds import KINDS
@@ -26,6 +28,8 @@ SHORT = {
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(batch, "worker_count", lambda given: 0)
+    for name in [name for name in gym.registry if name.startswith("colias_sim/")]:
+        monkeypatch.setattr(gym.spec(name), "max_episode_steps", 30)
     return tmp_path
 
 

@@ -93,10 +93,8 @@ BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda
 KINDS = {
     "clips": ("run", "mine.py", "--no-recordings", "--workers", "0"),
     "robot": (*ROBOT, "--model", "tiny.py", "--no-recordings"),
-    "tune": ("tune", "--only", "--model", "tiny.py", "--curve", "size", "--workers", "0"),
     "behave": ("behave", "slow.py", "--episodes", "1", "--no-baselines", "--no-recordings", "--workers", "0",
                "--set", "robots=1"),
-    "sweep": ("sweep", *ROBOT[1:], "--model", "tiny.py", "--measure", "spikes", "--over", "tiny.t_sp=0.1,0.3"),
 }  # fmt: skip
 
 

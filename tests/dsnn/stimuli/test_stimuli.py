@@ -98,15 +98,16 @@ def test_a_frame_is_its_own_and_no_other_s(clip):
     assert clip[3].luma.any()
 
 
-@pytest.mark.parametrize("name", STIMULI)
-def test_equal_seeds_give_equal_bytes_in_another_process(name):
-    code = (
-        "import hashlib; from dsnn.stimuli import stimulus; "
-        f"c = stimulus({name!r}, seed=5, rows=48, columns=80, fps=10); "
-        "print(hashlib.sha256(b''.join(f.luma.tobytes() for f in c)).hexdigest())"
-    )
+def test_equal_seeds_give_equal_bytes_in_another_process():
+    code = """
+import hashlib
+from dsnn.stimuli import STIMULI, stimulus
+for name in STIMULI:
+    clip = stimulus(name, seed=5, rows=48, columns=80, fps=10)
+    print(hashlib.sha256(b"".join(frame.luma.tobytes() for frame in clip)).hexdigest())
+"""
     there = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert there.stdout.strip() == digest(stimulus(name, seed=5, fps=10, **SMALL))
+    assert there.stdout.split() == [digest(stimulus(name, seed=5, fps=10, **SMALL)) for name in STIMULI]
 
 
 @pytest.mark.parametrize("name", ["cluttered", "grating", "dots", "reverse-phi", "foliage", "street"])
