@@ -32,6 +32,8 @@ USER_MODULE = "colias_user_"
 """Prefix of the names of modules made from users' files, so that two files may have one name."""
 PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
 """Packages of this project."""
+_INSTALLED = frozenset(("site-packages", "dist-packages"))
+"""Folders of installed packages."""
 _loaded: dict[Path, tuple[ModuleType, Mapping[str, str]]] = {}
 """A user's file -> its module, and the SHA-256, by path, of the file and of what it imported of the user's own."""
 _imported: set[str] = set()
@@ -133,7 +135,14 @@ def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
 
 def _file(module: ModuleType) -> Path | None:
     file = getattr(module, "__file__", None)
-    return Path(file).resolve() if isinstance(file, str) else None
+    return _place(file) if isinstance(file, str) else None
+
+
+@functools.cache
+def _place(file: str) -> Path | None:
+    """Return the resolved path of a module's file, but of no installed one: there are two thousand of these."""
+    path = Path(file)
+    return None if _INSTALLED & {*path.parts} else path.resolve()
 
 
 def _is_in(module: ModuleType, folder: Path) -> bool:
@@ -148,7 +157,7 @@ def sha256(path: Path) -> str:
 
 def is_users(file: Path) -> bool:
     """Say whether the file at a resolved path is the user's own: of no installed package, and not of this project."""
-    installed = {"site-packages", "dist-packages"} & set(file.parts)
+    installed = _INSTALLED & {*file.parts}
     return file.is_file() and not installed and not any(file.is_relative_to(place) for place in _foreign())
 
 
