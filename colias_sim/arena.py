@@ -11,9 +11,9 @@ from __future__ import annotations
 import hashlib
 import importlib
 import locale
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
@@ -26,21 +26,16 @@ if TYPE_CHECKING:
 WIRING = "experiments.wiring"
 """The module that runs a user's Python files. `colias_sim` runs none itself, so it imports this one for an arena's."""
 
-FORBIDDEN = {"model": "asset", "plugin": "", "extension": "", "flexcomp": "", "skin": ""}
-"""Elements that an arena has no use for, and the element that each is forbidden in, of whatever kind if empty: they
-name further files, or move."""
-
-STILL = {
-    "joints": "joint", "actuators": "actuator", "tendons": "tendon", "equalities": "equality", "sensors": "sensor",
-    "keys": "keyframe", "flexes": "flex", "hfields": "hfield", "pairs": "contact pair",
-}  # fmt: skip
-"""What an arena has none of: the list of an `mujoco.MjSpec` -> its word in MJCF."""
-
+MOVING = ("joints", "actuators", "tendons", "equalities", "sensors", "keys", "flexes", "hfields", "pairs")
+"""Lists of an `mujoco.MjSpec` that an arena leaves empty, as everything in it stands still."""
 NEEDED = {"geom": "floor", "body": "wall", "texture": "wall", "material": "wall"}
 """What every arena has: element -> its name."""
-
 PHYSICS = ("gravity", "integrator", "solver", "cone", "disableflags", "enableflags", "density", "viscosity", "wind")
 """Options of the physics, which every arena has as ``arena_base.xml`` sets them."""
+HULL = 2
+"""The bit of ``contype`` and ``conaffinity`` by which robots' hulls and obstacles collide."""
+HIDDEN = (1, 2)
+"""Groups of geoms that become group 0 in an arena: the robot's eye does not render group 1, its own body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,16 +79,27 @@ class Arena:
         Raises
         ------
         ValueError
-            There is no such arena, it is no XML, or it names a file that is not there. In one line that begins with
-            the file.
+            There is no such arena, it is no XML, or it names a file that is not there.
         """
         path = arena_path(source)
-        data = _bytes(path)
-        reader = _Reader(path, source not in ARENAS)
-        reader.note(path, data)
-        text = importlib.import_module(WIRING).arena_text(path) if path.suffix == ".py" else _decoded(path, data)
-        reader.read(text)
-        return cls(source, text, reader.includes, reader.assets, reader.files)
+        found, includes, assets = {path: path.read_bytes()}, dict[str, bytes](), dict[str, bytes]()
+        text = importlib.import_module(WIRING).arena_text(path) if path.suffix == ".py" else found[path].decode()
+        roots = [_parsed(path, text)]
+        for root in roots:  # which grows
+            for name in (element.get("file", "") for element in root.iter("include")):
+                if name and name not in includes:
+                    place = _find(path, name, [""], FOLDER)
+                    includes[name] = found[place] = place.read_bytes()
+                    roots.append(_parsed(place, includes[name]))
+        folders = ["", *(folder for root in roots for folder in _folders(root))]
+        for name in (name for root in roots for name in _files(root)):
+            place = _find(path, name, folders, FOLDER / "assets")
+            assets[name] = found[place] = place.read_bytes()
+            if assets[name].startswith(b"\x89PNG") and assets[name][24] == 16:  # bits: MuJoCo takes the upper 8
+                read_picture(place)
+        own = {} if source in ARENAS else {place: data for place, data in found.items() if FOLDER not in place.parents}
+        files = {place: hashlib.sha256(data).hexdigest() for place, data in own.items()}
+        return cls(source, text, includes, assets, files)
 
     def spec(self) -> mujoco.MjSpec:
         """Parse the MJCF into a specification, not yet compiled.
@@ -133,30 +139,18 @@ class Arena:
         for kind, name in NEEDED.items():
             if getattr(spec, kind)(name) is None:
                 raise ValueError(
-                    f'arena {self.source}: has no {kind} called {name}: <include file="bright.xml"/> brings floor, wall'
-                    " and lamps"
+                    f'arena {self.source}: no {kind} is called {name}: <include file="bright.xml"/> has it'
                 )
-        for elements, word in STILL.items():
-            if there := list(getattr(spec, elements)):
-                name = there[0].name
+        for elements in MOVING:
+            if list(getattr(spec, elements)):
+                raise ValueError(f"arena {self.source}: has {elements}: everything in an arena stands still")
+        usual = Arena.read("bright").spec().option if self.files else spec.option
+        for name in PHYSICS:
+            if str(getattr(spec.option, name)) != str(getattr(usual, name)):
                 raise ValueError(
-                    f"arena {self.source}: has a {word}{f' {name!r}' if name else ''}: legal is none, as everything in"
-                    " an arena stands still"
+                    f"arena {self.source}: option {name} must be as arena_base.xml has it: include that, and leave"
+                    " <option> out"
                 )
-        if self.files:
-            usual = Arena.read("bright").spec().option
-            for name in PHYSICS:
-                if str(getattr(spec.option, name)) != str(getattr(usual, name)):
-                    raise ValueError(
-                        f"arena {self.source}: option {name}={getattr(spec.option, name)}: legal is"
-                        f" {getattr(usual, name)}, as arena_base.xml has it; include that, and leave <option> out"
-                    )
-
-
-HULL = 2
-"""The bit of ``contype`` and ``conaffinity`` by which robots' hulls and obstacles collide."""
-HIDDEN = (1, 2)
-"""Groups of geoms that become group 0 in an arena: the robot's eye does not render group 1, its own body."""
 
 
 def one_line(error: Exception) -> str:
@@ -164,90 +158,22 @@ def one_line(error: Exception) -> str:
     return ", ".join(line.strip() for line in str(error).splitlines() if line.strip())
 
 
-def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
-
-
-def _decoded(path: Path, data: bytes) -> str:
-    try:
-        return data.decode()
-    except UnicodeDecodeError:
-        raise ValueError(f"arena {path}: is no text in UTF-8, as MJCF is") from None
-
-
-class _Reader:
-    """Collects the files that an arena names."""
-
-    def __init__(self, path: Path, user_arena: bool) -> None:
-        self._path, self._folder, self._own = path, path.parent, user_arena
-        self.includes: dict[str, bytes] = {}
-        self.assets: dict[str, bytes] = {}
-        self.files: dict[Path, str] = {}
-
-    def note(self, path: Path, data: bytes) -> None:
-        """Note a file of one's own."""
-        if self._own and not path.is_relative_to(FOLDER):
-            self.files[path] = hashlib.sha256(data).hexdigest()
-
-    def read(self, text: str) -> None:
-        """Read the files that MJCF names, and those that these include."""
-        roots = [_parsed(str(self._path), text)]
-        for root in roots:  # which grows
-            for element in root.iter("include"):
-                name = element.get("file", "")
-                if name and name not in self.includes:
-                    place = self._place("include", name, (Path(),), (FOLDER,))
-                    self.includes[name] = self._taken(place)
-                    roots.append(_parsed(str(place), self.includes[name]))
-        folders = [value for root in roots for value in _folders(root)]
-        for root in roots:
-            self._check_elements(root)
-            for element, name in _files(root):
-                beside = (Path(), *map(Path, dict.fromkeys(folders)))
-                place = self._place(element.tag, name, beside, (FOLDER / "assets",))
-                data = self._taken(place)
-                if data.startswith(b"\x89PNG") and data[24] == 16:  # bits, of which MuJoCo takes the upper 8
-                    read_picture(place)
-                if self.assets.setdefault(name, data) != data or any(
-                    name != other and PurePosixPath(name).name == PurePosixPath(other).name for other in self.assets
-                ):
-                    raise ValueError(f"arena {self._path}: names two files called {PurePosixPath(name).name}")
-
-    def _taken(self, place: Path) -> bytes:
-        data = _bytes(place)
-        self.note(place, data)
-        return data
-
-    def _check_elements(self, root: ElementTree.Element) -> None:
-        for parent in root.iter():
-            for child in parent:
-                if child.tag in FORBIDDEN and FORBIDDEN[child.tag] in ("", parent.tag):
-                    raise ValueError(f"arena {self._path}: has an element <{child.tag}>: legal is none in an arena")
-
-    def _place(self, tag: str, name: str, beside: tuple[Path, ...], shipped: tuple[Path, ...]) -> Path:
-        """Find a file beside the arena's own, or among those that ship."""
-        for folder in beside:
-            place = self._folder / folder / name
-            if place.is_file() and place != self._path:
-                return place.resolve()
-        for folder in shipped:
-            if (folder / name).is_file():
-                return folder / name
-        raise ValueError(
-            f"arena {self._path}: <{tag}> names {name}: no such file in {self._folder}, nor one that ships"
-        )
-
-
-def _parsed(where: str, text: str | bytes) -> ElementTree.Element:
+def _parsed(place: Path, text: str | bytes) -> ElementTree.Element:
     try:
         return ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        line, _ = error.position
-        words = str(error).partition(": line")[0]
-        raise ValueError(f"arena {where}, line {line}: no XML that can be read ({words})") from None
+        raise ValueError(f"arena {place}: no XML that can be read ({error})") from None
+
+
+def _find(path: Path, name: str, folders: Iterable[str], shipped: Path) -> Path:
+    """Find a file that an arena names: beside the arena's own, or among those that ship."""
+    for folder in folders:
+        place = path.parent / folder / name
+        if place.is_file() and place != path:
+            return place.resolve()
+    if (shipped / name).is_file():
+        return shipped / name
+    raise ValueError(f"arena {path}: names {name}: no such file in {path.parent}, nor one that ships")
 
 
 def _folders(root: ElementTree.Element) -> Iterator[str]:
@@ -256,8 +182,8 @@ def _folders(root: ElementTree.Element) -> Iterator[str]:
         yield from (value for name, value in element.attrib.items() if name.endswith("dir") and value)
 
 
-def _files(root: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, str]]:
+def _files(root: ElementTree.Element) -> Iterator[str]:
     """Yield the files that elements name, but for includes: ``file`` of meshes, six ``file...`` of a cube texture."""
     for element in root.iter():
         if element.tag != "include":
-            yield from ((element, value) for name, value in element.attrib.items() if name.startswith("file") and value)
+            yield from (value for name, value in element.attrib.items() if name.startswith("file") and value)

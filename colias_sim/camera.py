@@ -12,13 +12,10 @@ import numpy.typing as npt
 
 from colias_sim.config import CameraConfig, check_tunable, needs_lamps
 from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
-from colias_sim.lamps import Lamps
-from colias_sim.lens import falloff, point_spread
-from colias_sim.noise import Noise
 from colias_sim.offscreen import Offscreen
+from colias_sim.optics import Lamps, Noise, Tone, falloff, point_spread
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.sensor import Sensor, render_shape, slots_of
-from colias_sim.tone import Tone
 
 Floats = npt.NDArray[np.float32]
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0

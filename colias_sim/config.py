@@ -10,17 +10,51 @@ import math
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.presets import CAMERAS, COLIAS4, OV7670, ROBOTS, find
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
 from dsnn.field_docs import unit, with_field_docs
 from scenes import ARENAS, arena_path
+from scenes.hints import nearest
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+
+COLIAS4: Mapping[str, Any] = {
+    "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3, "motor_inequality": 3.29,
+    "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
+}  # fmt: skip
+"""The robot's own wheels: `RobotConfig` tells the sources."""
+
+OV7670: Mapping[str, Any] = {
+    # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
+    "row_time_us": 418.0,
+    "row_bands": 6,
+    # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
+    "gain": 1.5,
+    "exposure_samples": 8,
+    "auto_exposure": True,
+    # Data sheet: the stable region is AEB..AEW, 0x63..0x75 after a reset; Colias's firmware leaves both.
+    "ae_target": 108.0,
+    "ae_zone": 9.0,
+    # Published for the sibling OV9650: steps of 1/16, about ten a frame in fast mode (COM8 of the firmware: fast).
+    "ae_step": 0.0625,
+    "ae_steps": 10,
+    # 1 and 510 rows of 62.7 us (data sheet).
+    "ae_min_ms": 0.0627,
+    "ae_max_ms": 32.0,
+    # A plastic lens blurs by about a pixel at QVGA; read as the sd, it is 99 / 320 px here (an assumption).
+    "blur_px": 0.31,
+    # Data sheet: COM15 is 0xC0 after a reset, the range 0x00..0xFF; Colias's firmware leaves it.
+    "luma_range": "full",
+    # Data sheet: COM13 is 0x88 after a reset, gamma on, and Colias's firmware leaves it. It is off here, as no source
+    # says whether the loop meters before the curve, which nearly doubles HS, or after it, which hardly changes it.
+    "gamma": False,
+}
+"""A model of the robot's camera: docs/eye.md lists what it assumes."""
+
 _Register = Annotated[int, Field(ge=0, le=255)]
 
 
@@ -46,10 +80,75 @@ def known_arena(name: str) -> str:
     return name if name in ARENAS else str(path)
 
 
+class _Presets:
+    """Named settings of a class: name -> what they are, and the fields that differ from the defaults."""
+
+    _named: ClassVar[Mapping[str, tuple[str, Mapping[str, Any]]]]
+
+    @classmethod
+    def presets(cls) -> Mapping[str, Self]:
+        """Make the presets.
+
+        Returns
+        -------
+        mapping
+            Name -> settings.
+        """
+        return {name: cls(**settings) for name, (_, settings) in cls._named.items()}
+
+    @classmethod
+    def preset_summaries(cls) -> Mapping[str, str]:
+        """Say what each of the `presets` is.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> a few words.
+        """
+        return {name: summary for name, (summary, _) in cls._named.items()}
+
+    @classmethod
+    def preset(cls, name: str) -> Self:
+        """Look up one of the `presets`; ``--set camera.preset=NAME`` does the same.
+
+        Parameters
+        ----------
+        name
+            Its name.
+
+        Returns
+        -------
+        settings
+            Of this class.
+
+        Raises
+        ------
+        ValueError
+            There is no such preset.
+        """
+        if name not in cls._named:
+            raise ValueError(
+                f"no preset '{name}' ({nearest(name, cls._named, after='; ')}all: {', '.join(cls._named)})"
+            )
+        return cls(**cls._named[name][1])
+
+
 @with_field_docs
 @dataclass(frozen=True, config=_STRICT)
-class RobotConfig:
-    """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body."""
+class RobotConfig(_Presets):
+    """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body.
+
+    Preset ``colias4`` has the robot's own wheels, driven open loop in trials: 255 steps of 0.06 cm/s, so a step is 3 %
+    of 2 cm/s and the top speed 15.3 cm/s. The public firmware drives straight ahead at powers of 77 and 80, and slowly
+    at 27 and 30: a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 / sqrt(12) = 0.29
+    rms, which the preset has. The dead band is an assumption: below the lowest power of that firmware. A command is 6
+    bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
+    """
+
+    _named: ClassVar = {
+        "default": ("wheels without steps, under feedback of the pose", {}),
+        "colias4": ("the robot's own wheels in open loop, as public firmware says; the dead band is assumed", COLIAS4),
+    }
 
     wheel_radius_cm: Annotated[float, unit("cm")] = Field(default=1.0, ge=0.5, le=1.3)
     """Radius of a driven wheel (public: 1.0..1.3)."""
@@ -85,70 +184,23 @@ class RobotConfig:
         counted = ("dead_band", "trim", "motor_inequality", "motor_inequality_sd")
         set_ones = [name for name in counted if getattr(self, name)]
         if set_ones and not self.power_step_cm_s:
-            raise ValueError(f"{', '.join(set_ones)}: counted in powers, so power_step_cm_s has to be above 0")
+            raise ValueError(f"{', '.join(set_ones)}: counted in powers, so power_step_cm_s must be above 0")
         if self.serial_ms and not self.command_slot_ms:
-            raise ValueError("serial_ms: the line to the motor board, so command_slot_ms has to be above 0")
+            raise ValueError("serial_ms: the line to the motor board, so command_slot_ms must be above 0")
         return self
-
-    @classmethod
-    def presets(cls) -> Mapping[str, RobotConfig]:
-        """Make the presets.
-
-        ``colias4`` has the robot's own wheels, driven open loop in trials: 255 steps of 0.06 cm/s, so a step is 3 % of
-        2 cm/s and the top speed 15.3 cm/s. The public firmware drives straight ahead at powers of 77 and 80, and slowly
-        at 27 and 30: a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 / sqrt(12) =
-        0.29 rms, which the preset has. The dead band is an assumption: below the lowest power of that firmware. A
-        command is 6 bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
-
-        Returns
-        -------
-        mapping of str to RobotConfig
-            Name -> robot: ``default`` and ``colias4``.
-        """
-        return {"default": cls(), "colias4": cls(**COLIAS4)}
-
-    @classmethod
-    def preset_summaries(cls) -> Mapping[str, str]:
-        """Say what each of the `presets` is.
-
-        Returns
-        -------
-        mapping of str to str
-            Name -> a few words.
-        """
-        return ROBOTS
-
-    @classmethod
-    def preset(cls, name: str) -> RobotConfig:
-        """Look up one of the `presets`; ``--set robot.preset=NAME`` does the same.
-
-        Parameters
-        ----------
-        name
-            Its name.
-
-        Returns
-        -------
-        RobotConfig
-            The settings.
-
-        Raises
-        ------
-        ValueError
-            There is no such preset.
-        """
-        return find(cls.presets(), "robot", name)
 
 
 @with_field_docs
 @dataclass(frozen=True, config=_STRICT)
-class CameraConfig:
+class CameraConfig(_Presets):
     """The camera: an OV7670 as the Colias uses it, 99x72 pixels of luma, 70 degrees wide, 30 frames per second.
 
     Noise has the variance ``gain^2 read_noise^2 + gain shot_noise^2 L / 255`` at grey level L. The defaults are the
     data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
 
-    By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. `preset` has others.
+    By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. Preset ``ov7670`` is a
+    model of the robot's camera, from data sheets and firmware. What no source gives it assumes; docs/eye.md lists the
+    assumptions. No frame of a robot was held against it.
 
     Light passes the stages in this order: the lens's falloff and blur, exposure and gain, noise, clipping at 0 and 255,
     the gamma curve, contrast, brightness, the range of the luma, and rounding to 8 bits.
@@ -157,6 +209,18 @@ class CameraConfig:
     ----------
     OmniVision: data sheets of the OV7670 and the OV7675. Public firmware of the Colias (ColiasSenseV4).
     """
+
+    _named: ClassVar = {
+        "default": ("noise, a fixed exposure, a global shutter and no lens", {}),
+        "ideal": (
+            "no noise, no exposure time and 16 times the samples",
+            {"exposure_ms": 0.0, "supersample": 4, "shot_noise": 0.0, "read_noise": 0.0},
+        ),
+        "ov7670": (
+            "a model of the robot's camera with assumptions, not validated against a robot (docs/eye.md)",
+            OV7670,
+        ),
+    }
 
     width: Annotated[int, unit("px")] = Field(default=99, ge=8, le=1920)
     """Columns of a frame."""
@@ -242,15 +306,12 @@ class CameraConfig:
     def _check(self) -> CameraConfig:
         if self.row_time_us > 0.0:
             if self.still_background:
-                raise ValueError("still_background=true: legal is a global shutter, row_time_us=0")
+                raise ValueError("still_background takes a global shutter, row_time_us=0")
             if self.row_bands > self.height:
-                raise ValueError(f"row_bands={self.row_bands}: legal is up to the {self.height} rows of the picture")
+                raise ValueError(f"row_bands must be at most {self.height}, the picture's rows, got {self.row_bands}")
             if self.row_time_us * self.height * self.fps > 1e6:
-                longest = math.floor(1e7 / (self.height * self.fps)) / 10  # rounded down: what is named is legal
-                raise ValueError(
-                    f"row_time_us={self.row_time_us:g}: {self.height} rows have to be read within a frame, so legal "
-                    f"is up to {longest:g}"
-                )
+                longest = math.floor(1e7 / (self.height * self.fps)) / 10  # rounded down: what is named is possible
+                raise ValueError(f"row_time_us must be at most {longest:g} to read all rows, got {self.row_time_us:g}")
         if self.auto_exposure:
             self._check_loop()
         return self
@@ -259,14 +320,10 @@ class CameraConfig:
         """Raise ``ValueError`` for an exposure loop that could not settle."""
         low, high = self.ae_target - self.ae_zone, self.ae_target + self.ae_zone
         if low * (1.0 + self.ae_step) > high or high * (1.0 - self.ae_step) < low:
-            raise ValueError(
-                f"ae_zone={self.ae_zone:g}: a step of {self.ae_step:g} would jump over the control zone "
-                f"{low:g}..{high:g}"
-            )
+            raise ValueError(f"ae_zone={self.ae_zone:g}: a step of {self.ae_step:g} jumps over {low:g}..{high:g}")
         if not 0.0 < self.ae_min_ms <= self.exposure_ms <= self.ae_max_ms:
-            raise ValueError(
-                f"exposure_ms={self.exposure_ms:g}: with auto_exposure legal is {self.ae_min_ms:g}..{self.ae_max_ms:g}"
-            )
+            ends = f"between {self.ae_min_ms:g} and {self.ae_max_ms:g}"
+            raise ValueError(f"exposure_ms must be {ends} with auto_exposure, got {self.exposure_ms:g}")
 
     @property
     def focal_px(self) -> float:
@@ -282,52 +339,7 @@ class CameraConfig:
         CameraConfig
             The settings.
         """
-        return cls(exposure_ms=0.0, exposure_samples=1, supersample=4, shot_noise=0.0, read_noise=0.0)
-
-    @classmethod
-    def presets(cls) -> Mapping[str, CameraConfig]:
-        """Make the presets. ``ov7670`` is a model of the robot's camera, from data sheets and firmware.
-
-        What no source gives it assumes; docs/eye.md lists the assumptions. No frame of a robot was held against it.
-
-        Returns
-        -------
-        mapping of str to CameraConfig
-            Name -> camera: ``default``, ``ideal`` and ``ov7670``.
-        """
-        return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**OV7670)}
-
-    @classmethod
-    def preset_summaries(cls) -> Mapping[str, str]:
-        """Say what each of the `presets` is.
-
-        Returns
-        -------
-        mapping of str to str
-            Name -> a few words.
-        """
-        return CAMERAS
-
-    @classmethod
-    def preset(cls, name: str) -> CameraConfig:
-        """Look up one of the `presets`; ``--set camera.preset=NAME`` does the same.
-
-        Parameters
-        ----------
-        name
-            Its name.
-
-        Returns
-        -------
-        CameraConfig
-            The settings.
-
-        Raises
-        ------
-        ValueError
-            There is no such preset.
-        """
-        return find(cls.presets(), "camera", name)
+        return cls.preset("ideal")
 
 
 @with_field_docs

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
 import mujoco
 import numpy as np
 import numpy.typing as npt
-
-from scenes import ARENA_RADIUS_CM
 
 Vectors = npt.NDArray[np.float64]
 
@@ -24,8 +22,8 @@ ROUND = 48
 """Corners of the outline of something round."""
 FARTHEST_CM = 64.0
 """Greatest distance of anything from the arena's middle: the corners of a square around the room."""
-HIGHEST_CM, DEEPEST_CM, SMALLEST_CM = 100.0, -10.0, 0.05
-"""Legal heights, and the least extent of a geom."""
+HIGHEST_CM, DEEPEST_CM = 100.0, -10.0
+"""The heights between which everything stands."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,11 +94,6 @@ class Obstacle:
         return np.where(inside, -lengths[which], lengths[which]), points[which]
 
 
-def in_the_way(obstacles: Collection[Obstacle], x: float, y: float, room: float) -> Obstacle | None:
-    """Find an obstacle that comes nearer to a place than ``room`` metres; ``None`` where none does."""
-    return next((obstacle for obstacle in obstacles if obstacle.nearest(x, y)[0] < room), None)
-
-
 def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
     """List the obstacles of a compiled scene.
 
@@ -124,15 +117,6 @@ def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
     return tuple(at_hull_height)
 
 
-def things(model: mujoco.MjModel) -> list[int]:
-    """List the geoms of the arena beside its floor and wall, by index."""
-    wall = model.body("wall").id
-    return [
-        geom for geom in arena_geoms(model)
-        if model.geom(geom).name != "floor" and model.geom_bodyid[geom] != wall
-    ]  # fmt: skip
-
-
 def check_room(model: mujoco.MjModel, source: str) -> None:
     """Hold an arena's measures against those of the room.
 
@@ -146,40 +130,19 @@ def check_room(model: mujoco.MjModel, source: str) -> None:
     Raises
     ------
     ValueError
-        Something reaches farther than the room, or is too small to be seen, or an endless plane stands in it. In one
-        line, with its measures in cm.
+        Something reaches farther than the room, or an endless plane stands in it.
     """
-    wall = model.body("wall").id
     for geom, points in _placed(model):
-        name, of_wall = called(model, geom), model.geom_bodyid[geom] == wall
-        if name == "floor":
-            continue
-        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-            raise ValueError(f"arena {source}: geom {name} is a plane: legal is one, the floor; take a box")
-        if of_wall and model.geom_contype[geom]:
-            raise ValueError(
-                f"arena {source}: geom {name} of the body wall collides: legal is contype=0 and conaffinity=0, as that"
-                " body turns with the wall's texture; put it into the worldbody"
-            )
+        name = called(model, geom)
         reach = 100 * float(np.hypot(points[:, 0], points[:, 1]).max())
         low, high = 100 * float(points[:, 2].min()), 100 * float(points[:, 2].max())
-        extent = 100 * float(np.ptp(points, axis=0).max())
-        least = ARENA_RADIUS_CM - 1.0 if of_wall else 0.0
-        if not least <= reach <= FARTHEST_CM:
-            legal = f"{least:g} to {FARTHEST_CM:g}" if least else f"up to {FARTHEST_CM:g}"
+        inside = reach <= FARTHEST_CM and DEEPEST_CM <= low <= high <= HIGHEST_CM
+        endless = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
+        if name != "floor" and (endless or not inside):
             raise ValueError(
-                f"arena {source}: geom {name} reaches {reach:.4g} cm from the middle: legal is {legal}, as the wall"
-                f" stands at {ARENA_RADIUS_CM:g}; MJCF is in metres: 0.05 is 5 cm"
-            )
-        if not DEEPEST_CM <= low <= high <= HIGHEST_CM:
-            raise ValueError(
-                f"arena {source}: geom {name} is from {low:.4g} to {high:.4g} cm high: legal is {DEEPEST_CM:g} to"
-                f" {HIGHEST_CM:g}; MJCF is in metres: 0.05 is 5 cm"
-            )
-        if extent < SMALLEST_CM:
-            raise ValueError(
-                f"arena {source}: geom {name} is {extent:.2g} cm long: legal is {SMALLEST_CM:g} or more; MJCF is in"
-                " metres: 0.05 is 5 cm"
+                f"arena {source}: geom {name} must be within {FARTHEST_CM:g} cm of the middle, and {DEEPEST_CM:g} to"
+                f" {HIGHEST_CM:g} cm high, no plane (MJCF is in metres: 0.05 is 5 cm), got {reach:.4g} cm, and"
+                f" {low:.4g} to {high:.4g} cm"
             )
 
 
@@ -202,21 +165,17 @@ def outline(points: Vectors) -> Vectors:
     return hull if area >= 0 else hull[::-1].copy()
 
 
-def arena_geoms(model: mujoco.MjModel) -> Iterator[int]:
-    """Yield the index of every geom that is the arena's own: robots' parts, and the fence's, have a ``/`` in names."""
-    for geom in range(model.ngeom):
-        robot = "/" in model.body(model.geom_bodyid[geom]).name
-        if not robot and not model.geom(geom).name.startswith(FENCE):
-            yield geom
-
-
 def _placed(model: mujoco.MjModel) -> Iterator[tuple[int, Vectors]]:
-    """Yield the arena's geoms, each with points of its surface in the room, (N, 3) in metres."""
+    """Yield the arena's own geoms, each with points of its surface in the room, (N, 3) in metres.
+
+    Robots' parts, and the fence's, have a ``/`` in names.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    for geom in arena_geoms(model):
-        points = _surface(model, geom)
-        yield geom, points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+    for geom in range(model.ngeom):
+        if "/" not in model.body(model.geom_bodyid[geom]).name and not model.geom(geom).name.startswith(FENCE):
+            points = _surface(model, geom)
+            yield geom, points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
 
 
 def _surface(model: mujoco.MjModel, geom: int) -> Vectors:

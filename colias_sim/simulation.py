@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import numbers
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from itertools import combinations, groupby, pairwise
+from itertools import combinations, groupby, pairwise, product
 from types import TracebackType
-from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -17,7 +15,7 @@ import numpy as np
 from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.exposure import FramePlan, Render
-from colias_sim.obstacles import in_the_way, obstacles
+from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
 from colias_sim.robot import Parked, Robot
 from colias_sim.scene import FrameClock, compile_model
@@ -27,7 +25,6 @@ SETTLE_STEPS = 150
 ROBOT_DIAMETER = 0.04
 """Diameter of a hull, in metres."""
 
-Settings = TypeVar("Settings")
 Control = Callable[[float], None]
 """A controller: called before each control interval with its length in seconds; commands wheels by `Robot.drive`."""
 
@@ -61,7 +58,7 @@ class Simulation:
     Raises
     ------
     ValueError
-        For an unknown arena, variant or camera, an arena that is refused, and settings of another kind.
+        For an unknown arena, variant or camera, and an arena that is refused.
     colias_sim.GLUnavailable
         Where nothing can render, unless ``seeing`` is false.
 
@@ -88,11 +85,8 @@ class Simulation:
         fence: bool = False,
         seeing: bool = True,
     ) -> None:
-        robot, camera = _given("robot", robot, RobotConfig), _given("camera", camera, CameraConfig)
-        self.scene = _given("scene", scene, SceneConfig)
+        robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
         self.camera_config = camera
-        if robots is not None and not isinstance(robots, Mapping):
-            raise ValueError(f"robots is a {type(robots).__name__}: expected a mapping, name -> variant")
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
         self.model = compile_model(self.scene, robot, camera, variants, eye_of, fence=fence)
         self.data = mujoco.MjData(self.model)
@@ -154,13 +148,10 @@ class Simulation:
         Raises
         ------
         ValueError
-            For an unknown robot, a pose that is not finite, robots that overlap, one that stands in an obstacle, and
-            a value of another kind. Nothing has changed then.
+            For an unknown robot, a pose that is not finite, robots that overlap, and one that stands in an obstacle.
+            Nothing has changed then.
         """
         self._check(placements)
-        _check_generator(rng)
-        if not isinstance(light, numbers.Real) or not 0.0 <= light < math.inf:
-            raise ValueError(f"light is {light!r}: expected a number from 0 up")
         mujoco.mj_resetData(self.model, self.data)  # in full: state that a solver keeps would change the next trial
         # Both are always drawn, so that switching one off does not change the other.
         light *= self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
@@ -190,26 +181,20 @@ class Simulation:
         """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap or stand in
         obstacles.
         """
-        everyone = self.everyone
-        if not isinstance(placements, Mapping):
-            raise ValueError(f"placements is a {type(placements).__name__}: expected a mapping, name -> Pose")
         for name, pose in placements.items():
-            if name not in everyone:
-                raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(everyone)}")
-            if not isinstance(pose, Pose):
-                raise ValueError(f"{name} is placed at {pose!r}: expected a Pose")
-            place = (pose.x, pose.y, pose.heading)
-            if not all(isinstance(value, numbers.Real) and math.isfinite(value) for value in place):
-                raise ValueError(f"{name} is placed at {pose}: expected finite numbers")
-        places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in everyone]
+            if name not in self.everyone:
+                raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(self.everyone)}")
+            if not all(map(math.isfinite, (pose.x, pose.y, pose.heading))):
+                raise ValueError(f"{name} must be placed at finite numbers, got {pose}")
+        places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in self.everyone]
         for (one, here), (other, there) in combinations(places, 2):
             if math.hypot(here.x - there.x, here.y - there.y) < ROBOT_DIAMETER:
-                raise ValueError(f"{one} at {here} and {other} at {there} overlap: expected {ROBOT_DIAMETER} m apart")
-        for name, pose in places if self.obstacles else ():
-            if obstacle := in_the_way(self.obstacles, pose.x, pose.y, ROBOT_DIAMETER / 2):
+                raise ValueError(f"{one} at {here} and {other} at {there} must be {ROBOT_DIAMETER} m apart")
+        for (name, pose), obstacle in product(places, self.obstacles):
+            if obstacle.nearest(pose.x, pose.y)[0] < ROBOT_DIAMETER / 2:
                 raise ValueError(
                     f"{name} at ({100 * pose.x:.3g}, {100 * pose.y:.3g}) cm stands in the obstacle {obstacle.name}"
-                    f" of the arena {self.scene.arena}: move one of them"
+                    f" of the arena {self.scene.arena}"
                 )
 
     def _settle(self) -> None:
@@ -236,9 +221,8 @@ class Simulation:
         Raises
         ------
         ValueError
-            The simulation was made with ``seeing=False``, or ``rng`` is no generator.
+            The simulation was made with ``seeing=False``.
         """
-        _check_generator(rng)
         self.advance(control)
         return self.camera.develop(rng, self.data.time)
 
@@ -270,18 +254,6 @@ class Simulation:
             camera.collect()
             if not look:
                 camera.skip()
-
-
-def _given(name: str, value: Settings | None, kind: type[Settings]) -> Settings:
-    """Return settings, for ``None`` the defaults of their ``kind``; ``ValueError`` for another kind."""
-    if value is not None and not isinstance(value, kind):
-        raise ValueError(f"{name} is a {type(value).__name__}: expected a {kind.__name__}, or None for its defaults")
-    return kind() if value is None else value
-
-
-def _check_generator(rng: object) -> None:
-    if not isinstance(rng, np.random.Generator):
-        raise ValueError(f"rng is a {type(rng).__name__}: expected a numpy.random.Generator")
 
 
 @lru_cache(maxsize=512)

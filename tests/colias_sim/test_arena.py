@@ -146,7 +146,6 @@ def test_a_picture_of_12_bits_is_refused_not_black(tmp_path):
     ("body", "before"),
     [
         ('<geom name="w" type="box" size="0.1 30 1" pos="0.3 0 1"/>', ""),  # in cm: MJCF is in metres
-        ('<geom name="p" type="box" size="1e-5 1e-5 1e-5" pos="0.2 0 0"/>', ""),
         ('<geom type="plane" size="1 1 1" pos="0.3 0 0"/>', ""),
         ('<body><freejoint/><geom type="sphere" size="0.01"/></body>', ""),
         ("", '<option gravity="0 0 -1"/>'),

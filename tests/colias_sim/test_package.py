@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 import colias_sim
-import colias_sim.envs
 import dsnn
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn.stimuli.stimulus import TimedParams
@@ -25,7 +24,7 @@ ROOT = Path(colias_sim.__file__).parents[1]
 PARAMETERS = [getattr(dsnn, name) for name in dsnn.__all__ if name.endswith("Params")]
 
 
-@pytest.mark.parametrize("package", [colias_sim, colias_sim.envs, dsnn], ids=lambda package: package.__name__)
+@pytest.mark.parametrize("package", [colias_sim, dsnn], ids=lambda package: package.__name__)
 def test_all_is_complete_and_sorted(package: types.ModuleType) -> None:
     imported = {
         alias.asname or alias.name

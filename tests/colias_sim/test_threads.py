@@ -18,7 +18,6 @@ import pytest
 from mujoco.rendering.classic import gl_context
 
 from colias_sim import CameraConfig, Pose, Simulation
-from colias_sim.presets import OV7670
 
 
 def here(call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
@@ -47,7 +46,7 @@ def test_an_env_may_be_made_used_and_closed_in_different_threads(contexts):
     assert len(contexts) == 4
 
 
-@pytest.mark.parametrize("camera", [CameraConfig(), CameraConfig(**OV7670)])
+@pytest.mark.parametrize("camera", [CameraConfig(), CameraConfig.preset("ov7670")])
 def test_frames_of_two_simulations_that_threads_take_turns_at_are_those_of_one_thread(camera, contexts):
     frames = []
     for run in (here, elsewhere):

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import cv2
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import load_env_creator
 
 from colias_sim import envs
-from colias_sim.envs import ENVS, FACTORS, PRESETS
+from colias_sim.envs import ENVS, FACTORS
 from colias_sim.envs.measures import EnvEntry
 from dsnn.field_docs import kind, meaning
 from experiments.behaviours import BEHAVIOURS
@@ -24,6 +23,7 @@ STEPS, AHEAD = 20, 0.3
 """Until the picture is taken, and the speed of both wheels."""
 SIZE = (640, 480)
 """Size of the picture, width and height, px."""
+BASE = "../api/colias_sim.envs.base.ColiasEnv.rst"
 
 
 def write(folder: Path) -> None:
@@ -31,6 +31,7 @@ def write(folder: Path) -> None:
     for name, entry in ENVS.items():
         _write_page(folder, name, entry)
     rows = [(f"[{code(name)}]({_page(name)}.md)", prose(sentence(entry.summary))) for name, entry in ENVS.items()]
+    factors = [(code(name), f"{f.low:g} .. {f.high:g} {f.unit}", prose(f.changes)) for name, f in FACTORS.items()]
     markdown.write(
         folder / "index.md",
         "# Envs\n",
@@ -40,17 +41,8 @@ def write(folder: Path) -> None:
         table(("Env", "Task"), rows),
         markdown.toctree(map(_page, ENVS)),
         (inspect.getdoc(envs) or "").partition("\n\n")[2],
-        "## Factors and presets\n",
-        table(
-            ("Factor", "Unit", "Range", "What varies"),
-            [(code(name), f.unit, f"{f.low:g} .. {f.high:g}", prose(f.changes)) for name, f in FACTORS.items()],
-        ),
-        table(("Preset", "Ranges"), [(code(name), _ranges(preset)) for name, preset in PRESETS.items()]),
+        table(("Factor", "Range", "What varies"), factors),
     )
-
-
-def _ranges(preset: Mapping[str, tuple[float, float]]) -> str:
-    return ", ".join(f"{code(name)} {low:g} .. {high:g}" for name, (low, high) in preset.items())
 
 
 def _page(name: str) -> str:
@@ -58,10 +50,9 @@ def _page(name: str) -> str:
 
 
 def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
-    page = _page(name)
+    page, place = _page(name), entry.entry_point.replace(":", ".")
     _draw(name, folder / f"{page}.png")
-    module, _, cls = entry.entry_point.partition(":")
-    env = getattr(importlib.import_module(module), cls)
+    env: Any = load_env_creator(entry.entry_point)
     alt = f"The arena of {page}, with a close view of the observer and what its camera sees"
     caption = (
         f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
@@ -70,39 +61,26 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
     baselines = [f"{code(baseline)}: {prose(BEHAVIOURS[baseline].summary)}" for baseline in entry.baselines]
     rows = [
         ("Make it", code(f'gymnasium.make("{name}")')),
-        ("Class", code(f"{module}.{cls}")),
-        ("Steps", f"{entry.max_episode_steps:,} at most"),
-        ("Measures", ", ".join(prose(all_measure.name) for all_measure in entry.all_measures)),
+        ("Measures", ", ".join(prose(measure.name) for measure in entry.all_measures)),
         ("Baselines", "<br>".join(baselines)),
+    ]
+    arguments = [
+        (code(name), f"{code(kind(field))}, default {code(repr(field.default))}", meaning(env.options_type, name))
+        for name, field in env.options_type.__pydantic_fields__.items()
     ]
     markdown.write(
         folder / f"{page}.md",
         f"# {page.partition('-')[0]}\n",
         f"{prose(sentence(entry.summary))}\n",
         table(("Env", code(name)), rows),
-        _anchor(module, cls),
+        # what links to the class of the env lead to
+        f":::{{py:class}} {place}(**arguments)\nA [ColiasEnv]({BASE}): that page has its methods.\n:::\n",
         f"{entry.note}\n" if entry.note else "",
         markdown.picture(f"{page}.png", alt, caption),
-        inspect.cleandoc(env.__doc__).partition("## Arguments")[0],
-        "## Arguments\n",
-        _arguments(env.options_type),
+        str(inspect.getdoc(env)).partition("## Arguments")[0],
+        f"## Arguments\n\n{table(('Argument', 'Type', 'Meaning'), arguments)}",
         "[What all envs share](index.md): spaces, `info`, randomisation, and the options of a reset.\n",
     )
-
-
-def _arguments(options: type[Any]) -> str:
-    """Return a table of the fields of an options class."""
-    fields = options.__pydantic_fields__.items()
-    rows = [
-        (code(name), code(repr(field.default)), prose(kind(field)), meaning(options, name)) for name, field in fields
-    ]
-    return table(("Argument", "Default", "Type", "Meaning"), rows)
-
-
-def _anchor(module: str, cls: str) -> str:
-    """Return what links to the class of the env lead to."""
-    text = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
-    return f":::{{py:class}} {module}.{cls}(**arguments)\n{text}\n:::\n"
 
 
 def _draw(name: str, path: Path) -> None:

@@ -7,14 +7,7 @@ import inspect
 from collections.abc import Mapping
 
 OURS = ("experiments", "colias_sim", "dsnn", "scenes")
-PACKAGES = (
-    "experiments",
-    "colias_sim",
-    "colias_sim.envs",
-    "colias_sim.calibrate",
-    "dsnn",
-    "dsnn.stimuli",
-)
+PACKAGES = ("experiments", "colias_sim", "colias_sim.envs", "colias_sim.calibrate", "dsnn", "dsnn.stimuli")
 """Packages whose ``__all__`` is public."""
 
 BEYOND: Mapping[str, tuple[str, ...]] = {
