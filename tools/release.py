@@ -102,7 +102,7 @@ TRIES = (
     Try("list", ("colias", "list"), says="speed"),
     Try("native form", ("python", "-c", NATIVE_FORM), says="form native"),
     Try("trial", ("colias", "run", "speed", "--repeats", "1", "--out", "runs/speed"), says="C15"),
-    Try("recording", ("colias", "export", "runs/speed", "--frames", "frames")),
+    Try("recording", ("colias", "video", "runs/speed", "--out", "frames")),
     Try("run read", ("python", "-c", READ), says="rows"),
     Try("env", ("python", "-c", ENV), says="env"),
     Try("clip", ("colias", "run", "clean", "--out", "runs/clean"), says="C1"),

@@ -20,7 +20,7 @@ def write(folder: Path) -> None:
         "What [`colias run NAME`](../commands/run.md) runs.\n"
         "[Robot trials](../../robot-trials.md) says how to run, change and compare them,"
         " and [Your own experiment](../../your-own-experiment.md) how to declare another.\n"
-        "`colias parameters NAME` lists what `--set` changes, and [Results](../../results.md) has the claims.\n",
+        "`colias list parameters NAME` lists what `--set` changes, and [Results](../../results.md) has the claims.\n",
         "## With the robot\n",
         _table(NAMES),
         "## With clips\n",

@@ -86,7 +86,7 @@ def _write_page(folder: Path, entry: ModelEntry) -> None:
         _assumed(entry),
         "## Parameters\n",
         f"`--set {section}.NAME=VALUE` sets one, and `--model {entry.name}:NAME=VALUE` sets it for this model alone.\n"
-        f"[`colias parameters --only --model {entry.name}`](../commands/parameters.md) lists them."
+        f"`colias list parameters --only --model {entry.name}` lists them."
         " A parameter without a unit is a number, or in what its meaning says.\n",
         parameters(entry.robot, {"off-line": offline}),
         _presets(entry, section),

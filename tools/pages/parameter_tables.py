@@ -1,4 +1,4 @@
-"""Tables of parameters, from the same machinery as ``colias parameters``: default, legal range, unit, meaning."""
+"""Tables of parameters, from the same machinery as ``colias list parameters``: default, legal range, unit, meaning."""
 
 from __future__ import annotations
 

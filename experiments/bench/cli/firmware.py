@@ -52,7 +52,9 @@ app = typer.Typer(
 
 def register(whole: typer.Typer) -> None:
     """Put the commands into ``whole``."""
-    whole.add_typer(app, name="firmware", short_help="The network on the chip: budget, check, loop, export, decode.")
+    whole.add_typer(
+        app, name="firmware", short_help="The network on the chip: budget, check, loop, export, decode, log."
+    )
 
 
 @app.command(short_help="RAM, flash and instructions on the chip, measured.")
@@ -274,6 +276,30 @@ def decode(
             out_console.print(text, markup=False, soft_wrap=True)
         show_places({"log": log, "cycles": cycles})
     return EXIT_FAILED if decoded.problems else 0
+
+
+@app.command(short_help="Write a run with the robot as the log that a robot would have sent.")
+def log(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="A new folder.")],
+    tracked: Annotated[
+        bool, typer.Option("--tracked", help="Write poses too, as a tracker over the arena gives them.")
+    ] = False,
+    quiet: Quiet = False,
+) -> int:
+    """Write log.csv, which [b]colias import[/b] reads, and the frames of the recordings as pictures."""
+    from experiments.bench.engine.terminal import progress, show_places
+    from experiments.bench.firmware.export import check_folder
+    from experiments.bench.measured import export as measured_export
+    from experiments.bench.store.record import Record
+
+    check_folder(out)
+    record = Record.read(run)
+    with progress("log", record.done, quiet) as advance:
+        command = measured_export.write_log(record, out, tracked=tracked, advance=advance)
+    if not quiet:
+        show_places({"log": out / measured_export.LOG, "import by": command})
+    return 0
 
 
 @app.command(short_help="List the parameters that --set reaches here.")

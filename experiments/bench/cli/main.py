@@ -15,9 +15,7 @@ from experiments.bench.cli import (
     camera,
     check,
     clips,
-    compare,
     doctor,
-    export,
     firmware,
     fit,
     leaderboard,
@@ -26,9 +24,7 @@ from experiments.bench.cli import (
     measured,
     new,
     reproduce,
-    rerun,
     run,
-    runs,
     sweep,
     train,
     tune,
@@ -45,10 +41,20 @@ GROUPS = {
     "Models": (check, leaderboard, tune),
     "Behaviours": (behave, train),
     "The robot's chip, and a real robot": (firmware, measured, camera),
-    "What runs left": (runs, rerun, compare, view, video, export),
+    "What runs left": (view, video),
     "What there is": (listing, clips, doctor),
 }
 """Heading -> the modules of its commands, in the order in which help shows them."""
+RENAMED = {
+    "compare": "experiments.compare(A, B) in Python",
+    "export": "colias video RUN --out FOLDER for frames, colias firmware log for a robot's log; tables are Parquet",
+    "map": "colias sweep",
+    "parameters": "colias list parameters",
+    "rerun": "colias run --again",
+    "runs": "colias list runs",
+    "study": "colias sweep",
+}
+"""Old command -> what does its work."""
 
 
 class _Interrupted(BaseException):
@@ -100,6 +106,16 @@ def _register() -> None:
                 group.rich_help_panel = heading
                 if group.typer_instance:
                     _unwrap(group.typer_instance)
+    for old in RENAMED:
+        app.command(old, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
+            _renamed
+        )
+
+
+def _renamed(context: typer.Context) -> int:
+    from experiments.bench.run.errors import UsageError
+
+    raise UsageError(f"colias {context.info_name}: it is {RENAMED[str(context.info_name)]} now")
 
 
 def _unwrap(commands: typer.Typer, start: int = 0) -> None:

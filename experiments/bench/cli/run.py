@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -38,12 +39,20 @@ def register(app: typer.Typer) -> None:
 
 
 def run_experiment(
+    context: typer.Context,
     experiment: Annotated[
-        str,
+        str | None,
         typer.Argument(
             help="A name that [b]colias list[/b] shows, or the path of a .py file.", autocompletion=experiment_names
         ),
-    ],
+    ] = None,
+    again: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RUN",
+            help="Repeat a run of run, sweep, tune, behave or Python by what its folder says, and compare every row.",
+        ),
+    ] = None,
     repeats: Repeats = None,
     seed: Seed = 0,
     out: Out = None,
@@ -86,8 +95,15 @@ def run_experiment(
     from experiments.bench import registry
     from experiments.bench.engine.terminal import tell_troubles
     from experiments.bench.public.run import RunRequest, perform, planned
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.clips import OfflineExperiment
 
+    if (experiment is None) == (again is None):
+        raise UsageError("colias run: give an experiment, or --again RUN")
+    if again is not None:
+        from experiments.bench.cli.again import repeat_run
+
+        return repeat_run(context, again, out, workers, quiet)
     declared = registry.find(experiment)
     means = resources(workers, cluster, quiet, other_code)
     folder = run_folder(out, declared.name)

@@ -1,4 +1,4 @@
-"""The command ``colias sweep``, and the commands that it replaced. Heavy imports happen when it runs."""
+"""The command ``colias sweep``. Heavy imports happen when it runs."""
 
 from __future__ import annotations
 
@@ -17,19 +17,8 @@ MODEL_CLAIMS = "model-claims"
 
 
 def register(app: typer.Typer) -> None:
-    """Put the commands into ``app``."""
+    """Put the command into ``app``."""
     app.command(short_help="Claims and numbers over a grid of parameters, in replicates.")(sweep)
-    for old in ("map", "study"):
-        app.command(old, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
-            renamed
-        )
-
-
-def renamed(context: typer.Context) -> int:
-    """Name the command that took over."""
-    from experiments.bench.run.errors import UsageError
-
-    raise UsageError(f"colias {context.info_name}: it is colias sweep now")
 
 
 def sweep(

@@ -21,7 +21,12 @@ def register(app: typer.Typer) -> None:
 def video(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run's folder, or one .rrd file.")],
     out: Annotated[
-        Path, typer.Option(metavar="FILE", help="The file to make: .mp4, .gif, .webp, or .png for a strip.")
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="The file to make: .mp4, .gif, .webp, or .png for a strip. A name without ending is a folder of PNG"
+            " pictures, as the camera saw them.",
+        ),
     ],
     trial: Annotated[
         int | None, typer.Option(help="Number of the trial or episode; otherwise the first that was recorded.")
@@ -57,9 +62,15 @@ def video(
     from experiments.bench.report.video import film_times, make, read, require_encoder, strip
     from experiments.bench.store.record import recording
 
+    path = recording(source, trial)
+    if not out.suffix:
+        from experiments.bench.store.pictures import pictures, write_pictures
+
+        for camera, images in pictures(path).items():
+            write_pictures(out / camera, images, ".png")
+        return 0
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
-    path = recording(source, trial)
     from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.figures.plotting import without_glyph
     from experiments.bench.run.errors import printable
@@ -97,7 +108,7 @@ def _check_out(out: Path) -> None:
     """Refuse a file that cannot be written before anything is read for it; nothing is overwritten."""
     from experiments.bench.run.errors import UsageError
 
-    if out.suffix not in ENDINGS:
+    if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
     if out.exists():
         raise UsageError(f"--out {out}: is there already; choose another name, or remove it")

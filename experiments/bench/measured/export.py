@@ -52,7 +52,7 @@ def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], No
         The run is not of the robot.
     """
     if not run.kind.robot:
-        raise UsageError(f"{run.folder}: --to log: legal is a run of trials with the robot, not {run.kind.what}")
+        raise UsageError(f"{run.folder}: a log is of trials with the robot, not of {run.kind.what}")
     rows = run.trials.to_dicts()
     channels = _channels(run.description, rows)
     header = [*INDEX, *CONDITION_COLUMNS, TIME]

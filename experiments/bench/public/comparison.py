@@ -32,6 +32,9 @@ _TESTED = pl.Schema({
     "rank_biserial": float, "test": str, "p": float, "p_holm": float,
 })  # fmt: skip
 
+_SHOWN = ("n", "mean_first", "mean_second", "mean_difference", "rank_biserial", "p_holm")
+"""Columns of the results that are printed, beside the model and the conditions that differ."""
+
 Rows = Sequence[Mapping[str, Any]]
 
 
@@ -70,6 +73,14 @@ class Comparison:
         count = f"{self.parameters.height} parameters differ"
         result = self.note or f"{self.results.height} paired tests"
         return f"<Comparison {self.first.folder} with {self.second.folder}: {count}; {result}>"
+
+    def __str__(self) -> str:
+        conditions = self.results.columns[: self.results.columns.index("model")] if self.results.height else []
+        varied = [name for name in conditions if self.results[name].n_unique() > 1]
+        numbers = self.results.select(*varied, *(["model", *_SHOWN] if self.results.height else []))
+        with pl.Config(tbl_rows=-1, tbl_cols=-1, tbl_width_chars=200, fmt_str_lengths=40, tbl_formatting="MARKDOWN",
+                       tbl_hide_dataframe_shape=True, tbl_hide_column_data_types=True):  # fmt: skip
+            return "\n".join([repr(self), *(str(shown) for shown in (self.parameters, numbers) if shown.height)])
 
     def _repr_html_(self) -> str:
         parts = [f"<p>{html.escape(repr(self)[1:-1])}</p>"]

@@ -16,8 +16,8 @@ import polars as pl
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.store import parameters, provenance
-from experiments.bench.store.convert import read_file
 from experiments.bench.store.description import BEGUN, KIND, begun, read_description, write_new
+from experiments.bench.store.files import read_parquet
 from experiments.bench.store.kinds import FOOTAGE, MEASURED, Kind, kind_of
 
 DEEPEST = 3
@@ -201,7 +201,8 @@ class Record:
     def _footage(self, name: str) -> pl.DataFrame:
         if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":
             raise UsageError(f"{self.folder}: no table of {name} there: colias watch --table writes one of frames")
-        return read_file(self.folder)
+        csv = self.folder.suffix == ".csv"
+        return pl.read_csv(self.folder, infer_schema_length=None) if csv else read_parquet(self.folder)
 
 
 def begin_whole(folder: Path, kind: Kind) -> None:

@@ -340,4 +340,4 @@ def test_a_reader_that_ends_early_is_no_failure():
 def test_lists(colias):
     listed = colias("list").stdout
     assert all(name in listed for name in ("speed", "distance", "dsnn", "bright", "plain", "dim"))
-    assert "dsnn.n_con=8" in colias("parameters").stdout
+    assert "dsnn.n_con=8" in colias("list", "parameters").stdout

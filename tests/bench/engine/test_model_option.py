@@ -101,10 +101,11 @@ def test_tune_and_leaderboard_add_too(colias):
 
 
 def test_parameters(colias):
-    keys = {line.partition("=")[0] for line in ran(colias, "parameters", "--model", "emd").stdout.splitlines()}
+    keys = {line.partition("=")[0] for line in ran(colias, "list", "parameters", "--model", "emd").stdout.splitlines()}
     assert {"dsnn.n_con", "emd.log", "camera.fps"} <= keys
     keys = {
-        line.partition("=")[0] for line in ran(colias, "parameters", "--only", "--model", "emd").stdout.splitlines()
+        line.partition("=")[0]
+        for line in ran(colias, "list", "parameters", "--only", "--model", "emd").stdout.splitlines()
     }
     assert {"emd.log", "camera.fps"} <= keys and "dsnn.n_con" not in keys
 

@@ -147,7 +147,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: session.number == frame + 1)
     (folder,) = tmp_path.glob("runs/live-*")
     again = tmp_path / "again"
-    assert command(["rerun", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
+    assert command(["run", "--again", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
 
 
 @needs_viser

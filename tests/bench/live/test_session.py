@@ -49,7 +49,8 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
     assert [row["hs"] for row in rows if row["model"] == "dsnn"] == seen
     assert done.description["paths"], "commands and changes by frame"
     assert Record.read(tmp_path / "run").kind.robot
-    assert command(["rerun", str(tmp_path / "run"), "--out", str(tmp_path / "again"), "--workers", "0", "-q"]) == 0
+    repetition = ["--out", str(tmp_path / "again"), "--workers", "0", "-q"]
+    assert command(["run", "--again", str(tmp_path / "run"), *repetition]) == 0
     assert Record.read(tmp_path / "again").frames.equals(Record.read(tmp_path / "run").frames)
 
 

@@ -92,7 +92,7 @@ def pictured(tmp_path_factory):
 def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys, tracked):
     """Spikes, HS to the last bit, statistics and verdicts: where it comes from is all that differs."""
     options = ["--tracked"] if tracked else []
-    assert colias("export", simulated.folder, "--to", "log", "--out", tmp_path / "log", *options) == 0
+    assert colias("firmware", "log", simulated.folder, "--out", tmp_path / "log", *options) == 0
     _, _, printed = " ".join(capsys.readouterr().out.split()).partition("import by ")
     assert printed.startswith("colias import ") and "--set dsnn.n_con=6" in printed and "fast.py" in printed
     assert colias(*shlex.split(printed)[1:], "--out", tmp_path / "back", "--quiet", "--no-recordings") == 0
@@ -115,7 +115,7 @@ def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys, tracked):
 
 def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):
     """What the network made of the frames in the simulation it makes of them again, from PGM and from raw files."""
-    export = ["export", pictured.folder, "--to", "log", "--out", tmp_path / "log", "--quiet"]
+    export = ["firmware", "log", pictured.folder, "--out", tmp_path / "log", "--quiet"]
     assert colias(*export) == 0
     with (tmp_path / "log" / "log.csv").open() as file:
         rows = [{name: row[name] for name in ("trial", "speed_cm_s", "time_s")} for row in csv.DictReader(file)]
@@ -325,7 +325,7 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     assert "measured" in caption and "arena" not in caption and "n = 1 to 2" in caption
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
     assert "/models/dsnn/hs" in entities and "/models/dsnn/vs" not in entities
-    assert colias("runs", tmp_path / "runs") == 0
+    assert colias("list", "runs", tmp_path / "runs") == 0
     assert "measured" in capsys.readouterr().out
     with pytest.raises(FileExistsError, match="is there already"):
         taken(log, run.folder)
@@ -379,7 +379,6 @@ def test_two_robots_compare_as_independent_samples(tmp_path, capsys):
     comparison = experiments.compare(one, other)
     rows = comparison.results.to_dicts()
     assert len(rows) == 2 and all(row["test"].startswith("Mann-Whitney") for row in rows)
-    assert colias("compare", one.folder, other.folder) == 0
     assert "seed" not in capsys.readouterr().out
     assert all(row["rank_biserial"] > 0.5 and row["mean_difference"] > 0 and row["n"] == 6 for row in rows)
     assert not experiments.compare(one, one).results["mean_difference"].to_list()[0]

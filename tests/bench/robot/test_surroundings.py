@@ -116,7 +116,7 @@ def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
     noted = json.loads((first_run.folder / "run.json").read_text())
     assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
     assert set(first_run.trials["scene.shell_picture"].to_list()) == {"own.png"}
-    assert main.command(["rerun", "there", "--quiet", "--out", "again", "--workers", "1"]) == 0
+    assert main.command(["run", "--again", "there", "--quiet", "--out", "again", "--workers", "1"]) == 0
     assert load("again").trials.height == 1
 
 

@@ -1,16 +1,15 @@
-"""The command ``colias rerun``. Heavy imports happen when it runs."""
+"""``colias run --again RUN``: repeat a run and compare every row. Heavy imports happen when it runs."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, For, Quiet, Workers
-from experiments.bench.figures.media import Medium
+from experiments.bench.cli.options import EXIT_FAILED
 
 if TYPE_CHECKING:
     from experiments.bench.store.record import Record
@@ -21,21 +20,7 @@ NOT_AGAIN = {"other_code": False, "cluster": None, "live": False, "viewer": None
 """Options of the command that say nothing of its numbers."""
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Repeat a run, and say whether every row is equal.")(rerun)
-
-
-def rerun(
-    context: typer.Context,
-    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the repetition; otherwise a new one, runs/rerun-NAME-TIME.")
-    ] = None,
-    workers: Workers = None,
-    medium: For = Medium.WEB,
-    quiet: Quiet = False,
-) -> int:
+def repeat_run(context: typer.Context, run: Path, out: Path | None, workers: int | None, quiet: bool) -> int:
     """Do what a run was begun by once more, with your own files as they are at their places, into a new folder.
 
     Then every row of its tables is compared with the run's, bit for bit, and the first that differs is named. What
@@ -53,7 +38,7 @@ def rerun(
         raise UsageError(f"--out {out}: holds files; choose a new folder, or an empty one")
     there = Record.read(run)
     command = _command(there)
-    folder = (files.new_folder(f"rerun-{Path(there.name).stem}") if out is None else out).absolute()
+    folder = (files.new_folder(f"again-{Path(there.name).stem}") if out is None else out).absolute()
     with contextlib.chdir(command["folder"]):
         status = _repeat(context, run, command, folder, workers, quiet)
     here = Record.read(folder)

@@ -1,4 +1,4 @@
-"""`colias rerun` repeats a run from the files at their places, and names the first row that differs."""
+"""`colias run --again` repeats a run from the files at their places, and names the first row that differs."""
 
 import json
 import re
@@ -54,7 +54,7 @@ def folder(tmp_path):
 def rerun(folder: Path):
     """Repeat the run from another folder than its own."""
     (folder / "elsewhere").mkdir()
-    return Colias(folder / "elsewhere")("rerun", "../run", "--out", "again", "-q", "--workers", "0")
+    return Colias(folder / "elsewhere")("run", "--again", "../run", "--out", "again", "-q", "--workers", "0")
 
 
 def test_a_run_is_repeated_from_the_files_at_their_places(folder):
