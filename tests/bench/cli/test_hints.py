@@ -37,7 +37,6 @@ REFUSALS = {
     "env": (lambda name: main.command(["behave", "escape", "--env", name]), "Avoidence-v0", "Avoidance-v0"),
     "a model's parameter": (lambda name: main.command(["run", "speed", "--model", f"dsnn:{name}=1"]), "n_kon", "n_con"),
     "an env's argument": (lambda name: avoidance(**{name: 1}), "robtos", "robots"),
-    "a camera's preset": (lambda name: avoidance(camera=name), "ov767", "ov7670"),
     "factor": (lambda name: avoidance(randomise={name: (0.7, 1.3)}), "ligth", "light"),
     "a preset of factors": (lambda name: avoidance(randomise=name), "domian", "domain"),
     "an option of reset": (lambda name: reset({name: 0.5}), "ligth", "light"),
