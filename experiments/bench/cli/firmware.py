@@ -252,30 +252,27 @@ def decode(
     """Decode the serial line of the program that [b]colias firmware export[/b] writes beside the network.
 
     Writes log.csv, which [b]colias import[/b] reads, and cycles.csv: the cycles of each frame, blank where the board
-    has no counter. A damaged line is told, and costs no other. Exit status 1: a line is damaged, or a frame is missing.
+    has no counter. A damaged line is skipped. Exit status 1: lines are damaged, or frames are missing.
     """
-    from experiments.bench.engine.terminal import error_console, out_console, show_places
+    from experiments.bench.engine.terminal import count, error_console, out_console, show_places
     from experiments.bench.firmware import serial as line
     from experiments.bench.firmware.export import check_folder
     from experiments.bench.run.errors import UsageError
 
     folder = results_folder(out, "firmware-serial")
     check_folder(folder)
-    try:
-        data = serial.read_bytes()
-    except OSError as error:
-        raise UsageError(f"{serial}: cannot be read ({error.strerror})") from None
-    decoded = line.decode(data, str(serial))
-    for problem in decoded.problems:
-        error_console.print(problem, markup=False, soft_wrap=True)
-    if not decoded.answers:
-        raise UsageError(f"{serial}: no frame is whole; nothing was written")
-    log, cycles = line.write(decoded, folder)
+    capture = line.decode(serial.read_bytes())
+    if not capture.frames.height:
+        raise UsageError(f"{serial}: no frame is whole")
+    if capture.damaged or capture.missing:
+        lost = f"{count(capture.damaged, 'damaged line')} skipped; {count(capture.missing, 'frame')} missing"
+        error_console.print(f"{serial}: {lost}", markup=False, soft_wrap=True)
+    line.write(capture, folder)
     if not quiet:
-        for text in line.words(decoded):
+        for text in line.summary(capture):
             out_console.print(text, markup=False, soft_wrap=True)
-        show_places({"log": log, "cycles": cycles})
-    return EXIT_FAILED if decoded.problems else 0
+        show_places({"log": folder / line.LOG, "cycles": folder / line.CYCLES})
+    return EXIT_FAILED if capture.damaged or capture.missing else 0
 
 
 @app.command(short_help="Write a run with the robot as the log that a robot would have sent.")

@@ -269,35 +269,3 @@ def label(budget: Budget) -> str:
     network = budget.firmware.network
     sizes = f"D={network.state_bits} LA={network.lamina_bits}"
     return f"n_con={network.n_con} d={network.d} {sizes} {budget.firmware.chip.shape}"
-
-
-def format_words(wanted: Firmware) -> str:
-    """Return the bits of a delay state and of LA."""
-    return f"{wanted.network.state_bits}-bit delay states, {wanted.network.lamina_bits}-bit LA"
-
-
-def answer(budgets: Sequence[Budget]) -> list[str]:
-    """Say in words whether the paper's N_con = 8 fits at the robot's 99x72, and in which format."""
-    asked = [
-        budget for budget in budgets if budget.firmware.network.n_con == 8 and budget.firmware.chip.shape == "99x72"
-    ]
-    if not asked:
-        return []
-    lines = []
-    for words in dict.fromkeys(format_words(budget.firmware) for budget in asked):
-        for budget in (one for one in asked if format_words(one.firmware) == words):
-            low, high = budget.milliseconds
-            time = f"worst frame {low:.2f} to {high:.2f} ms of {budget.firmware.chip.frame_ms:g} by instructions alone"
-            left = ", ".join(f"{size:,} B {region.lower()}" for region, size in budget.ram_left.items())
-            memory = f" (RAM left: {left})" if budget.fits_memory else ""
-            ring = budget.firmware.chip.ring_frames
-            lines.append(f"N_con = 8 at 99x72, d = {budget.firmware.network.d}, {words}, ring of {ring}"
-                         f" frames: {budget.verdict}{memory}; {time}")  # fmt: skip
-    fitting = dict.fromkeys(_format(budget) for budget in asked if budget.fits_memory and not budget.too_slow)
-    whole = f"memory fits, time undetermined: {'; '.join(fitting)}" if fitting else "in none of the formats measured"
-    return [*lines, f"Does the paper's N_con = 8 fit at 99x72? {whole}."]
-
-
-def _format(budget: Budget) -> str:
-    d, ring = budget.firmware.network.d, budget.firmware.chip.ring_frames
-    return f"{format_words(budget.firmware)}, d = {d}, a ring of {ring} frames"

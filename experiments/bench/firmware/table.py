@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_line, show_table
-from experiments.bench.firmware.budget import MOST_WAITS, Budget, answer, label
+from experiments.bench.firmware.budget import MOST_WAITS, Budget, label
 from experiments.bench.firmware.settings import STACKED
 from experiments.bench.store.places import replacing
 
@@ -41,8 +41,6 @@ def show(budgets: Sequence[Budget]) -> None:
     fitting = sum(budget.fits_memory for budget in budgets)
     show_line(budgets[0].verdict if len(budgets) == 1 else f"memory fits in {fitting} of {len(budgets)}; "
               "time undetermined where none is called too slow")  # fmt: skip
-    for line in answer(budgets):
-        show_line(line)
     first, chip = budgets[0], budgets[0].firmware.chip
     ranges = f"{chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction at {chip.clock_mhz:g} MHz"
     for line in (f"{ranges}; {first.compiler}; {first.emulator}", *NOTES):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 import shutil
@@ -10,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,6 +29,8 @@ TRIALS, FRAMES = 2, 3
 WORST = 4_000_002
 """The most cycles of what is sent."""
 WORD = re.compile(r"[a-z0-9-]+")
+LONGEST = 128
+"""Characters of a line, its end included: ``RECORD_LONGEST``."""
 CHECK_OF_NINE_DIGITS = 0x29B1
 """CRC-16/CCITT-FALSE of "123456789", as catalogues of such sums have it."""
 
@@ -36,12 +38,10 @@ CHECK_OF_NINE_DIGITS = 0x29B1
 def line(kind: str, *fields: int | str | None) -> bytes:
     """A record as ``record.c`` writes it; ``None`` is no value. What that refuses is a ``ValueError``."""
     texts = [serial.NONE if value is None else str(value) for value in (kind, *fields)]
-    if not all(map(WORD.fullmatch, texts)):
-        raise ValueError(f"record {kind}: a word is empty, or has another character than a-z, 0-9 and -")
     content = ",".join(texts).encode("ascii")
     whole = b"$%b*%04X\r\n" % (content, serial.crc(content))
-    if len(whole) > serial.LONGEST:
-        raise ValueError(f"record {kind}: {len(whole)} characters: legal is up to {serial.LONGEST}")
+    if not all(map(WORD.fullmatch, texts)) or len(whole) > LONGEST:
+        raise ValueError(f"record {kind}: too long, or a word with another character than a-z, 0-9 and -")
     return whole
 
 
@@ -94,43 +94,33 @@ def test_records_in_c_are_those_in_python_under_the_sanitizers(tmp_path):
     assert 0 < expected.count(b"not legal\n") < len(expected)
 
 
+EXPECTED = [(t, f, 10 * f, -20 * t, f, -t, WORST - FRAMES + 1 + f) for t in range(TRIALS) for f in range(FRAMES)]
+"""Rows of what is sent."""
+
+
 def test_what_was_sent_is_decoded():
-    decoded = serial.decode(b"".join(sent()))
-    assert not decoded.problems and decoded.stack == 604
-    assert decoded.board == serial.Board("stm32f427", 33, 24, TRIALS, FRAMES, 33_333, 180_000_000, 5, counted=True)
-    assert [(a.trial, a.frame, a.hs, a.vs, a.hs_spikes, a.vs_spikes, a.cycles) for a in decoded.answers] == [
-        (t, f, 10 * f, -20 * t, f, -t, 4_000_000 + f) for t in range(TRIALS) for f in range(FRAMES)
-    ]
+    capture = serial.decode(b"".join(sent()))
+    assert (capture.damaged, capture.missing, capture.stack) == (0, 0, 604)
+    values = (1, "stm32f427", 33, 24, TRIALS, FRAMES, 33_333, 180_000_000, 5, "dwt")
+    assert capture.board == dict(zip(serial.BOARD, values, strict=True))
+    assert capture.frames.rows() == EXPECTED
 
 
 DAMAGED = {
-    "noise before the first line": (2, b"\xff\x00\xfeboot\r\n", "is no record: legal is $kind,field,...*CRC4"),
-    "another checksum": (2, b"$frame,0,0,0,0,0,0,1*0000\r\n", "the checksum is"),
-    "a line without an end": (2, b"$" + b"a" * 500 + b"\n", "characters: a record has up to 128"),
-    "an unknown record": (2, line("colour", 3), "legal is board, frame, stack, end"),
-    "too few fields": (2, line("frame", 0, 0, 1), "has 3 fields: legal is 7"),
-    "no number": (2, line("frame", "x", 0, 0, 0, 0, 0, 1), "trial must be a whole number between 0 and"),
-    "a zero in front": (2, line("frame", 0, "00", 0, 0, 0, 0, 1), "frame must be"),
-    "a potential beyond its range": (2, line("frame", 0, 0, 32768, 0, 0, 0, 1), "hs must be"),
-    "spikes of the other sign": (2, line("frame", 0, 0, 5, 0, -1, 0, 1), "with the potential's sign"),
-    "a trial that the board does not show": (2, line("frame", 9, 0, 0, 0, 0, 0, 1), "it shows 2 trials of 3"),
-    "no cycles": (2, line("frame", 0, 0, 0, 0, 0, 0, None), "no cycles, though the board counts them"),
-    "no cycles at all": (2, line("frame", 0, 0, 0, 0, 0, 0, 0), "cycles must be a whole number between 1"),
-    "a frame that was there": (3, line("frame", 0, 0, 0, 0, 0, 0, 1), "out of order"),
-    "another version": (1, line("board", 2, "a", 1, 1, 1, 1, 1, None, None, "dwt"), "version must be"),
-    "another counter": (1, line("board", 1, "a", 1, 1, 1, 1, 1, None, None, "clock"), "counter=clock: legal is"),
+    "noise before the first line": b"\xff\x00\xfeboot\r\n",
+    "another checksum": b"$frame,0,0,0,0,0,0,1*0000\r\n",
+    "no record": b"$" + b"a" * 500 + b"\n",
+    "an unknown record": line("colour", 3),
+    "too few fields": line("frame", 0, 0, 1),
 }
 
 
 @pytest.mark.parametrize("what", DAMAGED)
-def test_a_damaged_line_is_told_once_with_its_number_and_costs_nothing_else(what):
-    number, damaged, reason = DAMAGED[what]
+def test_a_damaged_line_costs_nothing_else(what):
     lines = sent()
-    lines.insert(number - 1, damaged)
-    decoded = serial.decode(b"".join(lines), "capture.txt")
-    (problem,) = decoded.problems
-    assert problem.startswith(f"capture.txt, line {number}: ") and reason in problem and problem.isprintable()
-    assert decoded.answers == serial.decode(b"".join(sent())).answers
+    lines.insert(1, DAMAGED[what])
+    capture = serial.decode(b"".join(lines))
+    assert capture.damaged == 1 and capture.missing == 0 and capture.frames.rows() == EXPECTED
 
 
 @given(st.integers(0, TRIALS * FRAMES + 2), st.data())
@@ -140,75 +130,53 @@ def test_a_flipped_bit_costs_its_own_record_alone(place, data):
     content = bytearray(lines[place])
     content[data.draw(st.integers(0, len(content) - 3))] ^= 1 << data.draw(st.integers(0, 7))
     lines[place] = bytes(content)
-    whole, decoded = serial.decode(b"".join(sent())), serial.decode(b"".join(lines))
-    assert decoded.problems and any(f"line {place + 1}:" in problem for problem in decoded.problems)
-    if place == 0:
-        assert decoded.board is None and decoded.answers == whole.answers
-    else:
-        lost = whole.answers[place - 1 : place]
-        assert decoded.answers == [answer for answer in whole.answers if answer not in lost]
+    capture = serial.decode(b"".join(lines))
+    assert capture.damaged and bool(capture.board) == (place != 0)
+    assert capture.frames.rows() == [row for index, row in enumerate(EXPECTED, 1) if index != place]
 
 
 @given(st.binary(max_size=600))
-def test_any_bytes_are_decoded_to_no_more_than_lines_about_them(data):
-    decoded = serial.decode(data)
-    assert not decoded.answers and all(problem.isprintable() for problem in decoded.problems)
+def test_any_bytes_are_decoded(data):
+    assert not serial.decode(data).frames.height
 
 
-def test_missing_frames_are_named_and_of_several_runs_the_fullest_is_taken():
-    lines = sent()
-    begun, whole = b"".join(lines[:3]), b"".join(lines)
-    (problem,) = serial.decode(begun + whole).problems
-    assert problem.endswith("line 1: a run of the program with 2 frames is left out: another one has as many or more")
-    assert serial.decode(begun + whole).answers == serial.decode(whole).answers
-    decoded = serial.decode(begun)
-    assert len(decoded.answers) == 2
-    assert decoded.problems[-1].endswith(
-        "4 of 6 frames are missing: 2 of trial 0, 0 of trial 1, 1 of trial 1, 2 of trial 1"
-    )
+def test_missing_frames_are_counted_and_of_several_runs_the_fullest_is_taken():
+    begun, whole = b"".join(sent()[:3]), b"".join(sent())
+    assert serial.decode(begun + whole).frames.rows() == EXPECTED
+    assert serial.decode(whole + begun).frames.rows() == EXPECTED
+    assert (serial.decode(begun).frames.height, serial.decode(begun).missing) == (2, 4)
 
 
 def test_cycles_decide_about_the_time_and_none_are_made_up(tmp_path):
     """4,000,002 cycles are 22.22 ms at 180 MHz and 66.67 ms at 60 MHz; a frame has 33.33 ms."""
-    worst = "4,000,002 in the worst frame, 2 of trial 0"
-    for clock, verdict in ((180_000_000, "22.22 ms of 33.33 at 180 MHz, 5 wait states: in time"),
-                           (60_000_000, "66.67 ms of 33.33 at 60 MHz, 5 wait states: late")):  # fmt: skip
-        text = "\n".join(serial.words(serial.decode(b"".join(sent(clock=clock)))))
-        assert worst in text and verdict in text
-    decoded = serial.decode(b"".join(sent("none", "qemu-mps2-an386", None)))
-    assert not decoded.problems and decoded.worst is None
-    assert "cycles: not measured (an emulator counts none); time undetermined" in serial.words(decoded)
-    _, cycles = serial.write(decoded, tmp_path)
-    with cycles.open() as file:
-        assert {row["cycles"] for row in csv.DictReader(file)} == {""}
+    for clock, verdict in ((180_000_000, "22.22 ms of 33.33 at 180 MHz: in time"),
+                           (60_000_000, "66.67 ms of 33.33 at 60 MHz: late")):  # fmt: skip
+        text = "\n".join(serial.summary(serial.decode(b"".join(sent(clock=clock)))))
+        assert "4,000,002 in the worst frame, 2 of trial 0" in text and verdict in text
+    capture = serial.decode(b"".join(sent("none", "qemu-mps2-an386", None)))
+    assert "cycles: not measured; time undetermined" in serial.summary(capture)
+    serial.write(capture, tmp_path)
+    assert pl.read_csv(tmp_path / serial.CYCLES)["cycles"].null_count() == TRIALS * FRAMES
 
 
 @pytest.mark.parametrize(("lost", "name", "origin"), [
     (False, "stm32f427", "robot"), (False, "qemu-mps2-an386", "simulation"), (True, "stm32f427", "simulation"),
 ])  # fmt: skip
 def test_a_log_is_the_robots_only_where_a_board_says_so(lost, name, origin, tmp_path):
-    log, _ = serial.write(serial.decode(b"".join(sent(name=name)[lost:])), tmp_path)
-    with log.open() as file:
-        assert {row["origin"] for row in csv.DictReader(file)} == {origin}
+    serial.write(serial.decode(b"".join(sent(name=name)[lost:])), tmp_path)
+    assert set(pl.read_csv(tmp_path / serial.LOG)["origin"]) == {origin}
 
 
-def test_the_command_tells_each_damaged_line_and_writes_what_is_whole(tmp_path, monkeypatch, capsys):
+def test_the_command_counts_damaged_lines_and_writes_what_is_whole(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     lines = sent()
     lines[3] = lines[3].replace(b"frame", b"frbme")
     Path("serial.txt").write_bytes(b"".join(lines))
     assert main.command(["firmware", "decode", "serial.txt", "--out", "out"]) == 1
-    captured = capsys.readouterr()
-    first, second = captured.err.splitlines()
-    assert first.startswith("serial.txt, line 4: the checksum is") and "1 of 6 frames are missing: 2 of" in second
-    assert len(Path("out/log.csv").read_text().splitlines()) == TRIALS * FRAMES
-    with pytest.raises(UsageError, match="out: is not empty"):
-        main.command(["firmware", "decode", "serial.txt", "--out", "out"])
-    for name, content, reason in (("empty", b"", "no frame is whole"), ("gone", None, "cannot be read")):
-        if content is not None:
-            Path(name).write_bytes(content)
-        with pytest.raises(UsageError, match=f"{name}: {reason}"):
-            main.command(["firmware", "decode", name, "--out", "other"])
+    assert pl.read_csv("out/log.csv").height == TRIALS * FRAMES - 1
+    Path("empty").write_bytes(b"")
+    with pytest.raises(UsageError, match="no frame is whole"):
+        main.command(["firmware", "decode", "empty", "--out", "other"])
     assert not Path("other").exists()
 
 
@@ -228,7 +196,7 @@ def test_the_frames_shown_have_the_most_instructions_of_all_golden_frames(tmp_pa
 
 
 @needs_tools
-def test_the_program_that_measures_itself_answers_as_the_host_does_bit_for_bit(tmp_path, monkeypatch, capsys):
+def test_the_program_that_measures_itself_answers_as_the_host_does_bit_for_bit(tmp_path, monkeypatch):
     """Exported, built, run in the emulator; its serial line decoded and imported beside the host's network."""
     monkeypatch.chdir(tmp_path)
     wanted = settings.firmware(SET)
@@ -236,17 +204,15 @@ def test_the_program_that_measures_itself_answers_as_the_host_does_bit_for_bit(t
     done = subprocess.run(["make", "-C", "out", "measure", "serial"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert main.command(["firmware", "decode", "out/build/serial.txt", "--out", "decoded"]) == 0
-    assert "cycles: not measured (an emulator counts none)" in capsys.readouterr().out
     decoded = serial.decode(Path("out/build/serial.txt").read_bytes())
-    assert not decoded.problems and decoded.worst is None
+    assert (decoded.damaged, decoded.missing, decoded.frames["cycles"].count()) == (0, 0, 0)
     model, expected = OnboardDSNN(wanted.shape, wanted.network), []
     for trial, frames in enumerate(clips.worst(wanted).values()):
         model.reset()
         answers = [model.step(frame) for frame in frames]
         expected += [(trial, i, a.hs, a.vs, a.hs_spikes, a.vs_spikes) for i, a in enumerate(answers)]
-    assert [
-        (a.trial, a.frame, a.hs / 32768, a.vs / 32768, a.hs_spikes, a.vs_spikes) for a in decoded.answers
-    ] == expected
+    answers = decoded.frames.drop("cycles").with_columns(pl.col("hs", "vs") / 32768)
+    assert answers.rows() == expected
     page = Path("out/README.md").read_text()
     (command,) = [text for text in page.splitlines() if text.startswith("colias import ")]
     folder = Path("out")
