@@ -88,7 +88,7 @@ test-live: $(READY) ## The tests of the page of colias live, which need the extr
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
-	$(BIN)/python -m pytest tests/bench/training/test_train.py
+	$(BIN)/python -m pytest tests/bench/test_train.py
 
 fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
 	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/firmware/test_serial.py \

@@ -1,14 +1,11 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
-from .bench.closed_loop.behaviour import Behaviour as Behaviour
-from .bench.closed_loop.behaviour import Wheels as Wheels
-from .bench.closed_loop.wrapper import RecordRerun as RecordRerun
+from .bench.behave import score as score
 from .bench.fit import Fit as Fit
 from .bench.fit import Fitted as Fitted
 from .bench.public.claims import Claim as Claim
 from .bench.public.comparison import Comparison as Comparison
 from .bench.public.comparison import compare as compare
-from .bench.public.episodes import score as score
 from .bench.public.fit import fit as fit
 from .bench.public.footage import Watched as Watched
 from .bench.public.footage import watch as watch
@@ -18,6 +15,8 @@ from .bench.public.result import load as load
 from .bench.public.run import run as run
 from .bench.public.version import __version__ as __version__
 from .bench.run.errors import UsageError as UsageError
+from .bench.sources.behaviour import Behaviour as Behaviour
+from .bench.sources.behaviour import Wheels as Wheels
 from .bench.sources.clip_claims import ClipClaim as ClipClaim
 from .bench.sources.clips import Clip as Clip
 from .bench.sources.clips import Figure as Figure
@@ -29,6 +28,7 @@ from .bench.sources.designs import Contrast as Contrast
 from .bench.sources.designs import Egomotion as Egomotion
 from .bench.sources.designs import General as General
 from .bench.sources.designs import Translation as Translation
+from .bench.sources.episodes import RecordRerun as RecordRerun
 from .bench.sources.experiment import Experiment as Experiment
 from .bench.sources.path import Leg as Leg
 from .bench.sources.path import Path as Path

@@ -18,8 +18,7 @@ from colias_sim.envs import State
 from colias_sim.envs.options import FPS
 from dsnn import MODELS, Response
 from experiments import Behaviour, Wheels
-from experiments.bench.closed_loop.behaviour import by_name
-from experiments.bench.closed_loop.steering import WHEELS, Steering
+from experiments.bench.sources.behaviour import WHEELS, Steering
 
 AHEAD = 0.3
 """Cruising speed of the wheels: 10.5 cm/s."""
@@ -300,7 +299,7 @@ _ENTRIES = (
     Behaviour.oracle("oracle-ways", "privileged: turns away from what is truly near", AVOIDANCE, oracle_ways),
 )
 
-BEHAVIOURS = by_name(_ENTRIES)
+BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType({entry.name: entry for entry in _ENTRIES})
 """The behaviours that ship: name -> `experiments.Behaviour`."""
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(behaviour.name for behaviour in ESCAPES)})

@@ -159,7 +159,7 @@ def taken(run: Path) -> dict[str, Any]:
     """Return what ``docs/results.json`` has of a finished reproduction, with the study of eyes and drives in it."""
     designed, pooled = read(run / "design.json"), read(run / "pooled.json")
     verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
-    scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/scores.csv"))]
+    scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/summary.csv"))]
     commits = {provenance.commit(read_description(table.parent)["source"]) or "unknown" for table in tables_of(run)}
     return {
         "design": {name: designed[name] for name in ("seed", "scale", "digest")},

@@ -15,13 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from colias_sim.envs import ENVS
 from experiments import OFFLINE
-from experiments.bench import offline, registry, sweep, sweep_plan
+from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
-from experiments.bench.closed_loop import claims as behaviour_claims
-from experiments.bench.closed_loop import figure as behaviour_figure
-from experiments.bench.closed_loop import run as behaviour_run
-from experiments.bench.closed_loop.run import BehaviourPlan, Played
+from experiments.bench.behave import BehaviourPlan, BehaviourReport
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.footage import claims as footage_claims
@@ -33,10 +32,12 @@ from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clip_claims, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.episodes import Setting
 from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import LEAST_JUDGED, count
+from experiments.bench.stats.episodes import LEAST_SEEDS
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance
@@ -60,6 +61,12 @@ from experiments.studies.sensitivity import DEFAULTS
 from experiments.studies.sensitivity import STUDY as SENSITIVE
 from experiments.studies.sensitivity_clips import STUDY as SENSITIVE_ON_CLIPS
 
+PLAYED: Mapping[str, tuple[str, ...]] = {
+    AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
+    OPTOMOTOR: ("optomotor-pi", "optomotor", "still", "oracle-heading"),
+    FIXATION: ("fixation-pi", "fixation", "still", "oracle-target"),
+}
+"""Env -> who plays there."""
 BESIDE = ("dsn2017",)
 """The models shown beside the DSNN unless others are named."""
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
@@ -208,7 +215,7 @@ def planned(
     return Plans(
         scale, seed, robot,
         clips=[] if robot_only else [_clips(name, scale, seed, pictures) for name in scale.offline],
-        behaviours=[] if robot_only else behaviour_claims.plans(scale.episodes, seed, scale.steps),
+        behaviours=[] if robot_only else [_behaviours(env, scale, seed) for env in PLAYED],
         studies=studies,
     )  # fmt: skip
 
@@ -222,6 +229,13 @@ def _models(experiment: str, labels: Sequence[str]) -> list[str]:
     if len(declared.models) > 1 or experiment in SHOWN:
         return list(declared.models)
     return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
+
+
+def _behaviours(env: str, scale: Scale, seed: int) -> BehaviourPlan:
+    """Plan what the claims about behaviours need in an env: all at the same seeds."""
+    whole = ENVS[env].max_episode_steps
+    steps = whole if scale.steps is None else min(scale.steps, whole)
+    return BehaviourPlan(tuple(Setting(name, env, steps=steps) for name in PLAYED[env]), scale.episodes, seed)
 
 
 def _clips(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> OfflinePlan:
@@ -287,7 +301,7 @@ def design(plans: Plans) -> dict[str, Any]:
         "claims": {claim: (words(claim).says, words(claim).source) for claim in claim_ids(PAPER)},
         "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
                   {claim.id: claim.conditions for claim in clip_claims.paper_claims().values()},
-                  clip_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, behaviour_claims.LEAST_SEEDS],
+                  clip_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, LEAST_SEEDS],
         "bounds": [robot_claims.SPEED_TOLERANCE, robot_claims.PATH_TOLERANCE_MM],
     }  # fmt: skip
     digest = hashlib.sha256(json.dumps(parts, default=plain).encode()).hexdigest()
@@ -328,7 +342,7 @@ class Reproduction:
     readings: list[dict[str, str]]
     runs: list[Report]
     offline: list[OfflineReport]
-    behaviours: list[Played]
+    behaviours: list[BehaviourReport]
     studies: list[Sweep]
     failures: Mapping[str, Sequence[Failure]]
 
@@ -360,7 +374,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
                     failures[name] = run.failures()
                     counts[name] = Sweep(part, run.trials().to_dicts(), failures[name])
         runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
-    results: list[Report | OfflineReport | Played] = [*runs, *shows, *played]
+    results: list[Report | OfflineReport | BehaviourReport] = [*runs, *shows, *played]
     failures |= {done.folder.name: done.failures for done in results}
     specs = [spec for part in plans.paper() for spec in part.specs()]
     every = [replicate(specs, [row for report in runs for row in report.rows])]
@@ -370,7 +384,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     if plans.scale.onboard and SENSITIVITY in counts:
         studies.append(onboard(plans, every, counts[SENSITIVITY]))
     paper = verdicts(every, shows)
-    own = behaviour_claims.judge(behaviour_claims.episodes(played)) if played else []
+    own = [verdict for report in played for verdict in report.verdicts]
     readings = list(other_readings(every, shows, list(counts.values()), plans.scale.name))
     result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, shows, played, studies, failures)
     _write(result)
@@ -390,11 +404,9 @@ def _shown(part: OfflinePlan, folder: Path, pool: Workers, resources: Resources)
     return offline.run(part, folder / experiment.name, pool, resources, recordings=experiment.recorded)
 
 
-def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> Played:
-    env = part.settings[0].env.partition("/")[2].partition("-")[0].lower()
-    done = behaviour_run.run(part, folder / f"behave-{env}", pool, resources)
-    behaviour_figure.write(done)
-    return done
+def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> BehaviourReport:
+    env = part.env.partition("/")[2].partition("-")[0].lower()
+    return behave.run(part, folder / f"behave-{env}", pool, resources)
 
 
 def _read_off(shows: Sequence[OfflineReport]) -> Iterator[Sweep]:

@@ -41,7 +41,7 @@ def test_one_episode_has_no_interval_and_a_robot_at_rest_a_gain_of_0(colias):
     done = colias("behave", "optomotor", "--episodes", "1", "--out", "out", "--no-recordings", "--workers", "0")
     assert done.returncode == 0, done.stderr
     assert "nan" not in done.stdout and not re.search(r"\de-\d", done.stdout)
-    with (colias.folder / "out" / "scores.csv").open() as file:
+    with (colias.folder / "out" / "summary.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert {(row["ci_low"], row["ci_high"]) for row in rows} == {("", "")}
     still = colias("behave", "still", "--env", "Optomotor", "--episodes", "3", "--no-baselines", "--no-recordings",

@@ -1,16 +1,24 @@
-"""Rows of episodes that are made up, and the verdicts on them."""
+"""Episodes that are made up: rows of their table, the verdicts on them, and one as it is kept."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
+import numpy as np
+import polars as pl
+
+from colias_sim import Pose
+from dsnn import Response
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.bench.closed_loop import claims as closed_loop_claims
-from experiments.bench.closed_loop.scores import COLUMNS
+from experiments.bench.sources.episodes import EPISODES, Episode
+from experiments.bench.stats.episodes import verdicts
 
 
-def rows(hits, misses=0, *, metres=1.0, seconds=10.0, **values):
-    nothing = dict.fromkeys(COLUMNS)
-    shared = {"driven_m": metres, "seconds": seconds, "reward": 0.0, **nothing, **values}
-    return [{**shared, "seed": i, "touched": i < hits} for i in range(hits + misses)]
+def rows(hits, misses=0, *, metres=1.0, seconds=10.0, name="mine", env=AVOIDANCE, **values):
+    """Episodes of a behaviour at seeds from 0 up, of which the first ``hits`` end by touching something."""
+    shared = {"driven_m": metres, "seconds": seconds, "reward": 0.0, "model": name, "env": env, **values}
+    played = [{**shared, "trial": i, "repeat": i, "seed": i, "touched": i < hits} for i in range(hits + misses)]
+    return pl.DataFrame(played, EPISODES)
 
 
 STILL = {"optomotor_gain": 0.0, "rms_slip_deg_s": 60.0, "in_view": 0.2, "rms_off_axis_deg": 90.0, "reward": 50.0}
@@ -20,18 +28,39 @@ STILL = {"optomotor_gain": 0.0, "rms_slip_deg_s": 60.0, "in_view": 0.2, "rms_off
 def gaze(**values):
     """Episodes of Optomotor and Fixation at 20 seeds: a PI reflex with these ``values``, and a still robot."""
     better = {"optomotor_gain": 0.6, "rms_slip_deg_s": 59.0, "in_view": 0.9, "rms_off_axis_deg": 89.0, "reward": 51.0}
-    still, steering = rows(0, 20, **STILL), rows(0, 20, **{**better, **values})
-    return {
-        OPTOMOTOR: {"optomotor-pi": steering, "still": still},
-        FIXATION: {"fixation-pi": steering, "still": still},
-    }
+    played = []
+    for env, name in ((OPTOMOTOR, "optomotor-pi"), (FIXATION, "fixation-pi")):
+        played.append(rows(0, 20, name=name, env=env, **{**better, **values}))
+        played.append(rows(0, 20, name="still", env=env, **STILL))
+    return played
 
 
-def outcomes(by_env):
-    """Outcomes of the claims by id, of rows by env and behaviour."""
-    return {claim.id: claim.outcome for claim in closed_loop_claims.judge(by_env)}
+def outcomes(played):
+    """Outcomes of the claims by id, of tables of one behaviour each."""
+    found = {}
+    for env in (AVOIDANCE, OPTOMOTOR, FIXATION):
+        tables = [table for table in played if table["env"][0] == env]
+        if tables:
+            names = [table["model"][0] for table in tables]
+            found |= {verdict.id: verdict.outcome for verdict in verdicts(env, names, pl.concat(tables))}
+    return found
 
 
 def judged(**played):
     """Outcomes of the claims about Avoidance by id, of rows by the behaviour's name."""
-    return outcomes({AVOIDANCE: played})
+    return outcomes([table.with_columns(model=pl.lit(name)) for name, table in played.items()])
+
+
+def episode(env, seed=0, wheels=0.3, steps=12):
+    """An episode that was kept of an env that is not there."""
+    stub = SimpleNamespace(
+        spec=SimpleNamespace(id=env), obstacles=(), options=SimpleNamespace(observation="neural", frame_skip=1),
+        poses={"observer": Pose(0.0, 0.0, 0.0)}, wheels=np.full(2, wheels, np.float32), answer=Response(0.4, -0.1, 1),
+        model=SimpleNamespace(name="dsnn", channels=("hs", "vs"), thresholds={}),
+    )  # fmt: skip
+    kept = Episode(stub, "mine", seed)
+    for step in range(steps):
+        stub.poses = {"observer": Pose(0.01 * step, 0.0, 0.0)}
+        kept.add(1.0, {"reward_ahead": 1.0, "reward_touch": 0.0})
+    kept.touched = False
+    return kept

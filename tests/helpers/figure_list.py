@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,18 +13,13 @@ from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
 from experiments.bench import sweep, sweep_plan, tune
-from experiments.bench.closed_loop import figure as closed_loop_figure
-from experiments.bench.closed_loop.policy import About
-from experiments.bench.closed_loop.run import Played
 from experiments.bench.leaderboard import CHANCE, DIRECTION, LOOMING, NOTE, PANELS, finding
+from experiments.bench.report import behaviours as behaviours_report
 from experiments.bench.report import scoreboard
 from experiments.bench.report import tuning as tuning_report
 from experiments.bench.stats.curves import points_schema
-from experiments.bench.stats.scores import Score, Standing
 from experiments.bench.stats.verdict import Outcome
 from experiments.bench.study import Study as GridStudy
-from experiments.bench.training import figure as training_figure
-from experiments.bench.training.study import Studied, Study
 from tests.helpers.figure_others import (
     budget,
     budgets_of,
@@ -98,41 +92,35 @@ def behaviours_of(models: Sequence[str]) -> list[str]:
     return [OWN, *known[1:], *models[1:]][: len(models)] if OWN in models else known[: len(models) + 1]
 
 
-def measured(env: str, name: str, rows: Sequence[Any] = ()) -> Standing:
-    scores = {}
-    for place, measure in enumerate(ENVS[env].all_measures):
-        value = strength(name) + place
-        scores[measure.name] = Score(value, 0.7 * value, 1.4 * value, 20)
-    return Standing(name, scores, rows)
-
-
 def behaviours(env: str, episodes: int = 20) -> Callable[[Sequence[str]], Figure]:
     def draw(models: Sequence[str]) -> Figure:
-        names, standings, steps = behaviours_of(models), [], []
-        for place, name in enumerate(names):
-            rows = []
+        rows, frames = [], []
+        for place, name in enumerate(behaviours_of(models)):
             for episode in range(episodes):
                 trial, turn = place * episodes + episode, np.linspace(0.0, 2.0 + 0.1 * place, FRAMES)
                 x, y = 30 * np.cos(turn + episode) - 5, 28 * np.sin(turn + episode)
-                steps.append(pl.DataFrame({"trial": [trial] * FRAMES, "x_cm": x, "y_cm": y}))
-                columns = {m.column: 0.1 * episode for m in ENVS[env].all_measures}
-                rows.append({**columns, "trial": trial, "touched": episode % 3 == 0, "seed": episode})
-            standings.append(measured(env, name, rows))
-        starts = {"observer": (0.0, 0.0, 0.0), "mover1": (20.0, 5.0, 0.0), "parked1": (-15.0, 22.0, 0.0)}
-        options = (("camera", {"preset": "ov7670"}), ("robots", 5))
-        played = Played(Path(), env, standings, pl.concat(steps), [], options, starts)
-        return closed_loop_figure.draw(played)
+                frames.append(pl.DataFrame({"trial": [trial] * FRAMES, "x_cm": x, "y_cm": y}))
+                measured = {m.column: 0.1 * episode + strength(name) for m in ENVS[env].all_measures}
+                row = {"trial": trial, "repeat": episode, "touched": episode % 3 == 0, "seed": episode, "model": name}
+                rows.append({"driven_m": 1.0, **measured, **row, "env": env})
+        caption = behaviours_report.caption(env, {"camera": {"preset": "ov7670"}, "robots": 5}, episodes, 0)
+        return behaviours_report.of_episodes(pl.DataFrame(rows), pl.concat(frames), caption)
 
     return draw
 
 
 def training(models: Sequence[str]) -> Figure:
     env = "colias_sim/Optomotor-v0"
-    runs = [measured(env, f"policy-{seed}") for seed in range(5)]
-    standings = [measured(env, name) for name in ("PPO", *behaviours_of(models))]
-    about = About(env, 0, 100_000, 8, options={"robot": "colias4"})
-    versions = {"stable-baselines3": "2.9.0", "torch": "2.8.0"}
-    return training_figure.draw(Studied(Study(about, 5), Path(), env, runs, standings, 50, versions, []))
+    measures = [measure.name for measure in ENVS[env].all_measures]
+    rows = [
+        {"env": env, "behaviour": name, "measure": measure, "episodes": 20, "value": value, "ci_low": 0.7 * value,
+         "ci_high": 1.4 * value}
+        for name in ("PPO", *behaviours_of(models))
+        for place, measure in enumerate(measures)
+        for value in [strength(name) + place]
+    ]  # fmt: skip
+    seeds = [{"behaviour": "PPO", "measure": name, "value": 0.1 * seed} for name in measures for seed in range(5)]
+    return behaviours_report.draw(pl.DataFrame(rows), pl.DataFrame(seeds), "Optomotor-v0", things="training seeds")
 
 
 # --- maps -------------------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ def importing(name, namespace=None, *rest):
 builtins.__import__ = importing
 for package in ("colias_sim", "dsnn", "scenes", "experiments"):
     for info in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
-        if not info.name.endswith(("__main__", "firmware.program", "train_ppo")):
+        if not info.name.endswith(("__main__", "firmware.program")):
             try:
                 importlib.import_module(info.name)
             except ModuleNotFoundError as error:  # an extra's

@@ -151,7 +151,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     }  # fmt: skip
     for name, value in files.items():
         (folder / f"{name}.json").write_text(to_json(value))
-    (folder / "behave-optomotor" / "scores.csv").write_text(
+    (folder / "behave-optomotor" / "summary.csv").write_text(
         "env,behaviour,measure,episodes,value,ci_low,ci_high\n"
         "colias_sim/Optomotor-v0,still,gain,2,0.25,nan,nan\ncolias_sim/Optomotor-v0,still,return,2,9,8,10\n"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,9 @@ from experiments.bench.cli.options import (
 )
 from experiments.bench.figures.media import Medium
 
+if TYPE_CHECKING:
+    from experiments.bench.behave import BehaviourReport
+
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
@@ -28,11 +31,16 @@ def register(app: typer.Typer) -> None:
 
 
 def behave(
-    name: Annotated[
-        str, typer.Argument(help="A behaviour or a group that [b]colias list[/b] shows, or the path of a .py file.")
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="NAME...",
+            help="Behaviours or a group that [b]colias list[/b] shows, .py files, or policies (.npz). The first one's"
+            " episodes are recorded.",
+        ),
     ],
     env: Annotated[
-        str | None, typer.Option(help="Avoidance, Fixation, Optomotor or Pursuit; otherwise the behaviour's own.")
+        str | None, typer.Option(help="Avoidance, Fixation, Optomotor or Pursuit; otherwise the first behaviour's own.")
     ] = None,
     episodes: Annotated[int, typer.Option(help="Episodes of each behaviour, at as many seeds.")] = 20,
     seed: Seed = 0,
@@ -47,17 +55,9 @@ def behave(
     baselines: Annotated[
         bool, typer.Option(help="Play random walk, straight drive and the privileged one too.")
     ] = True,
-    power: Annotated[
-        str | None,
-        typer.Option(
-            metavar="OTHER",
-            help="Play OTHER in place of the baselines, and say how many episodes it takes to show that NAME collides"
-            " less often.",
-        ),
-    ] = None,
     out: Out = None,
     recordings: Annotated[
-        bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes, not the baselines'.")
+        bool, typer.Option(help="Write a Rerun recording of each of the first behaviour's episodes.")
     ] = True,
     other_code: OtherCode = False,
     workers: Workers = None,
@@ -65,33 +65,39 @@ def behave(
     medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
-    """Play a behaviour's episodes, and those of its baselines in the same worlds, and print a table with intervals.
+    """Play behaviours' episodes, and those of their baselines in the same worlds, and print a table with intervals.
 
     The robot is the observer of the trials, with its camera, wheels and motors; the network runs on every frame.
     Equal seeds are equal worlds, whoever plays in them. Recordings show the observer's view, the arena from above
-    with tracks, the neurons, the wheels and the reward. With --power these episodes are a pilot: use other seeds for
-    it than for what is judged. The group [b]escape[/b] plays the escape reflex of every looming model, with a table of
-    survival. Exit status: 1 if episodes failed; the others count.
+    with tracks, the neurons, the wheels and the reward. Where collisions count, the table has survival too, the ratio
+    of each behaviour's collisions a metre to the first one's, and the episodes that such a comparison takes for a power
+    of 80 %. The group [b]escape[/b] plays the escape reflex of every looming model. A policy plays under the eye,
+    wheels and randomisation that it was trained with. Exit status: 1 if episodes failed; the others count.
     """
-    from experiments.behaviours import GROUPS, REFERENCE
-    from experiments.bench.closed_loop import figure as closed_loop_figure
-    from experiments.bench.closed_loop import run as behaving
-    from experiments.bench.closed_loop import survival
-    from experiments.bench.closed_loop import table as closed_loop_table
+    from experiments.bench import behave as behaving
 
-    plan = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
-    folder = run_folder(out, f"behave-{Path(name).stem}")
+    plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
+    folder = run_folder(out, f"behave-{Path(names[0]).stem}")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool() as pool:
-        played = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
-    closed_loop_figure.write(played)
+        report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
     if not quiet:
-        closed_loop_table.show(played, recordings)
-    if name in GROUPS:
-        survivals = survival.survival(played.standings, REFERENCE[name][0])
-        path = survival.write(folder, survivals)
-        if not quiet:
-            closed_loop_table.show_survival(survivals, name, path)
-    if power is not None:
-        closed_loop_table.show_power(played, power)
-    return EXIT_FAILED if played.failures else 0
+        show(report, recordings)
+    return EXIT_FAILED if report.failures else 0
+
+
+def show(report: BehaviourReport, recorded: bool) -> None:
+    """Print the scores, the verdicts, and where everything is."""
+    from colias_sim.envs import ENVS
+    from experiments.bench.engine.terminal import count, show_files, show_line, show_verdicts
+    from experiments.bench.report import behaviours
+
+    if report.trials.is_empty():
+        return
+    plan = report.plan
+    behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
+    if note := ENVS[report.env].note:
+        show_line(note)
+    show_verdicts(report.verdicts, model=False)
+    names = ["figure.png", "summary.csv", "trials.parquet", "claims.json"]
+    show_files(report.folder, names, recorded, count(report.trials.height, "episode"))

@@ -15,10 +15,6 @@ from colias_sim.pose import WheelSpeeds
 from experiments import NAMES
 from experiments.behaviours import BEHAVIOURS
 from experiments.bench import registry
-from experiments.bench.closed_loop.behaviour import Policy
-from experiments.bench.closed_loop.episode import wheels
-from experiments.bench.closed_loop.find import load_behaviour
-from experiments.bench.closed_loop.seen import PartialResponse
 from experiments.bench.live.session import Session, View
 from experiments.bench.public.result import Run
 from experiments.bench.public.run import run
@@ -26,7 +22,9 @@ from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.models import choose
 from experiments.bench.run.play import ModelRunner, Showing
 from experiments.bench.run.streams import stream
+from experiments.bench.sources.behaviour import Policy
 from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.episodes import PartialResponse, load_behaviour, wheels
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
 from experiments.bench.sources.robot import RobotSource

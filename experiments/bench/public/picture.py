@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from dsnn.model import SPIKING
 from experiments.bench.figures.plotting import drawing
+from experiments.bench.report import behaviours as behaviours_figure
 from experiments.bench.report import clips as clips_figure
 from experiments.bench.report import robot as robot_figure
 from experiments.bench.run.errors import UsageError
@@ -18,7 +19,7 @@ from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.sources.excitation import NEEDED, WHOLE
 from experiments.bench.sources.rows import drawable
 from experiments.bench.store.description import THRESHOLDS
-from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
+from experiments.bench.store.kinds import CLIPS, EPISODES, MEASURED, TRIALS, Kind
 from scenes import arena_name
 
 if TYPE_CHECKING:
@@ -65,8 +66,16 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
                              _thresholds(run, settings["models"]), title, excitation.table(courses))  # fmt: skip
 
 
+def _of_episodes(run: Record, rows: list[Any]) -> Figure:
+    """Return the figure of behaviours."""
+    told = run.description
+    env, options = told["settings"][0]["env"], dict(told["settings"][0]["options"])
+    caption = behaviours_figure.caption(env, options, told["repeats"], told["seed"])
+    return behaviours_figure.of_episodes(run.trials, run.frames, caption)
+
+
 _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {
-    TRIALS: _of_robot, MEASURED: _of_robot, CLIPS: _of_clips,
+    TRIALS: _of_robot, MEASURED: _of_robot, CLIPS: _of_clips, EPISODES: _of_episodes,
 }  # fmt: skip
 """How the figure of a kind is drawn from its tables."""
 

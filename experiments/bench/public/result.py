@@ -57,7 +57,8 @@ class Run(Record):
     def summary(self) -> pl.DataFrame:
         """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean.
 
-        Of other kinds the table that sums up the run: ``scores.csv`` of episodes, ``leaderboard.csv``, ``counts.csv``.
+        Of episodes a row per behaviour and measure. Of other kinds the table that sums up the run: ``leaderboard.csv``,
+        ``counts.csv``.
 
         Raises
         ------
@@ -158,7 +159,7 @@ class Run(Record):
         Raises
         ------
         UsageError
-            The run has no trials yet, or is of a kind whose figure is not drawn from its tables: episodes, say.
+            The run has no trials yet, or is of a kind whose figure is not drawn from its tables: a sweep, say.
         """
         from experiments.bench.public.picture import draw  # not before: matplotlib takes its time to load
 

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_table, stacked
 from experiments.bench.report import style
+from experiments.bench.stats.scores import written
 
 ACROSS, ROW, AROUND = 4, 0.26, 1.1
 """Panels side by side, and the heights of a row and of what is around a panel's rows, inches."""
@@ -83,11 +84,11 @@ def show(table: pl.DataFrame, panels: Panels, title: str) -> None:
         for name in ("model", *part):
             printed.add_column(name.replace("_", "\n"), no_wrap=True)
         for row in table.iter_rows(named=True):
-            ends = {name: f"{_cell(row[f'{name}_low'])}-{_cell(row[f'{name}_high'])}" for name in part}
+            ends = {name: f"{_cell(row[f'{name}_low'])} .. {_cell(row[f'{name}_high'])}".strip(" .") for name in part}
             printed.add_row(row["model"], *(stacked(_cell(row[name]), ends[name]) for name in part))
         show_table(printed)
         out_console.print()
 
 
 def _cell(value: float | None) -> str:
-    return "" if value is None else f"{value:.0f}" if value >= 100.0 else f"{value:.2f}"
+    return "" if value is None else f"{value:.0f}" if abs(value) >= 100.0 else written(value)

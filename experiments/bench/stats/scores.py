@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 PLACES = 4
 """Decimal places that are shown: a gain of 0.00001 is 0 to anybody who reads it."""
@@ -36,35 +34,6 @@ class Score:
         if math.isinf(self.high):
             return f"{written(self.value)} [{written(self.low)}, no upper bound]"
         return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
-
-    def interval(self) -> str:
-        """Write the interval for people.
-
-        Returns
-        -------
-        str
-            ``low .. high``, or a dash where there is none: one episode has no spread.
-        """
-        return "-" if math.isnan(self.low) else f"{written(self.low)} .. {written(self.high)}"
-
-
-@dataclass(frozen=True, slots=True)
-class Standing:
-    """One row of a scoreboard: a model's or a behaviour's scores by measure.
-
-    Attributes
-    ----------
-    name
-        The model, or the behaviour.
-    scores
-        Measure -> score; ``None`` where the measure does not apply.
-    rows
-        The rows of ``trials.parquet`` that the scores are from, where a figure shows each of them.
-    """
-
-    name: str
-    scores: Mapping[str, Score | None]
-    rows: Sequence[Mapping[str, Any]] = ()
 
 
 def written(value: float) -> str:

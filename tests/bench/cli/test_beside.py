@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shutil
 from pathlib import Path
 
@@ -12,10 +11,10 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli.beside import conditions, side_by_side
-from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.run.models import choose
+from experiments.bench.sources.episodes import record as record_episode
 from tests.bench.robot.test_trial import spec
-from tests.bench.run.test_record import COUNT, episode
+from tests.helpers.episodes import episode
 from tests.helpers.played import Played
 
 
@@ -94,8 +93,7 @@ def test_episodes_are_paired_by_the_seed_of_their_reset_and_not_by_their_number(
     for run, seeds in {"a": (4, 5), "b": (5, 4, None)}.items():
         (tmp_path / run / "recordings").mkdir(parents=True)
         for number, seed in enumerate(seeds):
-            wheels = np.full((COUNT, 2), (seed or 0) / 10, np.float32)
-            data = record_episode(dataclasses.replace(episode("colias_sim/Fixation-v0"), seed=seed, wheels=wheels))
+            data = record_episode(episode("colias_sim/Fixation-v0", seed, (seed or 0) / 10))
             (tmp_path / run / "recordings" / f"trial-{number:04d}.rrd").write_bytes(data)
     for number in range(2):
         (tmp_path / "both.rrd").write_bytes(side_by_side(tmp_path / "a", tmp_path / "b", number)[1])

@@ -9,9 +9,9 @@ from colias_sim import CameraConfig, RobotConfig
 from dsnn import DSNNParams, LPLC2Params
 from experiments import NAMES, Angular, Clutter, Contrast, Egomotion, Translation
 from experiments.bench import registry
-from experiments.bench.closed_loop.policy import About
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import family
+from experiments.bench.sources.behaviour import About
 from experiments.bench.trials import configure, parameters, plan
 
 

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from experiments.bench.cli import main
-from experiments.bench.closed_loop.episode import play_entry
-from experiments.bench.closed_loop.find import load_behaviour
-from experiments.bench.closed_loop.recording import record as record_episode
 from experiments.bench.report import video
 from experiments.bench.report.video import Canvas, changes, film_times, frames, make, pictures, read, strip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, STILL
+from experiments.bench.sources.episodes import load_behaviour, play
+from experiments.bench.sources.episodes import record as record_episode
 from tests.bench.robot.test_trial import spec
 from tests.bench.run.test_record import CONTENT, written
 from tests.helpers.h264 import decoded
@@ -49,11 +48,12 @@ def test_a_trial_is_read_back_as_it_was(trial):
 
 
 def test_an_episode_is_read_back_as_it_was(tmp_path):
-    episode = play_entry(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, steps=8, images=True)
+    episode = play(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, 8, images=True)
     (tmp_path / "episode.rrd").write_bytes(record_episode(episode))
     reel = read(tmp_path / "episode.rrd")
     assert len(list(pictures(reel.path, SEEN))) == len(reel.time_s) == 8
-    for name, poses in episode.paths.items():
+    for name, places in episode.poses.items():
+        poses = np.array(places)
         np.testing.assert_allclose(reel.tracks[name][1:3].T, poses[:, :2], atol=1e-4)
         turned = np.angle(np.exp(1j * (reel.tracks[name][3] - np.radians(poses[:, 2]))))
         np.testing.assert_allclose(turned, 0.0, atol=1e-4)

@@ -153,12 +153,10 @@ def test_a_recording_draws_the_obstacles(tmp_path):
 
 
 def test_the_video_of_an_episode_has_the_obstacles_of_its_arena(tmp_path):
-    from experiments.bench.closed_loop.episode import play_entry
-    from experiments.bench.closed_loop.find import load_behaviour
-    from experiments.bench.closed_loop.recording import record
+    from experiments.bench.sources.episodes import load_behaviour, play, record
 
     options = {"arena": written(tmp_path, pillar(0.2, 0.1))}
-    episode = play_entry(load_behaviour("hybrid"), "colias_sim/Avoidance-v0", options, 0, steps=2, images=False)
+    episode = play(load_behaviour("hybrid"), "colias_sim/Avoidance-v0", options, 0, 2)
     (tmp_path / "episode.rrd").write_bytes(record(episode))
     (outline,) = read(tmp_path / "episode.rrd").obstacles
     np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1] - 10.0), 1.0, atol=0.01)

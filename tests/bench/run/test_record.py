@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,6 @@ from rerun.chunk import RrdReader
 
 from colias_sim.envs import ENVS
 from dsnn import MODELS, Response, ResponseSeries
-from experiments.bench.closed_loop.episode import Episode
-from experiments.bench.closed_loop.recording import record
 from experiments.bench.engine.terminal import program
 from experiments.bench.figures.palette import marks
 from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
@@ -36,6 +33,8 @@ from experiments.bench.run.record import (
     views,
     write,
 )
+from experiments.bench.sources.episodes import record
+from tests.helpers.episodes import episode
 
 COUNT = 5
 COUNTS = np.array([0, 2, 0, -1, 0])
@@ -150,14 +149,6 @@ def test_a_layout_goes_to_a_stream_more_than_once(tmp_path):
         stream.disconnect()
     one, two = (stores(tmp_path / name)["layout"] for name in ("one", "two"))
     assert one == two != []
-
-
-def episode(env: str) -> Episode:
-    path = np.column_stack([np.arange(COUNT), np.zeros(COUNT), np.zeros(COUNT)]).astype(float)
-    return Episode("mine", env, SimpleNamespace(), 0, False, np.arange(1, COUNT + 1) / 30.0, {"observer": path},
-                   np.full((COUNT, 2), 0.3, np.float32), "dsnn", ("hs", "vs"), SERIES, np.ones(COUNT),
-                   {"reward_ahead": np.ones(COUNT), "reward_touch": np.zeros(COUNT)},
-                   np.zeros((0, 72, 99), np.uint8))  # fmt: skip
 
 
 def test_wheels_and_the_terms_of_the_reward_differ_in_colour(tmp_path):

@@ -6,13 +6,13 @@ import pytest
 
 from experiments import NAMES, OFFLINE, Claim
 from experiments.bench import registry
-from experiments.bench.closed_loop.claims import BehaviourClaim
 from experiments.bench.footage.claims import FootageClaim
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.robot_claims import RobotClaim, outcome
 from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find_claim, of_kind, words
+from experiments.bench.stats.episodes import BehaviourClaim
 from experiments.claims.readings import READINGS
 
 KINDS = (ClipClaim, RobotClaim, FootageClaim, BehaviourClaim)

@@ -1,0 +1,321 @@
+"""Run behaviours in an env: plan their episodes, play them into a folder, score them, judge claims, draw."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import polars as pl
+from gymnasium.envs.registration import load_env_creator
+from threadpoolctl import threadpool_limits
+
+from colias_sim.arena import Arena
+from colias_sim.config import known_arena
+from colias_sim.envs import ENVS
+from colias_sim.envs.factors import PRESET
+from experiments.bench.engine.terminal import count, progress
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import RunFolder
+from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.settings import check_counts
+from experiments.bench.run.user_code import is_own
+from experiments.bench.run.workers import Workers
+from experiments.bench.sources.behaviour import Behaviour
+from experiments.bench.sources.episodes import (
+    EPISODES,
+    STEPS,
+    EpisodeTrial,
+    Setting,
+    env_id,
+    load_behaviour,
+    play,
+    record,
+)
+from experiments.bench.stats import episodes as scoring
+from experiments.bench.stats import stored
+from experiments.bench.stats.scores import Score
+from experiments.bench.stats.verdict import Verdict
+from experiments.bench.store import provenance
+from experiments.bench.store.drawing import drawn_here
+from experiments.bench.store.files import TABLE, drawn_from
+from experiments.bench.store.rows import Failure, TrialRecord, recording_of
+from scenes import is_arena_file
+
+MAPPINGS = ("camera", "robot", "randomise")
+"""The arguments of the envs that may be mappings."""
+SET_BY_BEHAVIOUR = ("observation", "actions", "model")
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviourPlan:
+    """Who plays where: ``settings`` of one env in order, each at the same ``episodes`` seeds."""
+
+    settings: tuple[Setting, ...]
+    episodes: int
+    seed: int
+    kind: str = "episodes"
+    """As `experiments.bench.store.kinds` names it."""
+    reference: str = ""
+    """Name of the behaviour that collisions are compared with; otherwise the first one's."""
+
+    @property
+    def env(self) -> str:
+        """The env's id."""
+        return self.settings[0].env
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The arguments of the env that are set."""
+        return dict(self.settings[0].options)
+
+    def behaviours(self) -> list[Behaviour]:
+        """Return the behaviours of the settings."""
+        return [load_behaviour(setting.behaviour) for setting in self.settings]
+
+    def specs(self) -> list[EpisodeTrial]:
+        """Return every episode; those of equal repeat have equal seeds, so equal worlds."""
+        return [
+            EpisodeTrial(place * self.episodes + repeat, repeat, self.seed + repeat, setting)
+            for place, setting in enumerate(self.settings)
+            for repeat in range(self.episodes)
+        ]
+
+    def describe(self) -> dict[str, Any]:
+        """Return what ``run.json`` holds."""
+        arena = self.options.get("arena", "")
+        files = [*map(str, Arena.read(arena).files)] if isinstance(arena, str) and is_arena_file(arena) else []
+        sources = [*(one.behaviour for one in self.settings), *(one.model for one in self.behaviours()), *files]
+        return {
+            "kind": self.kind, "experiment": "behave", "seed": self.seed, "repeats": self.episodes,
+            "trials": self.episodes * len(self.settings),
+            "settings": [dataclasses.asdict(setting) for setting in self.settings],
+            **provenance.of(map(_source, dict.fromkeys(sources))),
+        }  # fmt: skip
+
+
+def plan(
+    names: Sequence[str], env: str | None = None, assignments: Sequence[str] = (), episodes: int = 20, seed: int = 0,
+    *, baselines: bool = True,
+) -> BehaviourPlan:  # fmt: skip
+    """Return a checked plan of behaviours in one env, and of what they are compared with.
+
+    Parameters
+    ----------
+    names
+        Behaviours: names, groups of them, .py files, or policies. A group is played with its reference in the place of
+        the env's baselines.
+    env
+        Otherwise that of the first behaviour.
+    assignments
+        ``NAME=VALUE`` texts: arguments of the env.
+    episodes, seed
+        Episodes of each behaviour, and the seed of the first.
+    baselines
+        Whether to play the baselines too.
+
+    Raises
+    ------
+    UsageError
+        It cannot be played so.
+    """
+    from experiments.behaviours import GROUPS, REFERENCE
+
+    asked = dict.fromkeys(member for name in names for member in GROUPS.get(name, (_source(name),)))
+    first = load_behaviour(next(iter(asked)))
+    where = env_id(env or first.env)
+    options = env_options(where, assignments, first.options)
+    references = [member for name in names for member in REFERENCE.get(name, ())]
+    others = (references or ENVS[where].baselines) if baselines else ()
+    settings = tuple(Setting(name, where, options) for name in dict.fromkeys([*asked, *others]))
+    check_counts(seed, episodes, "--episodes", len(settings), "behaviours")
+    planned = BehaviourPlan(settings, episodes, seed, reference=(references or [first.name])[0])
+    called = [behaviour.name for behaviour in planned.behaviours()]
+    if twice := next((name for name in called if called.count(name) > 1), None):
+        raise UsageError(f"two behaviours are called {twice}; rename one of them")
+    return planned
+
+
+def _source(name: str) -> str:
+    """Return a behaviour or a model as a worker finds it: a file by its absolute path."""
+    return str(Path(name).resolve()) if is_own(name) else name
+
+
+def env_options(
+    env: str, assignments: Sequence[str], defaults: Mapping[str, Any] | None = None
+) -> tuple[tuple[str, Any], ...]:
+    """Return ``NAME=VALUE`` texts, over the ``defaults``, as the env's keyword arguments, checked.
+
+    An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
+    Raises `UsageError` for what is not legal.
+    """
+    options = dict(defaults or {})
+    for text in assignments:
+        key, equals, value = text.partition("=")
+        name, dot, entry = key.partition(".")
+        if not equals:
+            raise UsageError(f"--set {text}: expected NAME=VALUE, for example robots=5")
+        if name in SET_BY_BEHAVIOUR:
+            raise UsageError(f"--set {text}: the behaviour sets that itself")
+        if dot and name not in MAPPINGS:
+            raise UsageError(f"--set {text}: only {', '.join(MAPPINGS)} have entries")
+        before = options.get(name, {})
+        entries = {**(before if isinstance(before, Mapping) else {PRESET: before}), entry: _value(value)}
+        options[name] = entries if dot else _value(value)
+    check_options(env, options, "--set")
+    if isinstance(arena := options.get("arena"), str):
+        options["arena"] = known_arena(arena)
+    return tuple(sorted(options.items()))
+
+
+def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
+    """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
+    try:
+        load_env_creator(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
+    except (ValueError, TypeError) as error:
+        raise UsageError(f"{origin}: {error}") from error
+
+
+def _value(text: str) -> Any:
+    """Return a number, true or false, or the text itself."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def play_trial(trial: EpisodeTrial, *, recorded: int) -> TrialRecord:
+    """Play one episode in a worker; the first ``recorded`` of the run with their recordings."""
+    cv2.setNumThreads(1)
+    setting, kept = trial.condition, trial.index < recorded
+    with threadpool_limits(1):
+        behaviour, options = load_behaviour(setting.behaviour), dict(setting.options)
+        episode = play(behaviour, setting.env, options, trial.seed, setting.steps, images=kept)
+    row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
+    recording = recording_of(lambda: record(episode)) if kept else None
+    done = TrialRecord(trial.index, (row,), episode.steps(trial.index), recording)
+    return drawn_here(done) if episode.responses else done  # one that senses the state sees no picture
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviourReport:
+    """Results of a run of behaviours: its table of episodes, their scores, the verdicts, and what failed."""
+
+    plan: BehaviourPlan
+    folder: Path
+    trials: pl.DataFrame
+    summary: pl.DataFrame
+    verdicts: list[Verdict]
+    failures: list[Failure]
+
+    @property
+    def env(self) -> str:
+        """The env's id."""
+        return self.plan.env
+
+
+def run(
+    plan: BehaviourPlan, out: Path, pool: Workers, resources: Resources, *, recordings: int = 0
+) -> BehaviourReport:  # fmt: skip
+    """Play the episodes that a folder lacks, score, judge and draw.
+
+    Parameters
+    ----------
+    plan
+        From `plan`.
+    out
+        The run's folder: a new one, or one that holds a part of this run.
+    pool, resources
+        Where the episodes are played.
+    recordings
+        How many episodes, from the first, to record for Rerun.
+    """
+    names = [behaviour.name for behaviour in plan.behaviours()]
+    kept = f"; those of {names[0]} are recorded" if recordings else ""
+    batch = Batch(
+        name="behave",
+        # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
+        specs=sorted(plan.specs(), key=lambda trial: (trial.repeat, trial.index)),
+        work=partial(play_trial, recorded=recordings),
+        description={**plan.describe(), "recorded": recordings},
+        schemas=(EPISODES, STEPS),
+        things="episodes",
+        amount=lambda: f"{count(plan.episodes * len(names), 'episode')} ({', '.join(names)}){kept}",
+    )
+    with batch.run(out, pool, resources) as folder:
+        trials, failures = folder.trials(), folder.failures()
+        # A claim is about the env as it is.
+        judged = [] if plan.options else scoring.verdicts(plan.env, names, trials)
+        folder.write_json("claims.json", stored.document(judged))
+        summary = scoring.summary(trials, plan.env, plan.reference or names[0])
+        if not summary.is_empty():
+            folder.write_rows("summary.csv", summary.to_dicts())
+            _draw(plan, folder, trials)
+    return BehaviourReport(plan, out, trials, summary, judged, failures)
+
+
+def _draw(plan: BehaviourPlan, folder: RunFolder, trials: pl.DataFrame) -> None:
+    from experiments.bench.report import behaviours as behaviours_figure  # not before: matplotlib takes its time
+    from experiments.bench.report import style
+
+    caption = behaviours_figure.caption(plan.env, plan.options, plan.episodes, plan.seed)
+    drawn = behaviours_figure.of_episodes(trials, folder.frames(), caption)
+    style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
+
+
+def score(
+    behaviour: Behaviour | str | os.PathLike[str], *, episodes: int = 20, seed: int = 0, env: str | None = None,
+    quiet: bool = False, **options: Any,
+) -> Mapping[str, Score]:  # fmt: skip
+    """Play a behaviour in this process, with progress, and score it.
+
+    ``colias behave`` does the same on all cores, with recordings and against baselines.
+
+    Parameters
+    ----------
+    behaviour
+        A `Behaviour`, the name of one that ships, the path of a .py file that declares ``BEHAVIOUR``, or that of a
+        policy's .npz file.
+    episodes
+        How many to play; episode r has the seed ``seed + r``.
+    seed
+        Of the first episode, 0 or more.
+    env
+        ``Avoidance``, say, or an env's whole id; otherwise the behaviour's own.
+    quiet
+        Whether to show no progress.
+    **options
+        Arguments of the env, as ``robots=5``.
+
+    Returns
+    -------
+    Mapping
+        Measure -> `Score`, with its 95 % interval; those that do not apply are left out.
+
+    Raises
+    ------
+    UsageError
+        There is no such behaviour or env, or a number or an argument of the env is not legal. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import score
+    >>> {name: str(value) for name, value in score("fixation", episodes=5).items()}
+    """
+    entry = behaviour if isinstance(behaviour, Behaviour) else load_behaviour(os.fspath(behaviour))
+    check_counts(seed, episodes, "--episodes")
+    where = env_id(env or entry.env)
+    options = {**entry.options, **options}
+    check_options(where, options, "score")
+    with progress(entry.name, episodes, quiet, "episodes") as advance:
+        rows = []
+        for repeat in range(episodes):
+            rows.append(play(entry, where, options, seed + repeat).row())
+            advance()
+    return scoring.scores(pl.DataFrame(rows, EPISODES, strict=False), where)

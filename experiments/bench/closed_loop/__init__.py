@@ -1,1 +1,0 @@
-"""Behaviours in an env, played and scored."""

@@ -1,0 +1,139 @@
+"""Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import polars as pl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
+
+from colias_sim.envs import ENVS, RETURN
+from experiments.bench.engine.terminal import count
+from experiments.bench.report import scoreboard, style
+from experiments.bench.stats.episodes import summary as summarise
+from experiments.bench.stats.scores import written
+from scenes import ARENA_RADIUS_CM
+
+ACROSS, MOST_ACROSS = 4, 6
+"""Paths side by side, and the most where they would not fit on a page."""
+ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
+"""Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
+MEASURES = "Large dots and bars: values with 95 % intervals; strokes: single {things}."
+WAYS = (
+    "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
+    " another world, equal for all behaviours."
+)
+
+
+def draw(
+    summary: pl.DataFrame, values: pl.DataFrame, caption: str, ways: tuple[pl.DataFrame, pl.DataFrame] | None = None,
+    things: str = "episodes",
+) -> Figure:  # fmt: skip
+    """Draw a row for each behaviour and a panel for each measure; below, where each of them drove.
+
+    Parameters
+    ----------
+    summary
+        As of `experiments.bench.stats.episodes.summary`.
+    values
+        ``behaviour``, ``measure`` and ``value`` of single ``things``: episodes, or training seeds.
+    caption
+        What was run.
+    ways
+        The run's tables of episodes and of frames, for the paths; without them there are none.
+    """
+    names = summary["behaviour"].unique(maintain_order=True).to_list()
+    colours = style.colours(names)
+    across = ACROSS if len(names) <= 2 * ACROSS else MOST_ACROSS
+    down = math.ceil(len(names) / across) if ways else 0
+    low = down * style.WIDTH / across
+    high = AROUND + len(names) * min(ROW, max(LEAST_ROW, (style.PAGE - low - AROUND) / len(names)))
+    with style.look():
+        figure = Figure((style.WIDTH, min(high + low, style.PAGE)), layout="constrained")
+        above: Any = figure
+        if ways:
+            above, below = figure.subfigures(2, 1, height_ratios=[high, low])
+            panels = below.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+            for axes, name in zip(panels.flat, names, strict=False):
+                axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)
+                _ways(axes, ways[0].filter(model=name), ways[1], colours[name])
+            for axes in panels.flat[len(names) :]:
+                axes.set_visible(False)
+        _measures(above, summary, values, colours)
+        style.headline(above, finding(summary))
+        words = [caption, MEASURES.format(things=things), ENVS[summary["env"][0]].note, WAYS if ways else ""]
+        style.caption(figure, " ".join(filter(None, words)))
+    return figure
+
+
+def of_episodes(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
+    """Draw a run of behaviours from its tables, as `draw` does."""
+    env = trials["env"][0]
+    means = {measure.column: measure.name for measure in ENVS[env].all_measures if measure.kind == "mean"}
+    values = trials.select(pl.col("model").alias("behaviour"), *means).rename(means)
+    values = values.unpivot(index="behaviour", variable_name="measure").drop_nulls()
+    return draw(summarise(trials, env, ""), values, caption, (trials, frames) if ENVS[env].draws_paths else None)
+
+
+def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> str:
+    """Return what was played, in words."""
+    changed = "".join(f", {name}={value}" for name, value in options.items())
+    return f"{env.partition('/')[2]}{changed}, {count(episodes, 'episode')} each from seed {seed}."
+
+
+def finding(summary: pl.DataFrame) -> str:
+    """Return which behaviour has the highest return."""
+    returns = summary.filter(measure=RETURN.name).sort("value", descending=True, maintain_order=True)
+    name, value = returns.row(0, named=True)["behaviour"], written(returns["value"][0])
+    env, n = summary["env"][0].partition("/")[2], returns.height
+    return f"{env}: {name} has {f'the highest return of {n} behaviours' if n > 1 else 'a return'}: {value}"
+
+
+def _measures(part: Any, summary: pl.DataFrame, values: pl.DataFrame, colours: Mapping[str, str]) -> None:
+    """Draw a panel for each of the env's measures; a free distance is the reciprocal of a rate."""
+    env, names = ENVS[summary["env"][0]], list(colours)
+    measures = [measure.name for measure in env.all_measures if measure.kind != "free_distance"]
+    panels = part.subplots(1, len(measures), squeeze=False, sharey=True)[0]
+    for axes, measure in zip(panels, measures, strict=True):
+        axes.set_title(style.wrapped(measure, style.WIDTH / len(measures) - 0.5), fontsize=style.BODY)
+        for behaviour, value in values.filter(measure=measure).select("behaviour", "value").iter_rows():
+            axes.plot(value, names.index(behaviour), "|", color=colours[behaviour], alpha=0.5, ms=7.0, mew=0.6)
+        for row in summary.filter(measure=measure).iter_rows(named=True):
+            value, tint = row["value"], colours[row["behaviour"]]
+            if value is not None and row["ci_low"] is not None:
+                reach = [[value - row["ci_low"]], [row["ci_high"] - value]]
+                axes.errorbar(value, names.index(row["behaviour"]), xerr=reach, fmt="none", ecolor=tint, elinewidth=1.4)
+            axes.plot(value, names.index(row["behaviour"]), "o", ms=4.0, color=tint)
+        axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+        axes.grid(axis="y", lw=0.3)
+    panels[0].set_yticks(range(len(names)), names)
+    panels[0].set_ylim(len(names) - 0.5, -0.5)
+
+
+def _ways(axes: Axes, trials: pl.DataFrame, frames: pl.DataFrame, tint: str) -> None:
+    """Draw every episode's path from above, the first on top; a cross where one ended by touching something."""
+    axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=style.GREY, lw=1.0))
+    for trial, repeat, touched in trials.select("trial", "repeat", "touched").reverse().iter_rows():
+        way = frames.filter(trial=trial)
+        axes.plot(way["x_cm"], way["y_cm"], lw=0.6 if repeat else 1.5, alpha=0.5 if repeat else 1.0, color=tint)
+        axes.plot(way["x_cm"][0], way["y_cm"][0], "o", ms=3.5, mfc="white", mec=tint, mew=0.9, zorder=4)
+        if touched:
+            axes.plot(way["x_cm"][-1], way["y_cm"][-1], "x", color=style.INK, ms=5, mew=1.4, zorder=5)
+    reach = ARENA_RADIUS_CM + 2.0
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xticks=[-40, 0, 40], yticks=[-40, 0, 40])
+
+
+def show(summary: pl.DataFrame, title: str) -> None:
+    """Print a row for each behaviour: its measures, with their intervals below them."""
+    rows: dict[str, dict[str, Any]] = {}
+    for row in summary.iter_rows(named=True):
+        name = row["measure"]
+        values = {name: row["value"], f"{name}_low": row["ci_low"], f"{name}_high": row["ci_high"]}
+        rows.setdefault(row["behaviour"], {"model": row["behaviour"]}).update(values)
+    measures = summary["measure"].unique(maintain_order=True).to_list()
+    scoreboard.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), {"": measures}, title)

@@ -1,0 +1,273 @@
+"""Behaviours, which drive the robot in an env, and trained policies, which are behaviours in a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import ConfigDict, Field, TypeAdapter
+from pydantic.dataclasses import dataclass as checked_dataclass
+
+from colias_sim.envs import ENVS, NEURAL, State
+from dsnn import Response, model_entry
+from dsnn.exponential import exp
+from experiments.bench.run.errors import UsageError, check_name, short
+from experiments.bench.store.places import replacing
+
+Wheels = tuple[float, float]
+"""A type: speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
+Policy = Callable[[Any], Wheels]
+"""Function from what is sensed to what to do next: a `dsnn.Response`, or a `colias_sim.envs.State`."""
+Vector = npt.NDArray[np.float32]
+Layer = tuple[Vector, Vector]
+"""Weights (out, in) and biases (out,), float32."""
+
+WHEELS = 2
+SENSED = len(NEURAL) + WHEELS
+"""Senses of a network: the neural observation, and its last command to the wheels."""
+TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
+"""The arguments of an env that a training may change. No other could be read from a file and make code run."""
+ENDING = ".npz"
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """A driver of the robot in an env.
+
+    Parameters
+    ----------
+    name
+        Up to 60 letters, digits, ``.``, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    env
+        The env that it was written for: ``Avoidance``, say.
+    make
+        Builds one episode's policy: a function of what is sensed that returns the wheels' speeds, left and right, as
+        shares of the maximum, once a frame. ``make`` gets the episode's random generator.
+    senses
+        ``neural``: the policy gets a `dsnn.Response`. ``state``: it gets a `colias_sim.envs.State`, which is
+        privileged.
+    model
+        The vision model on its camera, if its senses are neural: a name, or the path of a .py file.
+    options
+        Arguments that its env has unless others are given, such as the camera that a policy was trained with.
+
+    Raises
+    ------
+    ValueError
+        The name or ``senses`` is not legal.
+
+    Examples
+    --------
+    >>> from experiments import Behaviour
+    >>> turn = Behaviour.reflex("turn", "turns with HS", "Optomotor", lambda seen: (0.2 * seen.hs, -0.2 * seen.hs))
+    """
+
+    name: str
+    summary: str
+    env: str
+    make: Callable[[np.random.Generator], Policy]
+    senses: Literal["neural", "state"] = "neural"
+    model: str = "hybrid"
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_name("behaviour", self.name)
+        if self.senses not in ("neural", "state"):
+            raise ValueError(f"behaviour {self.name}: senses must be neural or state, got {short(self.senses)}")
+        if not callable(self.make):
+            raise ValueError(f"behaviour {self.name}: make must be a function, got {short(self.make)}")
+
+    @classmethod
+    def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
+        """Make a behaviour without memory.
+
+        Parameters
+        ----------
+        name, summary, env
+            As of `Behaviour`.
+        reflex
+            A function of a `dsnn.Response` that returns the wheels' speeds, left and right, as shares of the maximum.
+
+        Returns
+        -------
+        Behaviour
+            The behaviour, with the model ``hybrid``.
+
+        Raises
+        ------
+        ValueError
+            A value is not legal.
+        """
+        return cls(name, summary, env, lambda rng: reflex)
+
+    @classmethod
+    def oracle(cls, name: str, summary: str, env: str, policy: Callable[[State], Wheels]) -> Behaviour:
+        """Make a privileged behaviour, which is given the state of the world.
+
+        Parameters
+        ----------
+        name, summary, env
+            As of `Behaviour`.
+        policy
+            A function of a `colias_sim.envs.State` that returns the wheels' speeds, left and right, as shares of the
+            maximum.
+
+        Returns
+        -------
+        Behaviour
+            The behaviour.
+
+        Raises
+        ------
+        ValueError
+            A value is not legal.
+        """
+        return cls(name, summary, env, lambda rng: policy, senses="state")
+
+
+@checked_dataclass(frozen=True, config=STRICT)
+class Steering:
+    """Rule by which two answers in [-1, 1] move the wheels: not at once, full speed being 1250 degrees/s of turn.
+
+    Each frame a wheel keeps a share of its command and adds to it, within a limit; shares of the maximum.
+    """
+
+    keep: float = Field(default=0.9, ge=0.0, le=1.0)
+    """Share of the last command that stays."""
+    reach: float = Field(default=0.04, gt=0.0, le=1.0)
+    """Change of a command by an answer of 1."""
+    limit: float = Field(default=0.3, gt=0.0, le=1.0)
+    """The greatest command."""
+
+    def sense(self, observation: Vector, command: Vector) -> Vector:
+        """Return what a network senses, (9,), of an observation (7,) and the last command (2,)."""
+        return np.concatenate([observation, command / np.float32(self.limit)]).astype(np.float32)
+
+    def command(self, last: Vector, answer: Vector) -> Vector:
+        """Return the next command, (2,), after the ``last`` one and the answer to it."""
+        wanted = self.keep * last + self.reach * np.clip(answer, -1.0, 1.0)
+        return np.clip(wanted, -self.limit, self.limit).astype(np.float32)
+
+
+@checked_dataclass(frozen=True, config=STRICT)
+class About:
+    """Purpose, size and origin of a trained policy."""
+
+    env: str
+    seed: int = Field(ge=0, lt=2**32)
+    steps: int = Field(ge=0)
+    envs: int = Field(ge=1)
+    model: str = "hybrid"
+    hidden: tuple[int, ...] = (32, 32)
+    steering: Steering = Steering()
+    versions: Mapping[str, str] = Field(default_factory=dict)
+    options: Mapping[str, Any] = Field(default_factory=dict)
+    """The env's arguments in training, beside observation and model."""
+    format: Literal["colias-policy 1"] = "colias-policy 1"
+
+    def __post_init__(self) -> None:
+        if self.env not in ENVS:
+            raise ValueError(f"env must be one of {', '.join(ENVS)}, got {short(self.env)}")
+        model_entry(self.model)
+        for name in self.options:
+            if name not in TRAINED_UNDER:
+                raise ValueError(f"a training may change {', '.join(TRAINED_UNDER)}, got {short(name)}")
+
+    def shapes(self) -> list[tuple[int, int]]:
+        """(out, in) of each layer."""
+        sizes = [SENSED, *self.hidden, WHEELS]
+        return list(zip(sizes[1:], sizes[:-1], strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class TrainedPolicy:
+    """A network of tanh layers, the last linear, that steers by the neural observation. Plain NumPy.
+
+    Parameters
+    ----------
+    about
+        What it is for.
+    layers
+        Weights (out, in) and biases (out,) of each layer.
+
+    Raises
+    ------
+    ValueError
+        The layers do not fit ``about``, or are not finite.
+    """
+
+    about: About
+    layers: list[Layer]
+
+    def __post_init__(self) -> None:
+        shapes, expected = [weights.shape for weights, _ in self.layers], self.about.shapes()
+        if shapes != expected:
+            raise ValueError(f"weights must have the shapes {expected}, got {shapes}")
+        if not all(np.isfinite(part).all() for layer in self.layers for part in layer):
+            raise ValueError("weights must be finite")
+
+    def answer(self, sensed: Vector) -> Vector:
+        """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9).
+
+        The answer has the same bits on every machine; otherwise episodes would differ between machines. Products of
+        two float32 numbers are exact in float64. They are added in a fixed order, which a library of linear algebra
+        would choose by the processor.
+        """
+        answered = np.asarray(sensed, np.float32)
+        for place, (weights, biases) in enumerate(self.layers, 1):
+            terms = answered[..., None, :].astype(np.float64) * weights
+            sums = np.cumsum(terms, axis=-1)[..., -1] + biases
+            answered = (sums if place == len(self.layers) else _tanh(sums)).astype(np.float32)
+        return answered
+
+    def behaviour(self, name: str) -> Behaviour:
+        """Return it as a behaviour, under the arguments of its training: each episode begins with wheels at rest."""
+        about = self.about
+        summary = f"a network trained for {about.steps:,} steps"
+        return Behaviour(name, summary, about.env, lambda rng: self._driver(), "neural", about.model, about.options)
+
+    def _driver(self) -> Policy:
+        steering, command = self.about.steering, np.zeros(WHEELS, np.float32)
+
+        def drive(seen: Response) -> Wheels:
+            nonlocal command
+            # As in training, a channel that the model does not answer is 0.
+            observation = np.array([getattr(seen, name, 0.0) for name in NEURAL], np.float32)
+            command = steering.command(command, self.answer(steering.sense(observation, command)))
+            return float(command[0]), float(command[1])
+
+        return drive
+
+    def save(self, path: Path) -> None:
+        """Write it as an .npz file of float32 arrays and a JSON text."""
+        arrays = {"about": np.array(TypeAdapter(About).dump_json(self.about).decode())}
+        for place, (weights, biases) in enumerate(self.layers):
+            arrays |= {f"weights{place}": weights, f"biases{place}": biases}
+        with replacing(path) as partial, partial.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+
+def load_policy(path: Path) -> TrainedPolicy:
+    """Read a trained policy from its file, which runs nothing that is in it; `UsageError` where it holds none."""
+    if not path.is_file():
+        raise UsageError(f"{path}: no such file")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            about = TypeAdapter(About).validate_python(json.loads(str(file["about"])))
+            layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about.shapes()))]
+        return TrainedPolicy(about, layers)
+    except (ValueError, KeyError) as error:
+        raise UsageError(f"{path}: not a policy file ({' '.join(str(error).split())[:200]})") from None
+
+
+def _tanh(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the hyperbolic tangent, by the exponential that has equal bits everywhere; to 1e-16."""
+    return np.array([1.0 - 2.0 / (exp(2.0 * value) + 1.0) for value in values.flat]).reshape(values.shape)

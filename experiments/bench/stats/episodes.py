@@ -1,0 +1,288 @@
+"""Scores of episodes with their 95 % intervals, comparisons at equal seeds, power, and claims about behaviours.
+
+Every table here has rows of a run's ``trials.parquet``; functions of one behaviour get the rows of that alone.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import polars as pl
+from scipy import special
+
+from colias_sim.envs import ENVS, EpisodeColumn, Measure
+from experiments.bench.engine.alarms import poisson_interval
+from experiments.bench.stats.checks import Check
+from experiments.bench.stats.claim import Claim, of_kind
+from experiments.bench.stats.scores import Score
+from experiments.bench.stats.tests import proportion_interval, summarise
+from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.store.rows import known, mixture
+
+COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for entry in ENVS.values() for column in entry.columns}
+"""Every column that an env declares, by name."""
+LEAST_SEEDS = 20
+"""Seeds that each behaviour of a claim is played at, below which it is not judged: the worlds vary that much."""
+POWER = 0.8
+"""The usual least chance of showing an effect that is there."""
+TAIL = 0.025
+"""Beyond either end of a 95 % interval."""
+MOST_EPISODES = 2_000
+"""Up to which a number of episodes is looked for."""
+NEGLIGIBLE = 1e-12
+"""The chance of counts beyond those that are summed over."""
+
+
+def mean(rows: pl.DataFrame, column: str) -> Score | None:
+    """Return the mean over episodes, with its interval; ``None`` where the env has no such measure.
+
+    The interval keeps to what the column can be: the mean of shares is at most 1.
+    """
+    return _mean(rows[column].drop_nulls().to_list(), *(COLUMNS[column].ends if column in COLUMNS else ()))
+
+
+def mean_difference(first: pl.DataFrame, second: pl.DataFrame, column: str) -> Score | None:
+    """Return by how much a column of the ``first`` exceeds that of the ``second``, a mean over the seeds of both.
+
+    Episodes of equal seed are in equal worlds, so what differs between worlds cancels in their difference. ``None``
+    where no seed has both.
+    """
+    sides = (rows.select("seed", column).drop_nulls() for rows in (first, second))
+    one, other = sides
+    both = one.join(other, on="seed", suffix="_other").sort("seed")
+    return _mean((both[column] - both[f"{column}_other"]).to_list())
+
+
+def _mean(values: Sequence[float], *ends: float) -> Score | None:
+    if not values:
+        return None
+    summary = summarise(values, *ends)
+    return Score(summary.mean, summary.ci_low, summary.ci_high, summary.n)
+
+
+def collisions(rows: pl.DataFrame) -> int:
+    """Return how many episodes ended by touching something."""
+    return int(rows["touched"].sum())
+
+
+def rate(rows: pl.DataFrame, per: str, unit: float = 1.0) -> Score:
+    """Return collisions per ``unit`` of a column's sum, with the exact interval of a Poisson rate (Garwood 1936).
+
+    Every episode ends with its first collision, so they come one by one out of a stretch that is as long as it took.
+    """
+    count, stretch = collisions(rows), sum(rows[per]) / unit
+    if not stretch > 0.0:  # or no number
+        return Score(math.nan, math.nan, math.nan, rows.height)
+    low, high = poisson_interval(count)
+    return Score(count / stretch, low / stretch, high / stretch, rows.height)
+
+
+def free_distance(rows: pl.DataFrame) -> Score:
+    """Return metres driven per collision: the rate's reciprocal, without an upper end where nothing was touched."""
+    a_metre = rate(rows, "driven_m")
+    value, low, high = (math.inf if end == 0.0 else 1.0 / end for end in (a_metre.value, a_metre.high, a_metre.low))
+    return Score(value, low, high, a_metre.n)
+
+
+def survival(rows: pl.DataFrame) -> Score:
+    """Return the share of episodes without a collision, with its exact interval (Clopper and Pearson 1934)."""
+    unharmed = rows.height - collisions(rows)
+    return Score(unharmed / rows.height, *proportion_interval(unharmed, rows.height), rows.height)
+
+
+def rate_ratio(first: pl.DataFrame, second: pl.DataFrame) -> Score:
+    """Return how many times more often a metre the ``first`` collide than the ``second``, with the exact interval.
+
+    Given their sum, the count of the first is binomial, its chance set by the ratio and the two stretches.
+    """
+    counts = [collisions(rows) for rows in (first, second)]
+    stretches = [sum(rows["driven_m"]) for rows in (first, second)]
+    total = sum(counts)
+    if total == 0 or not all(stretch > 0.0 for stretch in stretches):  # or no number
+        return Score(math.nan, math.nan, math.nan, first.height + second.height)
+    scale = stretches[1] / stretches[0]
+    ends = (counts[0] / total, *proportion_interval(counts[0], total))
+    value, low, high = (math.inf if end == 1.0 else scale * end / (1.0 - end) for end in ends)
+    return Score(value, low, high, total)
+
+
+def score(measure: Measure, rows: pl.DataFrame) -> Score | None:
+    """Return one measure of one behaviour's episodes."""
+    if measure.kind == "mean":
+        return mean(rows, measure.column)
+    return rate(rows, measure.column, measure.per) if measure.kind == "collision_rate" else free_distance(rows)
+
+
+def scores(rows: pl.DataFrame, env: str) -> dict[str, Score]:
+    """Return every measure that an env declares, and the return, of one behaviour's episodes."""
+    values = {measure.name: score(measure, rows) for measure in ENVS[env].all_measures}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def counts_collisions(env: str) -> bool:
+    """Return whether collisions are a measure of an env."""
+    return any(measure.kind == "collision_rate" for measure in ENVS[env].all_measures)
+
+
+def summary(trials: pl.DataFrame, env: str, reference: str) -> pl.DataFrame:
+    """Return a run's summary: a row per behaviour and measure.
+
+    Where collisions count, these measures are added: the share of episodes without one, how many times more often a
+    metre a behaviour collides than the ``reference``, and how many episodes of both a comparison with it takes.
+    """
+    played = {model: rows for (model,), rows in trials.group_by("model", maintain_order=True)}
+    table = []
+    for name, rows in played.items():
+        measured = scores(rows, env)
+        if counts_collisions(env):
+            measured["without collision"] = survival(rows)
+            if reference in played and name != reference:
+                measured |= _compared(rows, played[reference], reference)
+        table += [
+            {"env": env, "behaviour": name, "measure": measure, "episodes": rows.height, "value": known(score.value),
+             "ci_low": known(score.low), "ci_high": known(score.high)}
+            for measure, score in measured.items()
+        ]  # fmt: skip
+    return pl.DataFrame(table, infer_schema_length=None)
+
+
+def _compared(rows: pl.DataFrame, reference: pl.DataFrame, name: str) -> dict[str, Score]:
+    rarer, other = sorted((Pilot.of(rows), Pilot.of(reference)), key=lambda pilot: pilot.rate)
+    needed = float(episodes_needed(rarer, other, 1.0) or math.inf)
+    return {
+        f"collisions/m, times {name}": rate_ratio(rows, reference),
+        f"episodes to tell from {name}": Score(needed, math.nan, math.nan, rows.height),
+    }
+
+
+# --- power ------------------------------------------------------------------------------------------------------------
+
+
+class Pilot(NamedTuple):
+    """Results of one behaviour in pilot episodes: how many collided, metres driven in all together, their number."""
+
+    collisions: int
+    metres: float
+    episodes: int
+
+    @classmethod
+    def of(cls, rows: pl.DataFrame) -> Pilot:
+        """Return the sums over one behaviour's episodes."""
+        return cls(collisions(rows), sum(rows["driven_m"]), rows.height)
+
+    @property
+    def rate(self) -> float:
+        """Collisions a metre."""
+        return self.collisions / self.metres if self.metres else math.nan
+
+
+def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
+    """Return the chance that the whole 95 % interval of the ratio of two rates lies above ``bound``.
+
+    Both counts are Poisson, with the pilot's rates and metres per episode, and all pairs of counts are summed over.
+    An episode ends with its first collision, so a count is no Poisson number but the time to an event, cut at the
+    episode's end. The logarithm of its rate has the same variance, 1 over the expected count
+    (`tests/bench/stats/test_episodes.py` compares both).
+
+    Parameters
+    ----------
+    rarer, other
+        The behaviour that is claimed to collide less often, and the one it is compared with.
+    bound
+        Of the ratio of their rates, ``other`` to ``rarer``; above 0.
+    episodes
+        Of each behaviour; 1 or more.
+
+    References
+    ----------
+    Przyborowski and Wilenski 1940, Homogeneity of results in testing samples from Poisson series, Biometrika 31: the
+    conditional test. Its interval is that of a binomial share (Clopper and Pearson 1934).
+    """
+    from scipy import stats  # not before: it takes its time to load
+
+    expected = [stats.poisson(side.collisions * episodes / side.episodes) for side in (other, rarer)]
+    more, fewer = (np.arange(int(count.isf(NEGLIGIBLE)) + 1) for count in expected)
+    lengths = bound * other.metres / other.episodes, rarer.metres / rarer.episodes
+    # Given the sum, the count of `other` is binomial. The lower end of the interval clears the bound where so many or
+    # more would be rarer than `TAIL` at the bound's own share.
+    clears = special.betainc(more[1:, None], fewer + 1.0, lengths[0] / sum(lengths)) < TAIL
+    return float(expected[0].pmf(more[1:]) @ clears @ expected[1].pmf(fewer))
+
+
+def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = POWER) -> int | None:
+    """Find the least number of episodes of each behaviour with which, and with any more, the power is ``target``.
+
+    Parameters
+    ----------
+    rarer, other, bound
+        As of `power`.
+    target
+        The power that is wanted, above 0 and below 1.
+
+    Returns
+    -------
+    int or None
+        ``None`` where not even `MOST_EPISODES` have that power.
+    """
+    if not 0.0 < rarer.metres * other.metres < math.inf:
+        return None
+    # The sum over random totals smooths the steps of the exact test: power rises with the number of episodes.
+    tried = range(1, MOST_EPISODES + 1)
+    place = bisect.bisect_left(tried, target, key=lambda episodes: power(rarer, other, bound, episodes))
+    return tried[place] if place < len(tried) else None
+
+
+# --- claims -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourClaim(Claim):
+    """A claim about behaviours in one env; it holds where its whole 95 % interval does.
+
+    Parameters
+    ----------
+    env
+        The env's id.
+    models
+        The behaviours that it compares.
+    judge
+        From the rows of all behaviours' episodes in that env to an `Outcome`.
+    """
+
+    module: ClassVar[str] = "behaviours"
+
+    env: str
+    models: Set[str]
+    judge: Callable[[pl.DataFrame], Outcome]
+
+
+def verdicts(env: str, behaviours: Collection[str], trials: pl.DataFrame) -> list[Verdict]:
+    """Judge the claims about behaviours that were played in an env. All episodes together are one replicate."""
+    judged = []
+    for claim in of_kind(BehaviourClaim).values():
+        if claim.env == env and claim.models <= set(behaviours):
+            missing = claim.models - set(trials["model"])
+            outcome = Outcome.unjudged(f"needs episodes of {' and '.join(sorted(claim.models))}")
+            outcome = outcome if missing else claim.judge(trials)
+            noted = outcome.noting([mixture(trials.iter_rows(named=True))])
+            judged.append(Verdict.of(claim, [noted], experiment=env))
+    return judged
+
+
+def held(measured: str, asked: Sequence[tuple[Score, Check]], sides: Mapping[str, pl.DataFrame]) -> Outcome:
+    """Judge scores by a check of each, where every behaviour has enough seeds and every score is a number."""
+    n = sum(rows.height for rows in sides.values())
+    seeds = {name: rows["seed"].n_unique() for name, rows in sides.items()}
+    if min(seeds.values()) < LEAST_SEEDS:
+        has = ", ".join(f"{count} of {name}" for name, count in seeds.items())
+        why = f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})"
+        return Outcome.unjudged(f"{why}; measured: {measured}", n=n)
+    if any(math.isnan(score.value) or math.isnan(score.low) for score, _ in asked):
+        why = "the measure is no number: no episode collided, or one has none"
+        return Outcome.unjudged(f"{why}; measured: {measured}", n=n)
+    return Outcome.of([check for _, check in asked], measured, n=n)

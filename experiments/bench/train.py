@@ -1,0 +1,347 @@
+"""Train policies by stable-baselines3's PPO at one training seed or several, and judge them together.
+
+That library and PyTorch are an extra, which is imported when a policy is trained.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+from gymnasium import spaces
+from threadpoolctl import threadpool_limits
+
+import colias_sim  # noqa: F401  (registers the envs)
+from colias_sim.reference import reference_hash
+from experiments.behaviours import FIXATION, OPTOMOTOR
+from experiments.bench import behave
+from experiments.bench.engine.terminal import count, progress
+from experiments.bench.run import interrupts
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.runs import Resources
+from experiments.bench.run.streams import stream
+from experiments.bench.run.workers import without_interrupts
+from experiments.bench.sources.behaviour import (
+    ENDING,
+    TRAINED_UNDER,
+    WHEELS,
+    About,
+    Steering,
+    TrainedPolicy,
+    Vector,
+    load_policy,
+)
+from experiments.bench.sources.episodes import Setting, env_id, short_name
+from experiments.bench.stats.scores import Score
+from experiments.bench.store.description import begun
+from experiments.bench.store.files import TABLE, Files, drawn_from
+from experiments.bench.store.provenance import versions
+
+if TYPE_CHECKING:
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecEnv
+
+OPPONENTS: Mapping[str, tuple[str, ...]] = {
+    FIXATION: ("fixation-pi", "fixation", "still", "random", "oracle-target"),
+    OPTOMOTOR: ("optomotor-pi", "optomotor", "still", "random", "oracle-heading"),
+}
+"""Env -> what a policy is compared with: the PI reflex, which steers as it does, the plain one, rest, chance, truth."""
+JUDGED = 20
+"""Episodes that a policy and each of its opponents are judged by, in worlds that none was trained in."""
+ROLLOUT = 256
+"""Steps of each env between two updates of a network in training, and the size of a minibatch."""
+WORLDS, WORLDS_A_SEED = 2**32, 2**10
+"""The first seed of the worlds that are trained in, and their number for each training seed."""
+LIBRARIES = ("stable-baselines3", "torch")
+"""The libraries that decide what a policy becomes."""
+CUT, RESAMPLES = 0.25, 50_000
+"""Share of the scores that is left out at either end, and resamples of the bootstrap."""
+TRAINED = "PPO"
+"""Name of the policies of several training seeds together."""
+OF_SEEDS = f"{TRAINED}: interquartile mean over training seeds with its interval over these; fewer than 10 are few."
+
+
+# --- one training -----------------------------------------------------------------------------------------------------
+
+
+class Steered(gym.Wrapper[Vector, Vector, Vector, Vector]):
+    """Actions add to the wheels' commands, and observations end with these; see `Steering`."""
+
+    def __init__(self, env: gym.Env[Any, Any], steering: Steering) -> None:
+        super().__init__(env)
+        self._steering, self._command = steering, np.zeros(WHEELS, np.float32)
+        inner: Any = env.observation_space
+        ones = np.ones(WHEELS, np.float32)
+        self.observation_space = spaces.Box(np.concatenate([inner.low, -ones]), np.concatenate([inner.high, ones]))
+        self.action_space = spaces.Box(-1.0, 1.0, (WHEELS,), np.float32)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
+        """Begin an episode, the wheels at rest."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        self._command = np.zeros(WHEELS, np.float32)
+        return self._steering.sense(observation, self._command), info
+
+    def step(self, action: Vector) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
+        """Move the wheels' commands by ``action``, and the robot by them."""
+        self._command = self._steering.command(self._command, action)
+        observation, reward, terminated, truncated, info = self.env.step(self._command)
+        return self._steering.sense(observation, self._command), float(reward), terminated, truncated, info
+
+
+def steered(about: About) -> Steered:
+    """Return a new env of the kind that ``about`` names, with this process kept to one thread."""
+    cv2.setNumThreads(1)
+    threadpool_limits(1)
+    return Steered(gym.make(about.env, observation="neural", model=about.model, **about.options), about.steering)
+
+
+def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.DataFrame]:
+    """Train a policy.
+
+    Parameters
+    ----------
+    about
+        What it is for. Steps are rounded up to whole rollouts of `ROLLOUT` steps of every env.
+    advance
+        Called after each step of all envs.
+
+    Returns
+    -------
+    TrainedPolicy
+        The policy. On one version of PyTorch, equal seeds and numbers of envs give equal ones.
+    polars.DataFrame
+        A row per update: ``steps`` so far, ``episodes`` that ended since the row before, and their mean ``return``.
+
+    Raises
+    ------
+    OSError
+        The process of an env died.
+    """
+    import torch
+    from stable_baselines3 import PPO
+
+    torch.set_num_threads(1)  # the cores are the envs', and sums keep their order
+    returns: list[float] = []
+    curve: list[dict[str, float | None]] = []
+
+    def after_step(of_learn: Mapping[str, Any], of_module: Mapping[str, Any]) -> bool:
+        interrupts.check()
+        advance()
+        returns.extend(info["episode"]["r"] for info in of_learn["infos"] if "episode" in info)
+        steps = of_learn["self"].num_timesteps
+        if steps % (ROLLOUT * about.envs) == 0:
+            mean = float(np.mean(returns)) if returns else None
+            curve.append({"steps": steps, "episodes": len(returns), "return": mean})
+            returns.clear()
+        return True
+
+    with _envs(about) as envs:
+        model = PPO(
+            "MlpPolicy", envs, seed=about.seed, device="cpu", n_steps=ROLLOUT, batch_size=ROLLOUT,
+            # What an action does shows within a second; rewards are about 1 a step, returns to this horizon about 20.
+            gamma=0.95, gae_lambda=0.9, learning_rate=1e-3,
+            policy_kwargs={"net_arch": list(about.hidden), "activation_fn": torch.nn.Tanh, "log_std_init": -0.5},
+        )  # fmt: skip
+        envs.seed(WORLDS + WORLDS_A_SEED * about.seed)
+        try:
+            model.learn(about.steps, callback=after_step)
+        except (EOFError, ConnectionError):
+            raise OSError("the process of an env died: see above for why") from None
+        return exported(model, about), pl.DataFrame(curve, infer_schema_length=None)
+
+
+def exported(model: PPO, about: About) -> TrainedPolicy:
+    """Return the policy of a model, as plain arrays; it is about as many steps as the model has made."""
+    import torch
+
+    parts = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+    layers = [
+        (np.ascontiguousarray(part.weight.detach().numpy(), np.float32),
+         np.ascontiguousarray(part.bias.detach().numpy(), np.float32))
+        for part in parts if isinstance(part, torch.nn.Linear)
+    ]  # fmt: skip
+    return TrainedPolicy(
+        replace(about, steps=model.num_timesteps, versions=versions() | dict(zip(LIBRARIES, installed(), strict=True))),
+        layers,
+    )
+
+
+@contextlib.contextmanager
+def _envs(about: About) -> Iterator[VecEnv]:
+    """Yield one env in this process, several in one each; their processes are gone afterwards."""
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import SubprocVecEnv
+
+    several: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
+    with without_interrupts():
+        envs: VecEnv = make_vec_env(
+            steered, about.envs, env_kwargs={"about": about}, **(several if about.envs > 1 else {})
+        )
+    try:
+        yield envs
+    except BaseException:
+        # Closing in good order would wait for answers that may never come.
+        for process in getattr(envs, "processes", ()):
+            process.terminate()
+        raise
+    envs.close()
+
+
+# --- several training seeds -------------------------------------------------------------------------------------------
+
+
+def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Sequence[str]) -> list[About]:
+    """Return what each policy has to be about, its steps rounded up as PPO does; `UsageError` where that is wrong."""
+    where = env_id(env)
+    if where not in OPPONENTS:
+        raise UsageError(f"--env {env}: a policy learns Optomotor or Fixation")
+    for text in assignments:
+        if text.partition("=")[0].partition(".")[0] not in TRAINED_UNDER:
+            raise UsageError(f"--set {text}: a training may change {', '.join(TRAINED_UNDER)}")
+    options, rollout = dict(behave.env_options(where, assignments)), ROLLOUT * envs
+    whole = -(-steps // rollout) * rollout
+    return [About(where, one, whole, envs, options=options) for one in range(seed, seed + seeds)]
+
+
+def described(abouts: Sequence[About]) -> str:
+    """Return what is trained, in words."""
+    first, n = abouts[0], count(len(abouts), "training seed")
+    under = "".join(f", {name}={value}" for name, value in first.options.items())
+    steps = f"{first.steps:,} steps in {count(first.envs, 'env')}"
+    return f"{short_name(first.env)}{under}: {n} from {first.seed} of {steps}, {JUDGED} episodes each"
+
+
+def policy_file(folder: Path, seed: int) -> Path:
+    """Return the file of one training seed's policy."""
+    return folder / f"policy-{seed}{ENDING}"
+
+
+def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[behave.BehaviourReport, pl.DataFrame]:
+    """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
+
+    Eye, wheels and randomisation are those of the training.
+
+    Parameters
+    ----------
+    abouts
+        From `plan`.
+    folder
+        A new one, or one that has a part of this training.
+    resources
+        Where the episodes are played.
+
+    Returns
+    -------
+    BehaviourReport
+        What all policies and their opponents did.
+    polars.DataFrame
+        Its summary; of several training seeds `together`, which are written to ``policies.csv`` and drawn.
+
+    Raises
+    ------
+    UsageError
+        The folder has policies of another training, or the extra is not installed.
+    """
+    files, first = [policy_file(folder, about.seed) for about in abouts], abouts[0]
+    missing = [about for about, file in zip(abouts, files, strict=True) if not is_trained(about, file)]
+    if missing:
+        if begun(folder):
+            raise UsageError(f"--out {folder}: its policies are judged already; choose another")
+        installed()
+        importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
+        reference_hash()  # nothing is trained where nothing can be drawn
+    for about in missing:
+        name, rounds = f"training seed {about.seed}", about.steps // about.envs
+        with interrupts.held(), progress(name, rounds, resources.quiet, "steps of all envs") as advance:
+            policy, curve = train(about, advance)
+            folder.mkdir(parents=True, exist_ok=True)
+            curve.write_csv(folder / f"learning-{about.seed}.csv")
+            policy.save(policy_file(folder, about.seed))
+    options = tuple(sorted(first.options.items()))
+    settings = tuple(Setting(name, first.env, options) for name in (*(str(file.resolve()) for file in files),
+                                                                   *OPPONENTS[first.env]))  # fmt: skip
+    with resources.pool() as pool:
+        report = behave.run(behave.BehaviourPlan(settings, JUDGED, 0, "training"), folder, pool, resources)
+    if len(abouts) == 1 or report.summary.is_empty():
+        return report, report.summary
+    from experiments.bench.report import behaviours, style  # not before: matplotlib takes its time to load
+
+    policies = pl.col("behaviour").is_in([file.stem for file in files])
+    table = together(report.summary, policies, first.seed)
+    Files(folder).write_rows("policies.csv", table.to_dicts())
+    seeds = report.summary.filter(policies).with_columns(behaviour=pl.lit(TRAINED))
+    drawn = behaviours.draw(table, seeds, f"{described(abouts)}. {OF_SEEDS}", things="training seeds")
+    style.save(drawn, folder / "policies", drawn_from([folder / TABLE]))
+    return report, table
+
+
+def is_trained(about: About, file: Path) -> bool:
+    """Return whether a policy is in its file; `UsageError` where one of another training is."""
+    if not file.exists():
+        return False
+    there = load_policy(file).about
+    if replace(there, versions={}) != about:
+        raise UsageError(f"{file}: it is about {there}, not {about}; choose another --out")
+    return True
+
+
+def installed() -> tuple[str, ...]:
+    """Return the versions here of what decides a policy; `UsageError` without the extra."""
+    try:
+        return tuple(importlib.metadata.version(name) for name in LIBRARIES)
+    except importlib.metadata.PackageNotFoundError as error:
+        raise UsageError(f"training needs {error.name}, which is not installed: run 'make train', or install PyTorch's"
+                         " CPU build and then colias-sim[train]") from None  # fmt: skip
+
+
+def together(summary: pl.DataFrame, policies: pl.Expr, seed: int) -> pl.DataFrame:
+    """Return a summary in which all ``policies`` are one row of each measure: their `interquartile_mean`."""
+    rows = []
+    for (env, measure), part in summary.filter(policies).group_by("env", "measure", maintain_order=True):
+        score = interquartile_mean(part["value"], seed)
+        rows.append({"env": env, "behaviour": TRAINED, "measure": measure, "episodes": part["episodes"][0],
+                     "value": score.value, "ci_low": score.low, "ci_high": score.high})  # fmt: skip
+    return pl.concat([pl.DataFrame(rows, summary.schema), summary.filter(~policies)])
+
+
+def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
+    """Return the mean of the middle half of all scores, with its 95 % interval over training seeds.
+
+    Of N scores the int(N / 4) lowest and as many highest are left out: of five, one each. The interval has the
+    percentiles of resamples, drawn with replacement. It says how far the number may move when the same training begins
+    with other seeds. It says nothing of other worlds: all policies are judged in the same ones. Of few scores it is too
+    narrow, as no resample goes beyond the scores there are.
+
+    Parameters
+    ----------
+    scores
+        A score per training seed, two or more: the mean of a measure over the episodes that judged the policy.
+    seed
+        Of the stream ``bootstrap.training``, 0 or more.
+
+    References
+    ----------
+    Agarwal, Schwarzer, Castro, Courville and Bellemare 2021, Deep reinforcement learning at the edge of the statistical
+    precipice, NeurIPS 34: interquartile mean, and percentile intervals by bootstrap.
+    """
+    from scipy import stats
+
+    values = np.asarray(scores, float)
+
+    def middle(sample: npt.NDArray[np.float64], axis: int = -1) -> Any:
+        return stats.trim_mean(sample, CUT, axis=axis)
+
+    ends = stats.bootstrap(
+        (values,), middle, n_resamples=RESAMPLES, method="percentile", vectorized=True,
+        rng=stream("bootstrap.training", seed),
+    ).confidence_interval  # fmt: skip
+    return Score(float(middle(values)), float(ends.low), float(ends.high), values.size)

@@ -1,1 +1,0 @@
-"""Policies by reinforcement learning."""

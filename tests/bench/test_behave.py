@@ -1,0 +1,126 @@
+"""Runs of behaviours: what is planned, the folder that is left, any number of workers, a run that goes on."""
+
+import dataclasses
+import json
+
+import polars as pl
+import pytest
+
+from colias_sim.envs import ENVS
+from experiments import UsageError, load, score
+from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, GROUPS, OPTOMOTOR
+from experiments.bench.behave import env_options, plan, run
+from experiments.bench.cli import main
+from experiments.bench.reproduce import QUICK, planned
+from experiments.bench.run.runs import Resources
+
+
+def names(planned):
+    return [setting.behaviour for setting in planned.settings]
+
+
+def test_a_plan_has_the_baselines_of_its_env():
+    planned = plan(["optomotor"], "Avoidance", ["robots=3", "arena=bright"], 2)
+    assert names(planned) == ["optomotor", *ENVS[AVOIDANCE].baselines]
+    assert planned.options == {"robots": 3, "arena": "bright"} and planned.reference == "optomotor"
+
+
+def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
+    planned = plan(["escape"], episodes=2, seed=7)
+    assert names(planned) == [*GROUPS["escape"], "hybrid", "straight"] and planned.reference == "hybrid"
+    seeds = {setting: [s.seed for s in planned.specs() if s.condition == setting] for setting in planned.settings}
+    assert set(map(tuple, seeds.values())) == {(7, 8)}
+    assert names(plan(["escape"], baselines=False)) == list(GROUPS["escape"])
+    pilot = plan(["hybrid", "lgmd"], episodes=3, seed=1000, baselines=False)
+    assert names(pilot) == ["hybrid", "lgmd"] and [trial.index for trial in pilot.specs()] == list(range(6))
+
+
+def test_options_are_typed_whole_or_entry_by_entry_over_a_policys_own():
+    typed = ["camera=ov7670", "camera.ae_steps=5", "noise=0.5"]
+    options = dict(env_options(OPTOMOTOR, typed, {"robot": "colias4", "noise": 2.0}))
+    assert options == {"robot": "colias4", "camera": {"preset": "ov7670", "ae_steps": 5}, "noise": 0.5}
+
+
+@pytest.mark.parametrize("typed", ["robots", "robots=none", "rubots=3", "model=dsnn", "noise.sd=1"])
+def test_wrong_options_are_refused(typed):
+    with pytest.raises(UsageError, match="--set"):
+        env_options(AVOIDANCE, [typed])
+
+
+def test_what_cannot_be_planned_is_refused():
+    with pytest.raises(UsageError, match="--episodes"):
+        plan(["still"], episodes=0)
+    with pytest.raises(UsageError, match="--episodes"):
+        score("still", episodes=0)
+
+
+def test_a_reproduction_plays_known_behaviours_at_equal_seeds():
+    for part in planned(QUICK, 7).behaviours:
+        assert set(names(part)) <= set(BEHAVIOURS)
+        assert {trial.seed for trial in part.specs()} == {7}
+        assert all(setting.steps == 150 for setting in part.settings)
+
+
+def short(seed=0):
+    """Two behaviours, two episodes each, of a few frames."""
+    planned = plan(["optomotor", "still"], episodes=2, seed=seed, baselines=False)
+    settings = tuple(dataclasses.replace(setting, steps=12) for setting in planned.settings)
+    return dataclasses.replace(planned, settings=settings)
+
+
+def played(planned, folder, workers=0, recordings=0):
+    means = Resources(workers, quiet=True)
+    with means.pool() as pool:
+        return run(planned, folder, pool, means, recordings=recordings)
+
+
+def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
+    report = played(short(), tmp_path / "run", recordings=2)
+    trials = report.trials
+    assert trials["model"].to_list() == ["optomotor"] * 2 + ["still"] * 2 and trials["seed"].to_list() == [0, 1, 0, 1]
+    assert trials["frames"].to_list() == [12] * 4 and not report.failures
+    assert {path.name for path in (tmp_path / "run").iterdir()} >= {
+        "run.json", "trials.parquet", "frames.parquet", "summary.csv", "claims.json", "figure.svg", "figure.png"
+    }  # fmt: skip
+    assert len(list((tmp_path / "run" / "recordings").iterdir())) == 2  # of the first behaviour
+    loaded = load(tmp_path / "run")
+    assert loaded.trials.equals(trials) and loaded.frames.height == 48 and loaded.summary.height == 6
+    assert set(loaded.summary["measure"]) == {measure.name for measure in ENVS[OPTOMOTOR].all_measures}
+    assert loaded.figure().get_suptitle() and loaded.claims.is_empty()
+
+    whole = (tmp_path / "run" / "trials.parquet").read_bytes()
+    (tmp_path / "run" / "trials.parquet").unlink()
+    folder = tmp_path / "run" / "parts"  # as a kill leaves it: one episode has its own files
+    folder.mkdir()
+    trials[1:2].write_parquet(folder / "000001-trials.parquet")
+    loaded.frames.filter(trial=1).write_parquet(folder / "000001-frames.parquet")
+    (tmp_path / "run" / "frames.parquet").unlink()
+    assert played(short(), tmp_path / "run", recordings=2).trials.equals(trials)
+    assert (tmp_path / "run" / "trials.parquet").read_bytes() == whole
+    with pytest.raises(UsageError, match="seed"):
+        played(short(seed=1), tmp_path / "run", recordings=2)
+
+
+def test_numbers_do_not_depend_on_workers(tmp_path):
+    one, two = played(short(), tmp_path / "one"), played(short(), tmp_path / "two", workers=2)
+    assert one.trials.equals(two.trials)
+    frames = (pl.read_parquet(tmp_path / name / "frames.parquet") for name in ("one", "two"))
+    assert next(frames).equals(next(frames))
+
+
+def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_path):
+    pair = plan(["fixation-pi", "still"], "Fixation", episodes=1, baselines=False)
+    pair = dataclasses.replace(pair, settings=tuple(dataclasses.replace(one, steps=3) for one in pair.settings))
+    (verdict,) = played(pair, tmp_path / "b4").verdicts
+    assert (verdict.id, verdict.experiment, verdict.outcome.verdict) == ("B4", FIXATION, "not shown")
+    other = tuple(dataclasses.replace(setting, options=(("noise", 0.5),)) for setting in pair.settings)
+    assert not played(dataclasses.replace(pair, settings=other), tmp_path / "other").verdicts
+
+
+def test_the_command_prints_the_scores_and_judges(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ["behave", "straight", "--episodes", "1", "--no-baselines", "--set", "robots=1", "--out", "run"]
+    assert main.command([*command, "--workers", "0"]) == 0
+    printed = capsys.readouterr().out
+    assert "collisions/m" in printed and "without collision" in printed and "colias view run" in printed
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["settings"][0]["options"] == [["robots", 1]]
