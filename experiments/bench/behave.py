@@ -50,7 +50,7 @@ from scenes import is_arena_file
 
 MAPPINGS = ("camera", "robot", "randomise")
 """The arguments of the envs that may be mappings."""
-SET_BY_BEHAVIOUR = ("observation", "actions", "model")
+SET_BY_BEHAVIOUR = ("observation", "actions")
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ def env_options(
         name, dot, entry = key.partition(".")
         if not equals:
             raise UsageError(f"--set {text}: expected NAME=VALUE, for example robots=5")
-        if name in SET_BY_BEHAVIOUR:
+        if name == "model":
             raise UsageError(f"--set {text}: the behaviour sets that itself")
         if dot and name not in MAPPINGS:
             raise UsageError(f"--set {text}: only {', '.join(MAPPINGS)} have entries")
@@ -176,6 +176,9 @@ def env_options(
 
 def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
     """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
+    for name in SET_BY_BEHAVIOUR:
+        if name in options:
+            raise UsageError(f"{origin}: the behaviour sets {name} itself")
     try:
         load_env_creator(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
     except (ValueError, TypeError) as error:
@@ -308,9 +311,9 @@ def score(
     >>> from experiments import score
     >>> {name: str(value) for name, value in score("fixation", episodes=5).items()}
     """
-    entry = behaviour if isinstance(behaviour, Behaviour) else load_behaviour(os.fspath(behaviour))
+    entry = behaviour if isinstance(behaviour, Behaviour) else load_behaviour(str(behaviour))
     check_counts(seed, episodes, "--episodes")
-    where = env_id(env or entry.env)
+    where = env_id(str(env or entry.env))
     options = {**entry.options, **options}
     check_options(where, options, "score")
     with progress(entry.name, episodes, quiet, "episodes") as advance:

@@ -41,6 +41,7 @@ from experiments.bench.sources.behaviour import (
     load_policy,
 )
 from experiments.bench.sources.episodes import Setting, env_id, short_name
+from experiments.bench.stats.episodes import SUMMARY
 from experiments.bench.stats.scores import Score
 from experiments.bench.store.description import begun
 from experiments.bench.store.files import TABLE, Files, drawn_from
@@ -61,8 +62,6 @@ ROLLOUT = 256
 """Steps of each env between two updates of a network in training, and the size of a minibatch."""
 WORLDS, WORLDS_A_SEED = 2**32, 2**10
 """The first seed of the worlds that are trained in, and their number for each training seed."""
-LIBRARIES = ("stable-baselines3", "torch")
-"""The libraries that decide what a policy becomes."""
 CUT, RESAMPLES = 0.25, 50_000
 """Share of the scores that is left out at either end, and resamples of the bootstrap."""
 TRAINED = "PPO"
@@ -169,10 +168,8 @@ def exported(model: PPO, about: About) -> TrainedPolicy:
          np.ascontiguousarray(part.bias.detach().numpy(), np.float32))
         for part in parts if isinstance(part, torch.nn.Linear)
     ]  # fmt: skip
-    return TrainedPolicy(
-        replace(about, steps=model.num_timesteps, versions=versions() | dict(zip(LIBRARIES, installed(), strict=True))),
-        layers,
-    )
+    libraries = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
+    return TrainedPolicy(replace(about, steps=model.num_timesteps, versions=versions() | libraries), layers)
 
 
 @contextlib.contextmanager
@@ -256,9 +253,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[be
     if missing:
         if begun(folder):
             raise UsageError(f"--out {folder}: its policies are judged already; choose another")
-        installed()
-        importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
-        reference_hash()  # nothing is trained where nothing can be drawn
+        require_training()
     for about in missing:
         name, rounds = f"training seed {about.seed}", about.steps // about.envs
         with interrupts.held(), progress(name, rounds, resources.quiet, "steps of all envs") as advance:
@@ -294,13 +289,17 @@ def is_trained(about: About, file: Path) -> bool:
     return True
 
 
-def installed() -> tuple[str, ...]:
-    """Return the versions here of what decides a policy; `UsageError` without the extra."""
+def require_training() -> None:
+    """Load what a training needs; `UsageError` without the extra, `GLUnavailable` where nothing can be drawn."""
     try:
-        return tuple(importlib.metadata.version(name) for name in LIBRARIES)
-    except importlib.metadata.PackageNotFoundError as error:
-        raise UsageError(f"training needs {error.name}, which is not installed: run 'make train', or install PyTorch's"
-                         " CPU build and then colias-sim[train]") from None  # fmt: skip
+        importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
+        importlib.import_module("stable_baselines3")
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"training needs {error.name}, which is not installed: run 'make train', or install PyTorch's CPU build and"
+            " then colias-sim[train]"
+        ) from None
+    reference_hash()
 
 
 def together(summary: pl.DataFrame, policies: pl.Expr, seed: int) -> pl.DataFrame:
@@ -310,7 +309,7 @@ def together(summary: pl.DataFrame, policies: pl.Expr, seed: int) -> pl.DataFram
         score = interquartile_mean(part["value"], seed)
         rows.append({"env": env, "behaviour": TRAINED, "measure": measure, "episodes": part["episodes"][0],
                      "value": score.value, "ci_low": score.low, "ci_high": score.high})  # fmt: skip
-    return pl.concat([pl.DataFrame(rows, summary.schema), summary.filter(~policies)])
+    return pl.concat([pl.DataFrame(rows, SUMMARY), summary.filter(~policies)])
 
 
 def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:

@@ -41,7 +41,9 @@ def test_options_are_typed_whole_or_entry_by_entry_over_a_policys_own():
     assert options == {"robot": "colias4", "camera": {"preset": "ov7670", "ae_steps": 5}, "noise": 0.5}
 
 
-@pytest.mark.parametrize("typed", ["robots", "robots=none", "rubots=3", "model=dsnn", "noise.sd=1"])
+@pytest.mark.parametrize(
+    "typed", ["robots", "robots=none", "rubots=3", "model=dsnn", "observation=state", "noise.sd=1"]
+)
 def test_wrong_options_are_refused(typed):
     with pytest.raises(UsageError, match="--set"):
         env_options(AVOIDANCE, [typed])

@@ -57,7 +57,8 @@ def draw(
         figure = Figure((style.WIDTH, min(high + low, style.PAGE)), layout="constrained")
         above: Any = figure
         if ways:
-            above, below = figure.subfigures(2, 1, height_ratios=[high, low])
+            parts: Any = figure.subfigures(2, 1, height_ratios=[high, low])
+            above, below = parts
             panels = below.subplots(down, across, squeeze=False, sharex=True, sharey=True)
             for axes, name in zip(panels.flat, names, strict=False):
                 axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)

@@ -26,6 +26,10 @@ from experiments.bench.store.rows import known, mixture
 
 COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for entry in ENVS.values() for column in entry.columns}
 """Every column that an env declares, by name."""
+SUMMARY = pl.Schema(
+    {"env": str, "behaviour": str, "measure": str, "episodes": int, "value": float, "ci_low": float, "ci_high": float}
+)
+"""Columns of ``summary.csv``."""
 LEAST_SEEDS = 20
 """Seeds that each behaviour of a claim is played at, below which it is not judged: the worlds vary that much."""
 POWER = 0.8
@@ -148,7 +152,7 @@ def summary(trials: pl.DataFrame, env: str, reference: str) -> pl.DataFrame:
              "ci_low": known(score.low), "ci_high": known(score.high)}
             for measure, score in measured.items()
         ]  # fmt: skip
-    return pl.DataFrame(table, infer_schema_length=None)
+    return pl.DataFrame(table, SUMMARY)
 
 
 def _compared(rows: pl.DataFrame, reference: pl.DataFrame, name: str) -> dict[str, Score]:

@@ -11,7 +11,6 @@ from experiments import NAMES, Angular, Clutter, Contrast, Egomotion, Translatio
 from experiments.bench import registry
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import family
-from experiments.bench.sources.behaviour import About
 from experiments.bench.trials import configure, parameters, plan
 
 
@@ -122,7 +121,7 @@ def test_a_model_with_parameters_of_its_own_is_a_family_of_its_own():
 
 
 @pytest.mark.parametrize(
-    "kind", [Translation, Angular, Contrast, Clutter, Egomotion, CameraConfig, About], ids=lambda kind: kind.__name__
+    "kind", [Translation, Angular, Contrast, Clutter, Egomotion, CameraConfig], ids=lambda kind: kind.__name__
 )
 def test_one_wrong_value_of_several_is_one_error(kind):
     """Pydantic counts the values that are left, and would tell of too few as well."""
