@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from colias_sim.arena import Arena
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
-from colias_sim.envs.factors import PRESET
+from colias_sim.envs.randomise import PRESET
 from experiments.bench.engine.terminal import count, progress
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder

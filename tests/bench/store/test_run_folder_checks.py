@@ -85,7 +85,7 @@ def test_recordings_are_asked_for_once_and_for_all(base, monkeypatch, capsys):
 # What computes: the user's files, the project's own.
 
 BEHAVIOUR = """
-from experiments.bench.closed_loop.find import Behaviour
+from experiments import Behaviour
 from gains import GAIN
 
 BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
