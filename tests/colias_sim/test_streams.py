@@ -57,13 +57,3 @@ def test_one_repeat_leaves_empty_cells_in_a_map(colias):
     assert done.returncode == 0, done.stderr
     with (colias.folder / "out" / "counts.csv").open() as file:
         assert {(row["n"], row["ci_low"], row["ci_high"]) for row in csv.DictReader(file)} == {("1", "", "")}
-
-
-def test_recordings_are_those_of_the_behaviour_itself(colias):
-    done = colias("behave", "still", "--env", "Fixation", "--episodes", "2", "--out", "out", "--workers", "1")
-    assert done.returncode == 0, done.stderr
-    assert "; those of still are recorded" in done.stderr and "(the episodes of still)" in done.stdout
-    rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
-    recordings = {f"trial-{row['trial']:04d}.rrd" for row in rows if row["model"] == "still"}
-    assert len(rows) > 2
-    assert {path.name for path in (colias.folder / "out" / "recordings").iterdir()} == recordings
