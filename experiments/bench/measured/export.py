@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
+from experiments.bench.measured.log import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import is_file
 from experiments.bench.sources.conditions import CONDITION_COLUMNS

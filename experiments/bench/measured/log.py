@@ -1,36 +1,61 @@
-"""Read a robot's log: a CSV with a row per frame and model, checked line by line.
+"""Read a robot's log: a CSV with a row per frame and model. docs/back-from-the-robot.md documents its columns.
 
 Everything is checked before anything is written. Each refusal is one line with the file and the number of its line.
 """
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import polars as pl
 
-from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
 from scenes.hints import nearest
 
 Floats = npt.NDArray[np.float64]
-Cells = Mapping[str, Any]
-SEPARATORS = {";": "';'", "\t": "a tab", "|": "'|'"}
-"""Signs that other programs put between the columns of a table, in words."""
+TIME = "time_s"
+CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
+"""Channel -> its column of spikes; the azimuth has none."""
+ANSWERS = tuple(name for pair in CHANNELS.items() for name in pair if name)
+POSES = (
+    "stimulus_bearing_deg", "stimulus_x_cm", "stimulus_y_cm", "stimulus_heading_deg", "observer_x_cm",
+    "observer_y_cm", "observer_heading_deg",
+)  # fmt: skip
+"""Columns that a tracker over the arena may add; all of them or none."""
+INDEX = ("trial", "model", "seed", "origin")
+KNOWN = (*INDEX, *CONDITION_COLUMNS, TIME, *ANSWERS, *POSES)
+"""All columns, in the order in which a log is written."""
+TEXTS = ("model", "origin", "motion", "direction")
+WHOLE = ("trial", "seed", *(spikes for spikes in CHANNELS.values() if spikes))
+ROBOT, SIMULATION = "robot", "simulation"
+"""Values that ``origin`` may have; blank is ``robot``. ``colias firmware log`` writes ``simulation``."""
+MOST_SPIKES = 1000
+"""Spikes of one frame; a count beyond it is a damaged line."""
+RANGES: Mapping[str, tuple[float, float]] = {
+    **dict.fromkeys(("trial", "seed", TIME), (0, 2**53)),
+    **dict.fromkeys(("hs", "vs", "azimuth"), (-1, 1)),
+    **dict.fromkeys(("hs_spikes", "vs_spikes"), (-MOST_SPIKES, MOST_SPIKES)),
+    "looming": (0, 1),
+    "looming_spikes": (0, MOST_SPIKES),
+    **dict.fromkeys(POSES, (-1e4, 1e4)),
+}
+"""Column -> its least and its largest value."""
 SHARED = ("seed", "origin", *CONDITION_COLUMNS)
 """Columns that have one value in all rows of a trial."""
 CLEAR_CM = 1.0
 """Distance off the observer's axis from which a tracker surely tells the side."""
 UNNAMED = ""
 """The model of a log without a column ``model``."""
+LINE = "line"
+BLOCK = ("trial", "model")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,77 +107,6 @@ class Log:
         return any(channels for trial in self.trials for channels in trial.answers.values())
 
 
-class _Reader:
-    """The lines of a file, and where it stands in them."""
-
-    def __init__(self, path: Path, experiment: Experiment) -> None:
-        self.path, self.experiment = path, experiment
-        self.line = 1
-
-    def refuse(self, reason: str, line: int | None = None) -> NoReturn:
-        """Raise `UsageError` about a line, by default the present one."""
-        raise UsageError(f"{self.path}, line {line or self.line}: {reason}") from None
-
-    def rows(self) -> Iterator[Cells]:
-        """Yield each row's cells by column, checked one by one."""
-        try:
-            with self.path.open(newline="", encoding="utf-8-sig") as file:
-                lines = csv.reader(file, strict=True)
-                names = next(lines, None)
-                if names == []:
-                    self.refuse("the line is blank: expected the names of the columns")
-                header = [name.strip() for name in names or ()]
-                self._check_header(header)
-                for cells in lines:
-                    self.line = lines.line_num
-                    if not cells:
-                        continue
-                    if len(cells) != len(header):
-                        self.refuse(f"{len(cells)} cells, the header has {len(header)} columns")
-                    try:
-                        yield {name: parse(name, cell) for name, cell in zip(header, cells, strict=True)}
-                    except ValueError as error:
-                        self.refuse(str(error))
-        except OSError as error:
-            raise UsageError(f"{self.path}: cannot be read ({error.strerror})") from None
-        except (UnicodeDecodeError, csv.Error) as error:
-            self.refuse(f"no CSV in UTF-8 ({error})")
-
-    def _check_header(self, header: Sequence[str]) -> None:
-        if not header:
-            self.refuse("the file is empty: expected a line with the names of the columns")
-        other = next((mark for mark in SEPARATORS if mark in header[0]), None) if len(header) == 1 else None
-        if other is not None:
-            reason = f"the columns are separated by {SEPARATORS[other]}"
-            self.refuse(f"{reason}: legal are commas between them, and points in numbers")
-        for name in header:
-            if name not in KNOWN:
-                near = nearest(name, KNOWN, after="; ")
-                self.refuse(f"unknown column {short(name)} ({near}all: {', '.join(KNOWN)})")
-            if header.count(name) > 1:
-                self.refuse(f"column {name!r} is there twice")
-        needed = ["trial", TIME, *telling(self.experiment.conditions())]
-        needed += [spikes for channel, spikes in CHANNELS.items() if channel in header and spikes]
-        needed += [channel for channel, spikes in CHANNELS.items() if spikes in header]
-        needed += POSES if set(POSES) & set(header) else ()
-        for name in needed:
-            if name not in header:
-                self.refuse(f"column {name!r} is missing{self._why(name)}")
-
-    def _why(self, name: str) -> str:
-        if name in CONDITION_COLUMNS:
-            return f": it tells the conditions of {self.experiment.name} apart"
-        if name in POSES:
-            return f": a tracker gives all of {', '.join(POSES)}, or none"
-        other = next((c if name == s else s for c, s in CHANNELS.items() if name in (c, s)), "")
-        return f": {other} needs it" if other else ""
-
-
-def telling(conditions: Sequence[Condition]) -> list[str]:
-    """Return the columns in which conditions differ: without them a log does not say what a trial showed."""
-    return [name for name in CONDITION_COLUMNS if len({getattr(condition, name) for condition in conditions}) > 1]
-
-
 def read(path: Path, experiment: Experiment) -> Log:
     """Read and check a log.
 
@@ -172,125 +126,124 @@ def read(path: Path, experiment: Experiment) -> Log:
     ------
     UsageError
         In one line with file and line number: an unknown or missing column, a cell that is no legal value, a time
-        that runs back, a condition that is not the experiment's, a trial that is there twice or says two things.
+        that runs back, a condition that is not the experiment's, a trial that says two things.
     """
-    reader = _Reader(path, experiment)
-    blocks: dict[tuple[int, str], list[tuple[int, Cells]]] = {}
-    before: tuple[int, str] | None = None
-    for cells in reader.rows():
-        key = (_given(reader, cells, "trial"), cells.get("model", UNNAMED))
-        if key[1] is None:
-            reader.refuse("model is blank")
-        if key != before and key in blocks:
-            of = f" of {key[1]}" if key[1] else ""
-            reader.refuse(f"trial {key[0]}{of} is there twice: it began in line {blocks[key][0][0]} and ended before")
-        _check_row(reader, cells, blocks.get(key, ()))
-        blocks.setdefault(key, []).append((reader.line, cells))
-        before = key
-    if not blocks:
-        reader.refuse("no frame of any trial")
-    trials: dict[int, dict[str, list[tuple[int, Cells]]]] = {}
-    for (trial, model), lines in blocks.items():
-        trials.setdefault(trial, {})[model] = lines
-    trials_read = tuple(_trial(reader, index, lines) for index, lines in sorted(trials.items()))
-    return Log(path, trials_read, tuple(dict.fromkeys(model for _, model in blocks)))
-
-
-def _given(reader: _Reader, cells: Cells, name: str) -> Any:
-    if cells[name] is None:
-        reader.refuse(f"{name} is blank")
-    return cells[name]
-
-
-def _check_row(reader: _Reader, cells: Cells, lines: Sequence[tuple[int, Cells]]) -> None:
-    """Refuse a row that does not go on with the rows of its block."""
-    time_s = _given(reader, cells, TIME)
-    for name in POSES:
-        if name in cells:
-            _given(reader, cells, name)
-    if POSES[0] in cells:
-        _check_bearing(reader, cells)
-    for channel, spikes in CHANNELS.items():
-        if spikes and channel in cells and (cells[channel] is None) != (cells[spikes] is None):
-            reader.refuse(f"{channel if cells[channel] is None else spikes} is blank, but not its partner")
-        if spikes and cells.get(channel) and cells[channel] * cells[spikes] < 0:
-            reason = f"{spikes}={cells[spikes]}, but {channel}={cells[channel]:g}"
-            reader.refuse(f"{reason}: legal are spikes with the potential's sign")
-    if not lines:
-        return
-    first_line, first = lines[0]
-    if time_s <= lines[-1][1][TIME]:
-        reader.refuse(
-            f"time_s={time_s:g} runs back: line {lines[-1][0]} of trial {cells['trial']} has {lines[-1][1][TIME]:g} "
-            "(times rise; a trial that is there twice needs another number)"
-        )
-    for name in SHARED:
-        if cells.get(name) != first.get(name):
-            there = f"trial {cells['trial']} began in line {first_line} with {first[name]}"
-            reader.refuse(f"{name}={cells[name]}: {there}")
-    for name in CHANNELS:
-        if name in cells and (cells[name] is None) != (first[name] is None):
-            reader.refuse(f"{name} is blank in some frames of trial {cells['trial']}, and not in others")
-
-
-def _check_bearing(reader: _Reader, cells: Cells) -> None:
-    """Refuse a bearing of the other side than the poses say: in logs of versions up to 0.3 left was positive."""
-    bearing, (x, y) = cells[POSES[0]], (cells[f"stimulus_{axis}_cm"] - cells[f"observer_{axis}_cm"] for axis in "xy")
-    heading = math.radians(cells["observer_heading_deg"])
-    right_cm = x * math.sin(heading) - y * math.cos(heading)
-    if abs(right_cm) > CLEAR_CM and right_cm * math.sin(math.radians(bearing)) < 0.0:
-        side = "right" if right_cm > 0.0 else "left"
-        reader.refuse(f"{POSES[0]} is {bearing:g}, but its poses have the stimulus on the {side}; right is positive")
-
-
-def _trial(reader: _Reader, index: int, blocks: Mapping[str, Sequence[tuple[int, Cells]]]) -> LoggedTrial:
-    """Put one trial together from the blocks of its models."""
-    first = next(iter(blocks.values()))
-    line, cells = first[0]
-    times = np.array([lines[TIME] for _, lines in first], np.float64)
-    answers = {}
-    for model, lines in blocks.items():
-        begins, first_cells = lines[0]
-        if [row[TIME] for _, row in lines] != times.tolist():
-            reader.refuse(f"trial {index}: {model} has other times than the model before it", begins)
-        differs = [name for name in SHARED if first_cells.get(name) != cells.get(name)]
-        if differs:
-            reader.refuse(
-                f"trial {index}: {differs[0]}={first_cells[differs[0]]}, line {line} has {cells[differs[0]]}", begins
+    texts = _texts(path)
+    _check_header(path, texts.columns[1:], experiment)
+    table = _values(path, texts)
+    _check_rows(path, table)
+    trials = []
+    for (index,), rows in sorted(table.partition_by("trial", as_dict=True, maintain_order=True).items()):
+        blocks = rows.partition_by("model", as_dict=True, maintain_order=True)
+        first = next(iter(blocks.values()))
+        for (model,), block in blocks.items():
+            if not block[TIME].equals(first[TIME]):
+                problem = f"trial {index}: {model} has other times than the model before it"
+                raise UsageError(f"{path}, line {block[LINE][0]}: {problem}")
+        answers = {
+            str(model): {
+                name: block[name].to_numpy()
+                for channel, spikes in CHANNELS.items() if channel in block.columns and not block[channel].null_count()
+                for name in (channel, spikes) if name
+            }
+            for (model,), block in blocks.items()
+        }  # fmt: skip
+        cells = first.row(0, named=True)
+        poses = {name: first[name].to_numpy() for name in POSES} if POSES[0] in cells else None
+        trials.append(
+            LoggedTrial(
+                int(index), cells[LINE], _condition(path, cells, experiment), cells.get("seed"),
+                cells.get("origin") == SIMULATION, first[TIME].to_numpy(), answers, poses,
             )
-        answers[model] = {
-            name: np.array([row[name] for _, row in lines], np.int64 if name in CHANNELS.values() else np.float64)
-            for channel, spikes in CHANNELS.items()
-            if first_cells.get(channel) is not None
-            for name in (channel, spikes)
-            if name
-        }
-    poses = (
-        {name: np.array([row[name] for _, row in first], np.float64) for name in POSES} if POSES[0] in cells else None
-    )
-    simulated = cells.get("origin") == SIMULATION
-    return LoggedTrial(
-        index, line, _condition(reader, cells, line), cells.get("seed"), simulated, times, answers, poses
-    )
+        )  # fmt: skip
+    return Log(path, tuple(trials), tuple(table["model"].unique(maintain_order=True)))
 
 
-def _condition(reader: _Reader, cells: Cells, line: int) -> Condition:
+def _texts(path: Path) -> pl.DataFrame:
+    """Read the cells as texts, stripped, a blank one as null, with the number of each row's line."""
+    try:
+        cells = pl.read_csv(path, infer_schema=False, raise_if_empty=True, glob=False)
+    except pl.exceptions.PolarsError as error:
+        raise UsageError(f"{path}: is no table with commas between its columns ({short(str(error))})") from None
+    cells = cells.rename(str.strip).with_columns(pl.all().str.strip_chars().replace("", None))
+    return cells.with_row_index(LINE, 2)
+
+
+def _check_header(path: Path, names: Sequence[str], experiment: Experiment) -> None:
+    conditions = experiment.conditions()
+    needed = ["trial", TIME]
+    needed += [name for name in CONDITION_COLUMNS if len({getattr(one, name) for one in conditions}) > 1]
+    needed += [spikes for channel, spikes in CHANNELS.items() if channel in names and spikes]
+    needed += [channel for channel, spikes in CHANNELS.items() if spikes in names]
+    needed += POSES if set(POSES) & set(names) else ()
+    for name in names:
+        if name not in KNOWN:
+            near = nearest(name, KNOWN, after="; ")
+            raise UsageError(f"{path}, line 1: unknown column {short(name)} ({near}all: {', '.join(KNOWN)})")
+    for name in needed:
+        if name not in names:
+            raise UsageError(f"{path}, line 1: column {name} is missing")
+
+
+def _values(path: Path, texts: pl.DataFrame) -> pl.DataFrame:
+    """Return the cells as numbers, where a column has numbers."""
+    kinds = {name: pl.Int64 if name in WHOLE else pl.Float64 for name in texts.columns[1:] if name not in TEXTS}
+    for name, kind in kinds.items():
+        value, (low, high) = pl.col(name).cast(kind, strict=False), RANGES.get(name, (-math.inf, math.inf))
+        legal = value.is_not_null() & value.is_finite() & (value >= low) & (value <= high)
+        what = "a whole number" if kind is pl.Int64 else "a number"
+        between = f" between {low:g} and {high:g}" if math.isfinite(low) else ""
+        _refuse(path, texts, pl.col(name).is_not_null() & ~legal, f"{name} must be {what}{between}, got {{{name}!r}}")
+    table = texts.with_columns(pl.col(name).cast(kind) for name, kind in kinds.items())
+    for name in ("trial", TIME, *(name for name in ("model", *POSES) if name in table.columns)):
+        _refuse(path, table, pl.col(name).is_null(), f"{name} is blank")
+    return table if "model" in table.columns else table.with_columns(model=pl.lit(UNNAMED))
+
+
+def _check_rows(path: Path, table: pl.DataFrame) -> None:
+    """Refuse rows that contradict themselves or the other rows of their trial."""
+    if "origin" in table.columns:
+        odd = pl.col("origin").is_not_null() & ~pl.col("origin").is_in([ROBOT, SIMULATION])
+        _refuse(path, table, odd, f"origin must be {ROBOT} or {SIMULATION}, got {{origin!r}}")
+    earlier = pl.col(TIME).diff().over(BLOCK) <= 0
+    _refuse(path, table, earlier, "time_s={time_s:g} of trial {trial} is not later than the frame before it")
+    for name in (name for name in SHARED if name in table.columns):
+        other = pl.col(name).ne_missing(pl.col(name).first().over("trial"))
+        _refuse(path, table, other, f"{name} is {{{name}}}, but trial {{trial}} began with another value")
+    for channel, spikes in CHANNELS.items():
+        if channel not in table.columns:
+            continue
+        blank = pl.col(channel).is_null()
+        gaps = blank.ne(blank.first().over(BLOCK))
+        _refuse(path, table, gaps, f"{channel} is blank in some frames of trial {{trial}}, and not in others")
+        if spikes:
+            odd = blank.ne(pl.col(spikes).is_null()) | (pl.col(channel).sign() * pl.col(spikes) < 0)
+            _refuse(path, table, odd, f"{spikes} is {{{spikes}}}, and {channel} is {{{channel}}}")
+    if POSES[0] in table.columns:
+        # In logs of versions up to 0.3 left was positive.
+        x, y = (pl.col(f"stimulus_{axis}_cm") - pl.col(f"observer_{axis}_cm") for axis in "xy")
+        heading = pl.col("observer_heading_deg").radians()
+        right_cm = x * heading.sin() - y * heading.cos()
+        mirrored = (right_cm.abs() > CLEAR_CM) & (right_cm * pl.col(POSES[0]).radians().sin() < 0)
+        side = "but its poses have the stimulus on the other side; right is positive"
+        _refuse(path, table, mirrored, f"{POSES[0]} is {{{POSES[0]}:g}}, {side}")
+
+
+def _refuse(path: Path, table: pl.DataFrame, wrong: pl.Expr, reason: str) -> None:
+    """Raise `UsageError` about the first row that is wrong; ``{NAME}`` in the reason stands for a cell of it."""
+    for row in table.filter(wrong).head(1).to_dicts():
+        raise UsageError(f"{path}, line {row[LINE]}: {reason.format(**row)}")
+
+
+def _condition(path: Path, cells: Mapping[str, Any], experiment: Experiment) -> Condition:
     """Find the condition of the experiment that a trial's columns name."""
-    conditions, name = reader.experiment.conditions(), reader.experiment.name
-    given = [column for column in CONDITION_COLUMNS if column in cells]
+    given = {name: cells[name] for name in CONDITION_COLUMNS if name in cells}
     fitting = [
-        condition for condition in conditions if all(getattr(condition, column) == cells[column] for column in given)
+        one for one in experiment.conditions() if all(getattr(one, name) == value for name, value in given.items())
     ]
     if len(fitting) == 1:
         return fitting[0]
-    for column in given:
-        levels = list(dict.fromkeys(getattr(condition, column) for condition in conditions))
-        if cells[column] not in levels:
-            text = ", ".join("blank" if level is None else f"{level:g}" if isinstance(level, float) else level
-                              for level in levels)  # fmt: skip
-            value = "blank" if cells[column] is None else cells[column]
-            reader.refuse(
-                f"{column}={value}: no condition of {name} (it has {text}; --set experiment.* changes it)", line
-            )
-    text = ", ".join(f"{column}={cells[column]}" for column in given)
-    reader.refuse(f"no condition of {name} has {text} together", line)
+    text = ", ".join(f"{name}={value}" for name, value in given.items())
+    there = "; ".join(one.label() for one in experiment.conditions())
+    problem = f"no condition of {experiment.name} has {text} (--set experiment.* changes them): {there}"
+    raise UsageError(f"{path}, line {cells[LINE]}: {problem}")

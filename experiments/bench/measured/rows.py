@@ -16,8 +16,7 @@ import polars as pl
 
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
-from experiments.bench.measured.columns import CHANNELS, POSES
-from experiments.bench.measured.log import LoggedTrial
+from experiments.bench.measured.log import CHANNELS, POSES, LoggedTrial
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import spike_counts
 from experiments.bench.sources.measures import away_cm, responses, windows
