@@ -10,6 +10,7 @@ import polars as pl
 import pytest
 
 import experiments
+from tests.helpers.envs import end_after
 
 MODEL = """
 from pydantic import Field
@@ -154,6 +155,7 @@ def test_clips_with_a_claim(folder):
     assert claims["sees"]["holds"] + claims["sees"]["fails"] == 1 and claims["sees"]["n"] == 1
 
 
-def test_a_behaviour(folder):
+def test_a_behaviour(folder, monkeypatch):
+    end_after(30, monkeypatch)
     scores = experiments.score("my_reflex.py", episodes=1)
     assert scores and all(isinstance(score, experiments.Score | None) for score in scores.values())

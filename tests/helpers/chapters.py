@@ -30,14 +30,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import gymnasium as gym
 import pytest
 
-import colias_sim  # noqa: F401
 from experiments.bench.cli import main
 from experiments.bench.public import run as public_run
 from experiments.bench.run import runs as batch
 from experiments.bench.sources.robot import forget_simulations
+from tests.helpers.envs import end_after
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -123,9 +122,7 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
     monkeypatch.setenv("COLUMNS", "100")
     for module in (batch, public_run):
         monkeypatch.setattr(module, "worker_count", lambda given: 0)
-    for name, spec in gym.registry.items():
-        if name.startswith("colias_sim/"):
-            monkeypatch.setattr(spec, "max_episode_steps", 30)
+    end_after(30, monkeypatch)
     for name in {Path(file).stem for page in PAGES for file in written(page)}:
         monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
     reader = _Reader()

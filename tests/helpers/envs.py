@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from colias_sim.envs import ENVS
+from colias_sim.envs import ENVS, EnvEntry
 from colias_sim.envs.base import ColiasEnv
 
 NAMES = sorted(ENVS)
@@ -19,6 +19,13 @@ FIXATION = "colias_sim/Fixation-v0"
 SENSES = ("pixels", "neural", "both", "state")
 AHEAD = np.array([0.3, 0.3], np.float32)
 every_env = pytest.mark.parametrize("name", NAMES)
+
+
+def end_after(steps: int, patch: pytest.MonkeyPatch) -> None:
+    """Make the episodes of every env end after so many steps."""
+    patch.setattr(EnvEntry, "max_episode_steps", steps)
+    for name in ENVS:
+        patch.setattr(gym.registry[name], "max_episode_steps", steps)
 
 
 def bare(name: str, **options: Any) -> ColiasEnv[Any]:

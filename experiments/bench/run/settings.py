@@ -163,7 +163,13 @@ def preset_of(value: Any) -> str | None:
 
 def _presets(value: Any) -> Mapping[str, Any]:
     """Return the presets of a value's class, by name; empty where it has none."""
-    presets: Mapping[str, Any] = value.presets() if hasattr(type(value), "presets") else {}
+    kind: Any = type(value)
+    return _presets_of(kind)
+
+
+@functools.cache
+def _presets_of(cls: type) -> Mapping[str, Any]:
+    presets: Mapping[str, Any] = getattr(cls, "presets", dict)()
     return presets
 
 

@@ -19,6 +19,7 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Settings
 from experiments.bench.sources.robot import RobotTrial
 from tests.helpers import user_files
+from tests.helpers.envs import end_after
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
 
@@ -50,7 +51,8 @@ USERS_FILES = {
 
 
 @pytest.mark.parametrize("kind", USERS_FILES)
-def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias):
+def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias, monkeypatch):
+    end_after(30, monkeypatch)
     template, at, command = USERS_FILES[kind]
     text = render(f"new/{template}.py.j2", name="odd", stem="mine")
     if at in text:

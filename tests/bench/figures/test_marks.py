@@ -24,6 +24,7 @@ from experiments.bench.sources.recording import LiveTrial
 from tests.bench.robot.test_live import ended
 from tests.bench.robot.test_trial import spec
 from tests.helpers.answering import write_model
+from tests.helpers.envs import end_after
 from tests.helpers.footage import write
 from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import listening
@@ -85,7 +86,7 @@ def footage(folder: Path) -> tuple[Path, Table]:
 def episode(folder: Path) -> tuple[Path, Table]:
     (folder / "turns.py").write_text(BEHAVIOUR)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gym.spec("colias_sim/Fixation-v0"), "max_episode_steps", FRAMES)
+        end_after(FRAMES, patch)
         colias("behave", "turns.py", "--episodes", 1, "--no-baselines", "--workers", 0, "--out", "run")
     return run(folder)
 

@@ -2,10 +2,8 @@
 
 import re
 
-import gymnasium as gym
 import pytest
 
-import colias_sim  # noqa: F401  (registers the envs)
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.new.kinds import KINDS
@@ -13,6 +11,7 @@ from experiments.bench.new.write import write
 from experiments.bench.run import runs as batch
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import declared
+from tests.helpers.envs import end_after
 
 NAME, STEM = "of-my-own2", "of_my_own2"
 SHORT = {
@@ -28,8 +27,7 @@ SHORT = {
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(batch, "worker_count", lambda given: 0)
-    for name in [name for name in gym.registry if name.startswith("colias_sim/")]:
-        monkeypatch.setattr(gym.spec(name), "max_episode_steps", 30)
+    end_after(30, monkeypatch)
     return tmp_path
 
 

@@ -49,6 +49,7 @@ def small():
     answering = {claim: name for name in PLACES for claim in registry.load(name).claims}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(play, "show", once)
+        patch.setattr(play, "recording_of", lambda make: b"")
         patch.setattr(registry, "paper_experiments", lambda: PLACES)
         patch.setattr(registry, "answering", lambda: answering)
         patch.setattr(reproduce, "SHOWN", ())
