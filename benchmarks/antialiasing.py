@@ -17,10 +17,10 @@ FRAMES = 45
 STEP = 1 / 3  # px a frame, at 8 cm
 
 
-def samples(multisample: int, supersample: int = 1, columns: int = 1, *, still: bool = False) -> CameraConfig:
-    """A camera without noise and with so many samples a pixel; ``still`` renders anew only what moves."""
+def samples(multisample: int, supersample: int = 1, columns: int = 1) -> CameraConfig:
+    """A camera without noise and with so many samples a pixel."""
     return CameraConfig(
-        multisample=multisample, supersample=supersample, supersample_columns=columns, still_background=still,
+        multisample=multisample, supersample=supersample, supersample_columns=columns,
         exposure_ms=0, shot_noise=0, read_noise=0,
     )  # fmt: skip
 
@@ -81,8 +81,6 @@ COMPARED = {
     "4 in 4x4": samples(4, 4),
     "4 in 2x1": samples(4, columns=2),
     "4 in 3x1": samples(4, columns=3),
-    "4 in 3x1, still background": samples(4, columns=3, still=True),
-    "4 in 3x3, still background": samples(4, 3, still=True),
 }
 DEFAULT = "* 4 in 1x1"
 

@@ -86,7 +86,7 @@ class Camera:
         self._lamps = Lamps(model) if needs_lamps(config) else None
         bright = self._lamps is not None
         self._offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
-        self._sensor = Sensor(model, self._eye, self._option, self._offscreen, config)
+        self._sensor = Sensor(self._eye, self._option, self._offscreen, config)
         self.plan: FramePlan
         self.next_plan: FramePlan
         self.plan = self.next_plan = self._planned(0.0)

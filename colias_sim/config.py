@@ -244,8 +244,6 @@ class CameraConfig(_Presets):
     """Rendered pixels per camera pixel and axis."""
     supersample_columns: int = Field(default=1, ge=1, le=32)
     """Rendered pixels per camera pixel along a row, times supersample."""
-    still_background: bool = False
-    """Render only around robots that can move while the camera rests; global shutter only."""
     shot_noise: Annotated[float, unit("grey levels")] = Field(default=1.28, ge=0.0, le=64.0)
     """Standard deviation of the photon noise at white."""
     read_noise: Annotated[float, unit("grey levels")] = Field(default=0.64, ge=0.0, le=64.0)
@@ -305,8 +303,6 @@ class CameraConfig(_Presets):
     @model_validator(mode="after")
     def _check(self) -> CameraConfig:
         if self.row_time_us > 0.0:
-            if self.still_background:
-                raise ValueError("still_background takes a global shutter, row_time_us=0")
             if self.row_bands > self.height:
                 raise ValueError(f"row_bands must be at most {self.height}, the picture's rows, got {self.row_bands}")
             if self.row_time_us * self.height * self.fps > 1e6:
@@ -381,7 +377,7 @@ class SceneConfig:
 
 BUILT_IN = (
     "width", "height", "hfov_deg", "fps", "forward_cm", "up_cm", "multisample", "supersample", "supersample_columns",
-    "still_background", "exposure_samples",
+    "exposure_samples",
 )  # fmt: skip
 """The settings that a camera cannot take after it was made: scene and framebuffer were made for them."""
 

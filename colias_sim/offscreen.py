@@ -6,7 +6,6 @@ package was imported. It also flips and copies each picture, which `Offscreen` d
 
 from __future__ import annotations
 
-import math
 import weakref
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -76,9 +75,8 @@ class Offscreen:
         return self._read(self._pixels, self._rect)
 
     def draw(
-        self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, rows: range, slot: int = 0,
-        columns: range | None = None,
-    ) -> None:  # fmt: skip
+        self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, rows: range, slot: int = 0
+    ) -> None:
         """Draw some rows of a picture, as `render` would, into a slot of the framebuffer. `read` reads them.
 
         Drawing rows one by one and reading them together costs less than rendering them: OpenGL waits only in `read`.
@@ -91,24 +89,18 @@ class Offscreen:
             Consecutive rows of the picture, counted from the *bottom*.
         slot
             Index of the slot.
-        columns
-            Consecutive columns; ``None`` for all.
         """
-        columns = columns or range(self._rect.width)
-        self._drawn(self._part(rows, slot, columns), data, camera, option, (rows, columns))
+        self._drawn(self._part(rows, slot), data, camera, option, rows)
 
-    def read(self, rows: range, slot: int = 0, columns: range | None = None) -> npt.NDArray[np.uint8]:
+    def read(self, rows: range, slot: int = 0) -> npt.NDArray[np.uint8]:
         """Read rows that `draw` has drawn.
 
         Returns
         -------
         ndarray
-            RGB, (len(rows), len(columns), 3) uint8, bottom row first. The next call overwrites this array.
+            RGB, (len(rows), columns, 3) uint8, bottom row first. The next call overwrites this array.
         """
-        columns = columns or range(self._rect.width)
-        shape = len(rows), len(columns), 3
-        pixels = self._pixels.reshape(-1)[: math.prod(shape)].reshape(shape)
-        return self._read(pixels, self._part(rows, slot, columns))
+        return self._read(self._pixels[: len(rows)], self._part(rows, slot))
 
     def draw_into(
         self, rect: tuple[int, int, int, int], data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
@@ -131,25 +123,20 @@ class Offscreen:
         """Read the whole picture, as `render` returns it."""
         return self._read(self._pixels, self._rect)
 
-    def _part(self, rows: range, slot: int, columns: range) -> mujoco.MjrRect:
-        return mujoco.MjrRect(columns.start, slot * self._rect.height + rows.start, len(columns), len(rows))
+    def _part(self, rows: range, slot: int) -> mujoco.MjrRect:
+        return mujoco.MjrRect(0, slot * self._rect.height + rows.start, self._rect.width, len(rows))
 
     def _drawn(
         self, rect: mujoco.MjrRect, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
-        part: tuple[range, range] | None = None, dress: Callable[[mujoco.MjvScene], None] | None = None,
+        rows: range | None = None, dress: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> None:  # fmt: skip
-        """Draw into a rectangle of the framebuffer: the whole view, or some rows and columns of it."""
+        """Draw into a rectangle of the framebuffer: the whole view, or some rows of it."""
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, data, option, None, camera, everything, self._scene)
-        if part is not None:
-            rows, columns = part
+        if rows is not None:
             for eye in self._scene.camera:
                 low, share = eye.frustum_bottom, (eye.frustum_top - eye.frustum_bottom) / self._rect.height
                 eye.frustum_bottom, eye.frustum_top = low + share * rows.start, low + share * rows.stop
-                if len(columns) < self._rect.width:
-                    share = 2.0 * eye.frustum_width / self._rect.width
-                    eye.frustum_center += share * (columns.start + columns.stop - self._rect.width) / 2
-                    eye.frustum_width = share * len(columns) / 2
         if dress is not None:
             dress(self._scene)
         surface = self._current()

@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.background import Background, Box, from_above, slice_of
 from colias_sim.config import CameraConfig
 from colias_sim.exposure import Render
 from colias_sim.offscreen import Offscreen
@@ -22,8 +21,6 @@ class Sensor:
 
     Parameters
     ----------
-    model
-        The compiled scene.
     eye
         The camera of the scene that is rendered.
     option
@@ -35,17 +32,13 @@ class Sensor:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, eye: mujoco.MjvCamera, option: mujoco.MjvOption, offscreen: Offscreen,
-        config: CameraConfig,
-    ) -> None:  # fmt: skip
-        self._eye, self._option, self._offscreen, self._height = eye, option, offscreen, config.height
+        self, eye: mujoco.MjvCamera, option: mujoco.MjvOption, offscreen: Offscreen, config: CameraConfig
+    ) -> None:
+        self._eye, self._option, self._offscreen = eye, option, offscreen
         self._grey = np.empty(render_shape(config), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
-        self._ahead, self._small = np.zeros_like(self._light), np.zeros_like(self._light)
-        self._whole = Box(range(config.height), range(config.width))
-        self._scale = config.supersample, config.supersample * config.supersample_columns
+        self._ahead = np.zeros_like(self._light)
         self._exposures = 0
-        self._background = Background(model, eye.fixedcamid, config, option) if config.still_background else None
         self._strips = Strips(offscreen, config, slots_of(config)) if _has_bands(config) else None
 
     @property
@@ -57,8 +50,6 @@ class Sensor:
         """Discard everything, the light of the next frame too."""
         self.discard()
         self._ahead[:] = 0.0
-        if self._background is not None:
-            self._background.forget()
 
     def expose(self, data: mujoco.MjData, render: Render) -> None:
         """Render the present scene, and add it to the exposure under way."""
@@ -66,10 +57,9 @@ class Sensor:
             assert self._strips is not None, "only a rolling shutter renders bands of rows"
             self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
             return
-        box = self._render(data)
+        self._render(data)
         if self._grey.shape != self._light.shape:
-            self._shrink(box)
-            self._light += render.parts * self._small
+            self._light += render.parts * self._shrunk()
         else:
             for _ in range(render.parts):
                 cv2.accumulate(self._grey, self._light)
@@ -111,35 +101,19 @@ class Sensor:
     def still(self, data: mujoco.MjData) -> Floats:
         """Grey levels of the present scene, all rows at this moment, (R, C) float32; no exposure takes part."""
         self._render(data)
-        grey = self._grey.astype(np.float32)
-        height, width = self._light.shape
-        return np.asarray(cv2.resize(grey, (width, height), interpolation=cv2.INTER_AREA), np.float32)
+        return self._shrunk()
 
-    def _render(self, data: mujoco.MjData) -> Box:
-        """Render the whole picture, or the box of it that has changed."""
-        if self._background is not None:
-            return self._render_box(data, self._background.changed(data))
+    def _render(self, data: mujoco.MjData) -> None:
+        """Render the whole picture as grey levels, first row uppermost."""
         rgb = self._offscreen.render(data, self._eye, self._option)
         cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
-        return self._whole
 
-    def _render_box(self, data: mujoco.MjData, box: Box) -> Box:
-        """Render a part of the picture, and leave the others as they were."""
-        if box.rows and box.columns:
-            rows, columns = box.times(*self._scale)
-            self._offscreen.draw(data, self._eye, self._option, rows, columns=columns)
-            grey = cv2.cvtColor(self._offscreen.read(rows, columns=columns), cv2.COLOR_RGB2GRAY)
-            self._grey[from_above(rows, len(self._grey)), slice_of(columns)] = grey[::-1]
-        return box
-
-    def _shrink(self, box: Box) -> None:
-        """Average the render's pixels over those of the picture."""
-        if box.rows and box.columns:
-            rows, columns = box.times(*self._scale)
-            many = self._grey[from_above(rows, len(self._grey)), slice_of(columns)].astype(np.float32)
-            few = cv2.resize(many, (len(box.columns), len(box.rows)), interpolation=cv2.INTER_AREA)
-            self._small[from_above(box.rows, self._height), slice_of(box.columns)] = few
+    def _shrunk(self) -> Floats:
+        """Average the render's pixels over those of the picture, (R, C)."""
+        height, width = self._light.shape
+        grey = self._grey.astype(np.float32)
+        return np.asarray(cv2.resize(grey, (width, height), interpolation=cv2.INTER_AREA), np.float32)
 
 
 def slots_of(config: CameraConfig) -> int:

@@ -32,7 +32,7 @@ PARTS = {
     "luma": {"luma_range": "video"},
     "drops": {"drop_probability": 0.3},
     "jitter": {"jitter_ms": 1.0},
-    "antialiasing": {"supersample_columns": 3, "still_background": True},
+    "antialiasing": {"supersample_columns": 3},
 }
 
 
@@ -89,29 +89,6 @@ def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():
         for i in range(6):
             sim.advance(look=i == 5)
         np.testing.assert_array_equal(sim.camera.develop(np.random.default_rng(0), 0.0).luma, frames[5].luma)
-
-
-def test_a_still_background_is_rendered_once_and_anew_when_it_changes():
-    """Whatever moves: another robot, the wall, the camera's own, the lamps. A sample on an edge may round elsewhere."""
-    quiet = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0, supersample=2)
-    pictures: dict[bool, list[np.ndarray]] = {}
-    for still in (False, True):
-        with Simulation(camera=dataclasses.replace(quiet, still_background=still), scene=STILL) as sim:
-            seen = [frame.luma for frame in crossing(sim, count=4)]
-            sim.turn_wall(0.3)
-            seen.append(sim.step(np.random.default_rng(0)).luma)
-            sim.model.light_ambient[:] *= np.float32(0.8)
-            seen.append(sim.step(np.random.default_rng(0)).luma)
-            sim.model.light_ambient[:] /= np.float32(0.8)
-            sim.robots["observer"].drive(sim.robots["observer"].wheels_for(0.05, 1.0))
-            seen += [sim.step(np.random.default_rng(0)).luma for _ in range(3)]
-            sim.robots["stimulus"].place(Pose(-0.2, 0.0, 0.0))
-            seen += [sim.step(np.random.default_rng(0)).luma for _ in range(2)]
-            pictures[still] = [luma.astype(int) for luma in seen]
-    for whole, part in zip(pictures[False], pictures[True], strict=True):
-        assert np.abs(whole - part).max() <= 2
-    changes = [np.abs(a - b).mean() for a, b in pairwise(pictures[False])]
-    assert min(changes) > 0.0
 
 
 def test_any_number_of_workers_sees_the_same(tmp_path):
