@@ -67,11 +67,6 @@ def test_commands_say_that_a_model_assumes_another_rate(command, note, capsys):
     assert note in capsys.readouterr().err.splitlines()
 
 
-def test_a_dry_run_says_so_too(capsys):
-    main.command(["run", "speed", *OWN, "--only", "--dry-run"])
-    assert SLOW in capsys.readouterr().out.splitlines()
-
-
 def test_play_and_watch_say_so(folder, capsys):
     size = ("--set", "plain.rows=24", "--set", "plain.columns=32", "--set", "plain.fps=60")
     main.command(["play", "plain", *size, "--no-view", "--record", "plain.rrd"])

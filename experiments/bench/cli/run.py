@@ -73,9 +73,6 @@ def run_experiment(
         str | None,
         typer.Option(metavar="HOST:PORT", help="Stream them to the viewer at this address, which implies --live."),
     ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check everything, say what would be done, and write nothing.")
-    ] = False,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -94,7 +91,7 @@ def run_experiment(
     """
     from experiments.bench import registry
     from experiments.bench.engine.terminal import tell_troubles
-    from experiments.bench.public.run import RunRequest, perform, planned
+    from experiments.bench.public.run import RunRequest, perform
     from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.clips import OfflineExperiment
 
@@ -108,11 +105,6 @@ def run_experiment(
     means = resources(workers, cluster, quiet, other_code)
     folder = run_folder(out, declared.name)
     asked = RunRequest(model or (), only, assignments or (), repeats, seed, eyes, own_pictures(pictures))
-    if dry_run:
-        from experiments.bench.cli.dry_run import say
-
-        say(planned(declared, asked), folder, recordings, other_code)
-        return 0
     report = perform(declared, asked, folder, means, recordings=recordings, live=viewer or live)
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))

@@ -300,33 +300,6 @@ def test_variables_by_which_nothing_can_be_drawn_are_named_before_the_first_tria
     assert not list(tmp_path.iterdir()), "no run is begun"
 
 
-def test_a_dry_run_checks_and_writes_nothing(colias):
-    plan = (
-        "run",
-        "speed",
-        "--set",
-        "experiment.speeds_cm_s=6,30",
-        "--no-recordings",
-        "--workers",
-        "0",
-        "--repeats",
-        "1",
-    )
-    output = colias(*plan, "--dry-run").stdout
-    assert "speed: 2 trials" in output and "30 cm/s at 8 cm" in output and "nothing was run" in output
-    assert list(colias.folder.iterdir()) == []
-    assert "-0.5" in colias("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
-    assert colias(*plan, "--out", "out", "-q").returncode == 0
-    before = sorted(path.name for path in (colias.folder / "out").rglob("*"))
-    assert "2 of 2 are done already" in colias(*plan, "--out", "out", "--dry-run").stdout
-    other = colias(*plan[:-1], "2", "--out", "out", "--dry-run")
-    assert (other.returncode, other.stderr) == (
-        2,
-        "colias: out: --repeats is 1 there and 2 now: repeat the first command's options, or choose another --out\n",
-    )
-    assert sorted(path.name for path in (colias.folder / "out").rglob("*")) == before
-
-
 def test_a_reader_that_ends_early_is_no_failure():
     """As ``colias list | head -1``: silent, with the status of a closed pipe."""
     reading, writing = os.pipe()
