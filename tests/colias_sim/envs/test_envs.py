@@ -35,17 +35,6 @@ def spread(env: ColiasEnv[Any]) -> dict[str, Pose]:
 # Registered, and as documented.
 
 
-def test_there_are_envs_and_a_fresh_process_makes_them_by_module():
-    assert NAMES
-    for command in (
-        f"import gymnasium as g; e = g.make('colias_sim:{NAMES[0]}')",
-        f"import colias_sim, gymnasium as g; e = g.make('{NAMES[0]}')",
-    ):
-        code = f"{command}; o, i = e.reset(seed=0); assert o in e.observation_space; e.close()"
-        done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)
-        assert (done.returncode, done.stderr) == (0, "")
-
-
 @every_env
 @pytest.mark.parametrize(("observation", "actions"), [("both", "wheels"), ("state", "manoeuvres")])
 def test_gymnasium_s_own_checks(name, observation, actions):
@@ -106,7 +95,7 @@ VARIANTS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("options", VARIANTS, ids=str)
 def test_observations_stay_in_the_space_whatever_is_set(name, options):
     env = bare(name, **options)
-    for observation, *_ in episode(env, seed=1, steps=6):
+    for observation, *_ in episode(env, seed=1, steps=3):
         assert env.observation_space.contains(observation)
     env.close()
 
@@ -125,33 +114,33 @@ def test_from_the_fewest_robots_to_the_most(name):
 
 
 @every_env
-@pytest.mark.parametrize("options", [{}, {"observation": "both", "randomise": 1.0, "actions": "manoeuvres"}], ids=str)
-def test_a_seed_decides_everything(name, options):
-    env, other = bare(name, **options), bare(name, **options)
-    first = fingerprint(episode(env, seed=5))
-    assert fingerprint(episode(env, seed=6)) != first
+def test_a_seed_decides_everything(name):
+    env, other = (bare(name, observation="both", randomise=1.0, actions="manoeuvres") for _ in range(2))
+    first = fingerprint(episode(env, seed=5, steps=8))
+    assert fingerprint(episode(env, seed=6, steps=8)) != first
     env.reset()
     env.step(env.action_space.sample())  # in mid-episode
-    assert fingerprint(episode(env, seed=5)) == first
-    assert fingerprint(episode(other, seed=5)) == first
+    assert fingerprint(episode(env, seed=5, steps=8)) == first == fingerprint(episode(other, seed=5, steps=8))
     # The episodes that follow a seed are decided too, and differ.
-    second = episode(other)[0]
-    assert fingerprint(second) == fingerprint(episode(env)[0])
-    assert fingerprint(second) != fingerprint(episode(env)[0])
+    second = fingerprint([other.reset()])
+    assert second == fingerprint([env.reset()]) != fingerprint([env.reset()])
     env.close()
     other.close()
 
 
 def test_a_seed_decides_everything_in_another_process_too():
+    """One that makes the envs by their module, and to which nothing gives a warning."""
     code = (
+        "import gymnasium; gymnasium.make('colias_sim:colias_sim/Fixation-v0').close()\n"
         "from tests.helpers.envs import *\n"
-        "for name in NAMES: print(fingerprint(episode(bare(name, observation='both'), seed=5)))"
+        "for name in NAMES: print(fingerprint(episode(bare(name, observation='both'), seed=5, steps=5)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    assert not done.stderr
     for name, there in zip(NAMES, done.stdout.split("\n"), strict=False):
         env = bare(name, observation="both")
-        episode(env, seed=4)
-        assert there == fingerprint(episode(env, seed=5)), name
+        episode(env, seed=4, steps=2)
+        assert there == fingerprint(episode(env, seed=5, steps=5)), name
         env.close()
 
 
@@ -166,7 +155,7 @@ def test_what_happens_does_not_depend_on_what_is_observed_or_shown(name):
         {"observation": "state", "render_mode": "rgb_array", "render_width": 32, "render_height": 24},
     ):
         env = bare(name, **options)
-        told.append([(info, rest[:2]) for _, *rest, info in episode(env, seed=2)])
+        told.append([(info, rest[:2]) for _, *rest, info in episode(env, seed=2, steps=10)])
         env.close()
     assert len(told[0]) > 5
     for other in told[1:]:
