@@ -40,7 +40,7 @@ def find(name: str) -> Experiment | OfflineExperiment:
         experiment = _of_file(Path(name))
     else:
         near = nearest(name, known, " (", ")")
-        raise UsageError(f"unknown experiment '{name}'{near}: known are {', '.join(known)}, or a .py file")
+        raise UsageError(f"unknown experiment '{name}'{near}; colias list experiments names all; a .py file is one too")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
     check_claims(experiment, name)

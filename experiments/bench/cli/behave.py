@@ -25,17 +25,12 @@ if TYPE_CHECKING:
     from experiments.bench.behave import BehaviourReport
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Close the loop: a behaviour in an env, scored against baselines.")(behave)
-
-
 def behave(
     names: Annotated[
         list[str],
         typer.Argument(
             metavar="NAME...",
-            help="Behaviours or a group that [b]colias list[/b] shows, .py files, or policies (.npz). The first one's"
+            help="Behaviours or a group that colias list shows, .py files, or policies (.npz). The first one's"
             " episodes are recorded.",
         ),
     ],
@@ -71,7 +66,7 @@ def behave(
     Equal seeds are equal worlds, whoever plays in them. Recordings show the observer's view, the arena from above
     with tracks, the neurons, the wheels and the reward. Where collisions count, the table has survival too, the ratio
     of each behaviour's collisions a metre to the first one's, and the episodes that such a comparison takes for a power
-    of 80 %. The group [b]escape[/b] plays the escape reflex of every looming model. A policy plays under the eye,
+    of 80 %. The group escape plays the escape reflex of every looming model. A policy plays under the eye,
     wheels and randomisation that it was trained with. Exit status: 1 if episodes failed; the others count.
     """
     from experiments.bench import behave as behaving

@@ -8,11 +8,6 @@ from typing import Annotated
 import typer
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Measure a real camera from its frames: noise, row time, exposure loop.")(camera)
-
-
 def camera(
     folder: Annotated[
         Path, typer.Argument(help="It has folders of pictures (.pgm, .png): still*, flat*, edge*, loop*.")

@@ -11,11 +11,6 @@ from experiments.bench.cli.options import EXIT_FAILED
 from scenes import ARENAS, arena_name
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Try the laws that every model, stimulus or arena keeps on one, such as yours.")(check)
-
-
 def check(
     model: Annotated[
         str,

@@ -21,19 +21,13 @@ if TYPE_CHECKING:
 INSTEAD = "use --record FILE.rrd --no-view"
 """What to do where there is no screen."""
 
-Name = Annotated[str, typer.Argument(help="A stimulus that [b]colias list[/b] shows, or a .py file.")]
+Name = Annotated[str, typer.Argument(help="A stimulus that colias list shows, or a .py file.")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME.PARAM=VALUE", help="Set a parameter of the stimulus. Repeatable."),
 ]
 Seed = Annotated[int, typer.Option(help="Seed of all that is random in it, 0 or more.")]
 Jitter = Annotated[float, typer.Option(metavar="PX", help="A trembling camera: standard deviation of its shifts, px.")]
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's commands to the command line."""
-    app.command(short_help="Write a synthetic stimulus as a lossless clip, with its ground truth.")(stimulus)
-    app.command(short_help="Show a synthetic stimulus, and a model's answer to it, in Rerun.")(play)
 
 
 def stimulus(

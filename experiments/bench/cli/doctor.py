@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import typer
-
 from experiments.bench.cli.options import EXIT_FAILED
 
 COLOURS = {"ok": "green", "optional": "yellow", "missing": "red"}
-
-
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Say whether this machine has what the bench needs, and what to do if not.")(doctor)
 
 
 def doctor() -> int:

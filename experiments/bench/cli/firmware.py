@@ -30,7 +30,7 @@ Sets = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help="A parameter of dsnn-onboard (dsnn.n_con=4 is short for dsnn-onboard.n_con=4) or of the chip"
-        " (chip.shape=99x72); see [b]colias firmware parameters[/b]. Repeatable.",
+        " (chip.shape=99x72); see colias firmware parameters. Repeatable.",
     ),
 ]
 Which = Annotated[
@@ -48,13 +48,6 @@ app = typer.Typer(
     help="What the robot's chip would compute: its memory and time, the program checked in QEMU, the source to flash.",
     no_args_is_help=True,
 )
-
-
-def register(whole: typer.Typer) -> None:
-    """Put the commands into ``whole``."""
-    whole.add_typer(
-        app, name="firmware", short_help="The network on the chip: budget, check, loop, export, decode, log."
-    )
 
 
 @app.command(short_help="RAM, flash and instructions on the chip, measured.")
@@ -153,7 +146,7 @@ def check(
 
 @app.command(short_help="Run an experiment whose observer has the emulated chip.")
 def loop(
-    experiment: Annotated[str, typer.Argument(help="A robot experiment that [b]colias list[/b] shows, or a .py file.")],
+    experiment: Annotated[str, typer.Argument(help="A robot experiment that colias list shows, or a .py file.")],
     repeats: Repeats = None,
     seed: Seed = 0,
     out: Annotated[
@@ -166,7 +159,7 @@ def loop(
 ) -> int:
     """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the host's form.
 
-    The tables are those of [b]colias run[/b], with the models dsnn-onboard and dsnn-firmware. --set takes the
+    The tables are those of colias run, with the models dsnn-onboard and dsnn-firmware. --set takes the
     parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
     """
     from experiments.bench import registry
@@ -209,7 +202,7 @@ def export(
 ) -> int:
     """Write C sources, the header of the parameters, a linker script, an example main.c, a Makefile and one page.
 
-    There is a program that measures itself on a board too; [b]colias firmware decode[/b] reads what it sends.
+    There is a program that measures itself on a board too; colias firmware decode reads what it sends.
 
     The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
     """
@@ -249,9 +242,9 @@ def decode(
     ] = None,
     quiet: Quiet = False,
 ) -> int:
-    """Decode the serial line of the program that [b]colias firmware export[/b] writes beside the network.
+    """Decode the serial line of the program that colias firmware export writes beside the network.
 
-    Writes log.csv, which [b]colias import[/b] reads, and cycles.csv: the cycles of each frame, blank where the board
+    Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
     has no counter. A damaged line is skipped. Exit status 1: lines are damaged, or frames are missing.
     """
     from experiments.bench.engine.terminal import count, error_console, out_console, show_places
@@ -284,7 +277,7 @@ def log(
     ] = False,
     quiet: Quiet = False,
 ) -> int:
-    """Write log.csv, which [b]colias import[/b] reads, and the frames of the recordings as pictures."""
+    """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
     from experiments.bench.engine.terminal import progress, show_places
     from experiments.bench.firmware.export import check_folder
     from experiments.bench.measured import export as measured_export

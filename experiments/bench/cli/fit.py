@@ -22,17 +22,12 @@ from experiments.bench.cli.options import (
 from experiments.bench.figures.media import Medium
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Search for parameters under which claims are kept, and judge the best anew.")(fit)
-
-
 def fit(
     experiment: Annotated[
         str,
         typer.Argument(
-            help="Names that [b]colias list[/b] shows, or paths of .py files; several joined by commas. Or a fit that"
-            " ships. [b]leaderboard[/b] or [b]tuning[/b]: their numbers."
+            help="Names that colias list shows, or paths of .py files; several joined by commas. Or a fit that"
+            " ships. leaderboard or tuning: their numbers."
         ),
     ],
     over: Annotated[
@@ -92,11 +87,11 @@ def fit(
     medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
-    """Search a box of parameters for settings under which all claims are kept together, or measures are largest.
+    r"""Search a box of parameters for settings under which all claims are kept together, or measures are largest.
 
     The winner and the ten next best are then judged anew at seeds that the search never saw, and only that is a result.
     The share of the box in which all is kept comes from settings that fill it evenly. Needs Optuna: the extra
-    [b]\\[fit][/b]. Writes fit.csv, anew.csv, fit.json and a figure, and a folder of trials for each batch. With the
+    [fit]. Writes fit.csv, anew.csv, fit.json and a figure, and a folder of trials for each batch. With the
     same --out it goes on, also to more --trials.
     """
     import dataclasses

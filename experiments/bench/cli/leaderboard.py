@@ -10,11 +10,6 @@ from experiments.bench.cli import options
 from experiments.bench.figures.media import Medium
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Rank the models, and yours, on the same trials and clips.")(leaderboard)
-
-
 def leaderboard(
     model: options.Models = None,
     only: options.Only = False,

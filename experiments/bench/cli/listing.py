@@ -17,11 +17,6 @@ KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimu
 app = typer.Typer(invoke_without_command=True)
 
 
-def register(whole: typer.Typer) -> None:
-    """Put the commands into ``whole``."""
-    whole.add_typer(app, name="list", short_help="Name what there is: experiments, models, stimuli, parameters, runs.")
-
-
 @app.callback()
 def show_all(context: typer.Context) -> None:
     """Name what there is: of every kind, or of one."""

@@ -9,16 +9,11 @@ import typer
 from experiments.bench.cli.options import Assignments, Models, Only, Seed, experiment_names
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Drive the stimulus by hand, in a browser, and watch the network.")(live)
-
-
 def live(
     experiment: Annotated[
         str,
         typer.Argument(
-            help="Begin with its first condition in a loop: a name that [b]colias list[/b] shows, or a .py file.",
+            help="Begin with its first condition in a loop: a name that colias list shows, or a .py file.",
             autocompletion=experiment_names,
             show_default=False,
         ),
@@ -36,7 +31,7 @@ def live(
         typer.Option(
             metavar="NAME|FILE",
             show_default=False,
-            help="Begin with the observer driven by it: a name that [b]colias list[/b] shows, a .py file or a .npz.",
+            help="Begin with the observer driven by it: a name that colias list shows, a .py file or a .npz.",
         ),
     ] = "",
     host: Annotated[
@@ -46,14 +41,14 @@ def live(
     dark: Annotated[bool, typer.Option("--dark", help="Begin with a dark page.")] = False,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
 ) -> int:
-    """Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
+    r"""Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
 
     Keys I and K drive the stimulus ahead and back, J and L turn it, X stops it; with shift they drive the observer.
     Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
-    [b]record[/b] writes a run of what was done since the trial began, which [b]colias rerun[/b] repeats bit for bit.
-    With --footage there is nothing to drive, and --set reaches the models alone; [b]colias watch[/b] records it.
-    The command's own model is dsnn, or those that the experiment declares. Needs viser: the extra [b]\\[live][/b].
+    record writes a run of what was done since the trial began, which colias rerun repeats bit for bit.
+    With --footage there is nothing to drive, and --set reaches the models alone; colias watch records it.
+    The command's own model is dsnn, or those that the experiment declares. Needs viser: the extra [live].
     Ctrl-C ends it.
     """
     import webbrowser

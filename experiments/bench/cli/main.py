@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import logging
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any
 
@@ -34,17 +35,44 @@ from experiments.bench.cli import (
 )
 from experiments.bench.store import commands
 
-GROUPS = {
-    "Run": (run, watch, live),
-    "Judge": (reproduce, sweep, fit),
-    "Of your own": (new,),
-    "Models": (check, leaderboard, tune),
-    "Behaviours": (behave, train),
-    "The robot's chip, and a real robot": (firmware, measured, camera),
-    "What runs left": (view, video),
-    "What there is": (listing, clips, doctor),
+GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
+    "run": {
+        "run": (run.run_experiment, "Run an experiment: trials, recordings, tables, figure, verdicts"),
+        "watch": (watch.watch, "Show footage, or a live camera, to the network"),
+        "live": (live.live, "Drive the stimulus by hand in a browser"),
+        "behave": (behave.behave, "Play behaviours in an env, scored against baselines"),
+        "train": (train.train, "Train policies on neural observations by PPO"),
+    },
+    "analyse": {
+        "reproduce": (reproduce.reproduce, "Run the paper's experiments and report which claims hold"),
+        "sweep": (sweep.sweep, "Judge claims over a grid of parameters, in replicates"),
+        "fit": (fit.fit, "Search for parameters under which claims hold"),
+        "leaderboard": (leaderboard.leaderboard, "Rank models on the same trials and clips"),
+        "tune": (tune.tune, "Measure tuning curves: speed, size, contrast, direction, ..."),
+    },
+    "see": {
+        "view": (view.view, "Open recordings in Rerun, or a scene in MuJoCo's viewer"),
+        "video": (video.video, "Make a video, a GIF, a strip or pictures of a recording"),
+        "list": (listing.app, "Name experiments, models, stimuli, claims, parameters, runs"),
+        "stimulus": (clips.stimulus, "Write a stimulus as a lossless clip, with its truth"),
+        "play": (clips.play, "Show a stimulus, and a model's answer to it, in Rerun"),
+    },
+    "make your own": {
+        "new": (new.new, "Write a model, an experiment, a claim, ... to begin with"),
+        "check": (check.check, "Try the laws of every model, stimulus or arena on yours"),
+    },
+    "robot": {
+        "firmware": (firmware.app, "Budget, check, loop, export and logs of the chip's program"),
+        "import": (measured.import_log, "Make a run of a real robot's log"),
+        "camera": (camera.camera, "Measure a real camera from its frames"),
+        "doctor": (doctor.doctor, "Look at what this machine has of what the bench needs"),
+    },
 }
-"""Heading -> the modules of its commands, in the order in which help shows them."""
+"""Heading -> command -> what does it, and its line of help, in the order in which help shows them."""
+EXAMPLES = """\
+  colias run speed                     the paper's speed trials, into runs/speed-TIME
+  colias view runs/speed-TIME          their recordings, in Rerun
+  colias reproduce --quick             which of the paper's claims hold"""
 RENAMED = {
     "compare": "experiments.compare(A, B) in Python",
     "export": "colias video RUN --out FOLDER for frames, colias firmware log for a robot's log; tables are Parquet",
@@ -71,41 +99,36 @@ class _Commands(TyperGroup):
         except KeyboardInterrupt:
             raise _Interrupted from None
 
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help of one screen."""
+        lines = [
+            "Usage: colias COMMAND [OPTIONS]", "",
+            "A simulated Colias micro-robot testbed for fly-inspired motion vision.", "", EXAMPLES, "",
+        ]  # fmt: skip
+        for heading, entries in GROUPS.items():
+            lines += [heading, *(f"  {name:<12} {text}" for name, (_, text) in entries.items())]
+        lines += ["", "colias COMMAND --help has all of a command. --version; --install-completion."]
+        formatter.write("\n".join(lines) + "\n")
+
 
 app = typer.Typer(
     cls=_Commands,
-    rich_markup_mode="rich",
-    add_completion=True,
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    help="""A simulated [b]Colias[/b] micro-robot testbed for fly-inspired motion vision.
-
-Two robots in MuJoCo: the [b]observer[/b] looks through its 99x72 camera and runs a model of motion vision on every \
-frame, the black [b]stimulus[/b] drives past it. Every trial is recorded for Rerun, summarised, drawn and held against \
-what the paper (Fu, Bellotto and Yue 2018) reports.
-
-[b]To begin with:[/b] colias list; colias run speed; colias view runs/speed-...; colias reproduce --quick. \
-[b]Of your own:[/b] colias new model my_model; colias check my_model.py; colias run speed --model my_model.py; \
-colias new experiment my_experiment; colias run my_experiment.py.
-
-Equal seeds and parameters give equal numbers, on any number of workers. Exit status: 0 done, 1 trials failed, 2 a \
-wrong use or a missing library, 130 interrupted. [b]colias COMMAND --help[/b] says what a command does.""",
 )
 
 
 def _register() -> None:
-    """Put every command into the app, under its heading."""
-    for heading, modules in GROUPS.items():
-        for module in modules:
-            commands, groups = len(app.registered_commands), len(app.registered_groups)
-            module.register(app)
-            for entry in app.registered_commands[commands:]:
-                entry.rich_help_panel = heading
-            _unwrap(app, commands)
-            for group in app.registered_groups[groups:]:
-                group.rich_help_panel = heading
-                if group.typer_instance:
-                    _unwrap(group.typer_instance)
+    """Put every command into the app."""
+    for entries in GROUPS.values():
+        for name, (command, text) in entries.items():
+            if isinstance(command, typer.Typer):
+                app.add_typer(command, name=name, short_help=text)
+                _unwrap(command)
+            else:
+                app.command(name, short_help=text)(command)
+    _unwrap(app)
     for old in RENAMED:
         app.command(old, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
             _renamed
@@ -118,9 +141,9 @@ def _renamed(context: typer.Context) -> int:
     raise UsageError(f"colias {context.info_name}: it is {RENAMED[str(context.info_name)]} now")
 
 
-def _unwrap(commands: typer.Typer, start: int = 0) -> None:
+def _unwrap(commands: typer.Typer) -> None:
     """Join the lines of each paragraph of help: the parser keeps line ends, and terminals differ in width."""
-    for entry in commands.registered_commands[start:]:
+    for entry in commands.registered_commands:
         paragraphs = inspect.cleandoc(entry.help or getattr(entry.callback, "__doc__", None) or "").split("\n\n")
         entry.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 

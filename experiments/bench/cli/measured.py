@@ -10,13 +10,6 @@ import typer
 from experiments.bench.cli.options import EXIT_FAILED, Assignments, Quiet, results_folder
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command("import", short_help="Make a run of a real robot's log: tables, figure, claims, marked as measured.")(
-        import_log
-    )
-
-
 def import_log(
     log: Annotated[Path, typer.Argument(help="The log, a CSV; see docs/back-from-the-robot.md.")],
     frames: Annotated[

@@ -10,11 +10,6 @@ import typer
 from experiments.bench.new.kinds import KINDS
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Write a file to begin with: a model, an experiment, a claim, ... of your own.")(new)
-
-
 def new(
     kind: Annotated[str, typer.Argument(metavar="KIND", help=f"What the file has: {', '.join(KINDS)}.")],
     name: Annotated[

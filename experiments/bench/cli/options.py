@@ -21,51 +21,43 @@ Models = Annotated[
     typer.Option(
         "--model",
         metavar="MODEL",
-        help="Show this model beside the command's own: a name or a .py file; under other settings as"
-        " dsnn:w_i=1,n_con=6. Repeatable.",
+        help="A further model: a name, NAME:PARAM=VALUE or a .py file. Repeatable.",
     ),
 ]
-Only = Annotated[bool, typer.Option("--only", help="Show just the models of --model, none of the command's own.")]
+Only = Annotated[bool, typer.Option("--only", help="Show the models of --model alone.")]
 Assignments = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of colias list parameters."),
 ]
-Workers = Annotated[
-    int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
-]
-Cluster = Annotated[str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")]
+Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
+Cluster = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, tcp://HOST:PORT.")]
 For = Annotated[
     Medium,
     typer.Option(
         "--for",
         callback=choose,
-        help="What figures are for: paper (7.16 inches wide, type of 8 points), talk (a slide) or web. Their layout is"
-        " the same.",
+        help="Medium of the figures.",
     ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")]
-Seed = Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
+Seed = Annotated[int, typer.Option(help="Seed of the run.")]
 OtherCode = Annotated[
     bool,
-    typer.Option("--other-code", help="Go on with a run that other code began; the column [b]code[/b] marks its rows."),
+    typer.Option("--other-code", help="Resume a run that other code began."),
 ]
 Out = Annotated[
     Path | None,
-    typer.Option(
-        help="Folder of the results; otherwise a new one, runs/NAME-TIME. Where this very run was begun there, just"
-        " what is missing is done."
-    ),
+    typer.Option(metavar="FOLDER", help="Folder of results, or of a run to resume; otherwise runs/NAME-TIME."),
 ]
 OwnPictures = Annotated[
     Path | None,
     typer.Option(
         "--pictures",
         metavar="FOLDER",
-        help="Your own pictures, replicate r the r-th by name: behind the objects of clips that name no background, in"
-        " place of the scenes, and on the arena's wall.",
+        help="Pictures of your own, one a replicate: behind objects of clips, and on the arena's wall.",
     ),
 ]
-Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
+Repeats = Annotated[int | None, typer.Option(metavar="N", help="Trials of each condition.")]
 
 
 def experiment_names(incomplete: str) -> list[str]:

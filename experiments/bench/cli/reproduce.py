@@ -25,11 +25,6 @@ from experiments.bench.cli.options import (
 from experiments.bench.figures.media import Medium
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Run the paper's experiments and report which claims hold.")(reproduce)
-
-
 def reproduce(
     quick: Annotated[
         bool,
@@ -74,7 +69,7 @@ def reproduce(
 
     The command's own models, in the trials with the robot, are dsnn and dsn2017, beside the looming detectors where a
     claim is about them. Most claims are about dsnn: --only needs it among the models.
-    The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
+    The reflexes of colias behave are played too, and claims of our own about them judged. report.html needs no
     network; claims.json, sensitivity.json and behaviours.json have the verdicts. The exit status is 0 whatever they
     are, and 1 if trials failed.
     """

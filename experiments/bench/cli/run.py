@@ -33,25 +33,17 @@ if TYPE_CHECKING:
     from experiments.bench.trials import Report
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command("run", short_help="Run an experiment: trials, recordings, tables, figure, verdicts.")(run_experiment)
-
-
 def run_experiment(
     context: typer.Context,
     experiment: Annotated[
         str | None,
         typer.Argument(
-            help="A name that [b]colias list[/b] shows, or the path of a .py file.", autocompletion=experiment_names
+            help="A name that colias list shows, or the path of a .py file.", autocompletion=experiment_names
         ),
     ] = None,
     again: Annotated[
         Path | None,
-        typer.Option(
-            metavar="RUN",
-            help="Repeat a run of run, sweep, tune, behave or Python by what its folder says, and compare every row.",
-        ),
+        typer.Option(metavar="RUN", help="Repeat this run instead, and compare every row."),
     ] = None,
     repeats: Repeats = None,
     seed: Seed = 0,
@@ -61,17 +53,17 @@ def run_experiment(
     only: Only = False,
     eyes: Annotated[
         str,
-        typer.Option(help="both: each model sees the same physics by the robot's modelled eye too (MODEL@ov7670)."),
+        typer.Option(metavar="one|both", help="both: the robot's modelled eye too, MODEL@ov7670."),
     ] = "one",
     pictures: OwnPictures = None,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
     live: Annotated[
         bool,
-        typer.Option("--live", help="Stream trials into a Rerun viewer while they run: the open one, or a new one."),
+        typer.Option("--live", help="Show trials in a Rerun viewer while they run."),
     ] = False,
     viewer: Annotated[
         str | None,
-        typer.Option(metavar="HOST:PORT", help="Stream them to the viewer at this address, which implies --live."),
+        typer.Option(metavar="HOST:PORT", help="The address of that viewer."),
     ] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
@@ -79,15 +71,10 @@ def run_experiment(
     medium: For = Medium.WEB,
     quiet: Quiet = False,
 ) -> int:
-    """Run an experiment and write its results into a folder.
+    """Run an experiment, and write tables, figure, verdicts and recordings into a folder.
 
-    Every model sees the same frames. The command's own model is dsnn, or those that the experiment declares.
-    Trials already finished stay readable if the run is interrupted, and the same command with that folder as --out
-    does the rest. Results do not depend on the number of workers.
-
-    The folder has trials.parquet (a row per trial and model), frames.parquet (a row per frame), summary.csv (a row per
-    condition), claims.json (the verdicts), run.json (every parameter, the seed, the versions), figure.svg and
-    figure.png (every repeat visible), and recordings/ (one .rrd per trial).
+    Every model sees the same frames: dsnn, or the models that the experiment declares. Finished trials are kept
+    when a run is interrupted; the same command with that folder as --out does the rest.
     """
     from experiments.bench import registry
     from experiments.bench.engine.terminal import tell_troubles
@@ -95,12 +82,12 @@ def run_experiment(
     from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.clips import OfflineExperiment
 
-    if (experiment is None) == (again is None):
-        raise UsageError("colias run: give an experiment, or --again RUN")
     if again is not None:
         from experiments.bench.cli.again import repeat_run
 
         return repeat_run(context, again, out, workers, quiet)
+    if experiment is None:
+        raise UsageError("colias run: give an experiment, or --again RUN")
     declared = registry.find(experiment)
     means = resources(workers, cluster, quiet, other_code)
     folder = run_folder(out, declared.name)

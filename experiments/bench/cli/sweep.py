@@ -16,17 +16,12 @@ if TYPE_CHECKING:
 MODEL_CLAIMS = "model-claims"
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Claims and numbers over a grid of parameters, in replicates.")(sweep)
-
-
 def sweep(
     experiment: Annotated[
         str,
         typer.Argument(
             metavar="EXPERIMENT|STUDY",
-            help="Experiments, names or .py files, several joined by commas; or a study that [b]colias list[/b] shows,"
+            help="Experiments, names or .py files, several joined by commas; or a study that colias list shows,"
             " or the .py file of one.",
         ),
     ],

@@ -11,11 +11,6 @@ from experiments.bench.cli.options import EXIT_FAILED, For, OtherCode, Quiet, Se
 from experiments.bench.figures.media import Medium
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Train policies on neural observations by PPO.")(train)
-
-
 def train(
     env: Annotated[str, typer.Option(help="Optomotor or Fixation.")] = "Optomotor",
     steps: Annotated[int, typer.Option(min=1, max=10**8, help="Steps of all envs together.")] = 40_960,
@@ -46,11 +41,11 @@ def train(
 ) -> int:
     """Train a small network on what the vision model says, and hold it against the reflexes, rest, chance and truth.
 
-    Needs stable-baselines3 and PyTorch ([b]make train[/b] sets them up). OUT gets policy-SEED.npz and learning-SEED.csv
+    Needs stable-baselines3 and PyTorch (make train sets them up). OUT gets policy-SEED.npz and learning-SEED.csv
     (the mean return as it grew) of each training seed, and the 20 episodes that each was judged by, in worlds not
     trained in, as a run with its summary and figure. Of several seeds policies.csv and its figure have the
     interquartile means over the training seeds. On one version of PyTorch, equal seeds, --steps and --envs give equal
-    policies. A policy's file is plain numbers: reading one runs nothing, and [b]colias behave FILE[/b] plays it.
+    policies. A policy's file is plain numbers: reading one runs nothing, and colias behave FILE plays it.
     """
     from experiments.bench import train as training
     from experiments.bench.engine.terminal import count, show_files

@@ -13,11 +13,6 @@ ONE_OF = "Only this one: speed, size, contrast, frequency, direction, l-over-v o
 ALONG = "The curve of this stimulus, or of a .py file's, along --over; of --curve too."
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Measure tuning curves: speed, size, contrast, frequency, direction, l/v.")(tune)
-
-
 def tune(
     model: options.Models = None,
     only: options.Only = False,

@@ -13,11 +13,6 @@ from experiments.bench.cli.options import Quiet
 ENDINGS = (".mp4", ".gif", ".webp", ".png")
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Make a video, a GIF or a strip of pictures of a recording.")(video)
-
-
 def video(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run's folder, or one .rrd file.")],
     out: Annotated[
@@ -51,7 +46,7 @@ def video(
 
     It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
     H.264, which browsers and slides play; WebP is a picture that moves, for pages. A strip has some moments side by
-    side above the traces, for papers. All but strips need the extra colias-sim\[video]. Each model has a lane.
+    side above the traces, for papers. All but strips need the extra colias-sim[video]. Each model has a lane.
     """
     _check_out(out)
     width_height = _size(size)

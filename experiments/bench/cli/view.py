@@ -14,11 +14,6 @@ MOST_RUNS = 2
 """Runs that are shown side by side."""
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Open recordings in Rerun, or a scene in MuJoCo's viewer.")(view)
-
-
 def view(
     paths: Annotated[
         list[Path],

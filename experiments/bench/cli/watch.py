@@ -14,11 +14,6 @@ if TYPE_CHECKING:
     from experiments.bench.footage.video import Footage
 
 
-def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
-    app.command(short_help="Show any footage, or a live camera, to the network.")(watch)
-
-
 def watch(
     source: Annotated[str, typer.Argument(metavar="FILE_OR_CAMERA", help="A video file, or a camera's index from 0.")],
     model: Models = None,

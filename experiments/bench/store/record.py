@@ -96,16 +96,6 @@ class Record:
             return [self.folder] if self.folder.suffix == ".rrd" else []
         return recordings_in(self.folder)
 
-    def all_recordings(self) -> list[Path]:
-        """Return the paths of all its recordings.
-
-        Returns
-        -------
-        list of pathlib.Path
-            Its own in order of trial, then those of its parts.
-        """
-        return [*self.recordings, *(path for part in self.parts for path in part.recordings)]
-
     @cached_property
     def parts(self) -> list[Self]:
         """The runs in its folders, of a leaderboard, a sweep or a reproduction; none of others."""
