@@ -28,6 +28,7 @@ from experiments.bench.engine.terminal import count, progress
 from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
+from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
 from experiments.bench.run.workers import without_interrupts
 from experiments.bench.sources.behaviour import (
@@ -198,6 +199,7 @@ def _envs(about: About) -> Iterator[VecEnv]:
 
 def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Sequence[str]) -> list[About]:
     """Return what each policy has to be about, its steps rounded up as PPO does; `UsageError` where that is wrong."""
+    check_counts(seed, seeds, "--seeds")
     where = env_id(env)
     if where not in OPPONENTS:
         raise UsageError(f"--env {env}: a policy learns Optomotor or Fixation")
