@@ -19,19 +19,3 @@ UNIT_CONTRAS = 0x40
 """CONTRAS, 0x56, after a reset: a contrast of 1."""
 CONTRAS_CENTER_RESET = 0x80
 """CONTRAS_CENTER, 0x57, after a reset: the grey that contrast leaves as it is."""
-
-
-def bright(brightness: int) -> int:
-    """Compute register BRIGHT, 0x55, of an offset of luma: bit 7 is its sign, the others its magnitude.
-
-    Parameters
-    ----------
-    brightness
-        Grey levels, -127 to 127.
-
-    Returns
-    -------
-    int
-        The register, 0 to 255.
-    """
-    return abs(brightness) | (0x80 if brightness < 0 else 0)

@@ -30,10 +30,10 @@ ENTRY = EnvEntry(
     baselines=("random-walk", "straight", "oracle-target"),
     measures=(
         TIME_ON_TARGET,
-        Measure("off axis (deg)", "mean", "off_axis_deg", "deg"),
-        Measure("RMS off axis (deg)", "mean", "rms_off_axis_deg", "deg"),
+        Measure("off axis (deg)", "mean", "off_axis_deg"),
+        Measure("RMS off axis (deg)", "mean", "rms_off_axis_deg"),
     ),
-    columns=(IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg", unit="deg")),
+    columns=(IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg")),
     note="Time on target: the share of frames with the target within 35 degrees of the axis.",
 )
 

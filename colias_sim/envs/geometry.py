@@ -26,27 +26,7 @@ APART = 2 * HULL_RADIUS + CLEARANCE
 _SHARES = 20
 
 
-def gap_to_wall(here: Pose) -> tuple[float, float]:
-    """Measure the way to the nearest point of the wall.
-
-    Parameters
-    ----------
-    here
-        Pose of a robot.
-
-    Returns
-    -------
-    gap : float
-        Distance from the robot's hull to the wall, in metres.
-    direction : float
-        Direction of the nearest point off the robot's heading, in radians, left positive.
-    """
-    out = math.hypot(here.x, here.y)
-    direction = math.atan2(here.y, here.x) if out > 1e-9 else here.heading
-    return ARENA_RADIUS - out - HULL_RADIUS, math.remainder(direction - here.heading, 2 * math.pi)
-
-
-def gap_to_arena(here: Pose, obstacles: Collection[Obstacle]) -> tuple[float, float]:
+def gap_to_arena(here: Pose, obstacles: Collection[Obstacle] = ()) -> tuple[float, float]:
     """Measure the way to the nearest point of the wall or of an obstacle.
 
     Parameters
@@ -63,13 +43,15 @@ def gap_to_arena(here: Pose, obstacles: Collection[Obstacle]) -> tuple[float, fl
     direction : float
         Its direction off the robot's heading, in radians, left positive.
     """
-    nearest = gap_to_wall(here)
+    out = math.hypot(here.x, here.y)
+    direction = math.atan2(here.y, here.x) if out > 1e-9 else here.heading
+    way = ARENA_RADIUS - out - HULL_RADIUS, math.remainder(direction - here.heading, 2 * math.pi)
     for obstacle in obstacles:
         distance, x, y = obstacle.nearest(here.x, here.y)
-        if distance - HULL_RADIUS < nearest[0]:
+        if distance - HULL_RADIUS < way[0]:
             direction = math.atan2(y - here.y, x - here.x) - here.heading
-            nearest = distance - HULL_RADIUS, math.remainder(direction, 2 * math.pi)
-    return nearest
+            way = distance - HULL_RADIUS, math.remainder(direction, 2 * math.pi)
+    return way
 
 
 def gap_to_robot(here: Pose, there: Pose) -> tuple[float, float]:

@@ -29,15 +29,12 @@ class EpisodeColumn:
     target
         For ``mean_abs_error`` the env's argument that holds the wanted value, for ``optomotor_gain`` the key of
         ``info`` that holds the drift; otherwise empty.
-    unit
-        Unit of the number; empty for a share.
     """
 
     name: str
     kind: ColumnKind
     info: str
     target: str = ""
-    unit: str = ""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -60,8 +57,6 @@ class Measure:
         per ``per`` of the sum of ``column``. ``free_distance``: the sum of ``column`` per collision.
     column
         A column of the table of episodes.
-    unit
-        Unit of the number; empty for a share.
     per
         For ``collision_rate``: how many units of ``column`` make one of the rate's, for example 60 s a minute.
     """
@@ -69,19 +64,18 @@ class Measure:
     name: str
     kind: MeasureKind
     column: str
-    unit: str = ""
     per: float = 1.0
 
 
-COLLISIONS_PER_MINUTE = Measure("collisions/min", "collision_rate", "seconds", "1/min", per=60.0)
-COLLISIONS_PER_METRE = Measure("collisions/m", "collision_rate", "driven_m", "1/m")
-FREE_DISTANCE = Measure("free distance (m)", "free_distance", "driven_m", "m")
+COLLISIONS_PER_MINUTE = Measure("collisions/min", "collision_rate", "seconds", per=60.0)
+COLLISIONS_PER_METRE = Measure("collisions/m", "collision_rate", "driven_m")
+FREE_DISTANCE = Measure("free distance (m)", "free_distance", "driven_m")
 TIME_ON_TARGET = Measure("time on target", "mean", "in_view")
 RETURN = Measure("return", "mean", "reward")
 """The sum of an episode's rewards. Every env has it, as its last measure."""
 
 IN_VIEW = EpisodeColumn("in_view", "share", "in_view")
-OFF_AXIS = EpisodeColumn("off_axis_deg", "mean_abs", "bearing_deg", unit="deg")
+OFF_AXIS = EpisodeColumn("off_axis_deg", "mean_abs", "bearing_deg")
 """Columns of every env with a target."""
 
 

@@ -26,11 +26,11 @@ ENTRY = EnvEntry(
     baselines=("random-walk", "straight", "oracle-heading"),
     measures=(
         Measure("optomotor gain", "mean", "optomotor_gain"),
-        Measure("RMS slip (deg/s)", "mean", "rms_slip_deg_s", "deg/s"),
+        Measure("RMS slip (deg/s)", "mean", "rms_slip_deg_s"),
     ),
     columns=(
         EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),
-        EpisodeColumn("rms_slip_deg_s", "rms", "slip_deg_s", unit="deg/s"),
+        EpisodeColumn("rms_slip_deg_s", "rms", "slip_deg_s"),
     ),
     note="Gain: 0 for a robot that does nothing, 1 for one whose view never turns. It is a signed mean, in which swings"
     " to either side cancel; in the RMS slip they do not.",

@@ -32,11 +32,11 @@ ENTRY = EnvEntry(
     max_episode_steps=900,
     summary="follow another robot at a set distance",
     baselines=("random-walk", "straight", "oracle-distance"),
-    measures=(TIME_ON_TARGET, Measure("gap error (cm)", "mean", "gap_error_cm", "cm"), COLLISIONS_PER_MINUTE),
+    measures=(TIME_ON_TARGET, Measure("gap error (cm)", "mean", "gap_error_cm"), COLLISIONS_PER_MINUTE),
     columns=(
         IN_VIEW,
         OFF_AXIS,
-        EpisodeColumn("gap_error_cm", "mean_abs_error", "gap_cm", target="distance_cm", unit="cm"),
+        EpisodeColumn("gap_error_cm", "mean_abs_error", "gap_cm", target="distance_cm"),
     ),
     note="Time on target: the share of frames with the target within 35 degrees of the axis.",
     draws_paths=True,

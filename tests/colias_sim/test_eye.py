@@ -27,7 +27,7 @@ from colias_sim.calibrate import (
 )
 from colias_sim.camera import point_spread
 from colias_sim.exposure import next_exposure, plan_frame
-from colias_sim.registers import GAMMA_RESET, bright
+from colias_sim.registers import GAMMA_RESET
 from colias_sim.scene import FrameClock
 
 LENS = CameraConfig().forward_cm / 100
@@ -369,11 +369,6 @@ def test_a_chart_of_grey_steps_gives_the_gamma_curve_of_the_data_sheet_back():
 def test_a_gamma_curve_that_is_off_measures_as_none():
     luma = chart(dataclasses.replace(CURVED, gamma=False))
     assert gamma_points(STEPS_OF_CHART, luma) == pytest.approx(list(SHEET), abs=0.3)
-
-
-def test_registers_of_brightness():
-    """BRIGHT of the vendor's application note at -1 and +1."""
-    assert (bright(-0x18), bright(0x18), bright(0)) == (0x98, 0x18, 0x00)
 
 
 REGISTERS = CameraConfig(contrast=0x50, contrast_center=0x80, brightness=-24)

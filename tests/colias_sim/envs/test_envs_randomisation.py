@@ -10,7 +10,7 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.config import check_tunable
-from colias_sim.envs.geometry import CLEARANCE, gap_to_robot, gap_to_wall
+from colias_sim.envs.geometry import CLEARANCE, gap_to_arena, gap_to_robot
 from colias_sim.envs.options import EnvOptions, checked
 from colias_sim.envs.randomise import FACTORS, PRESETS, checked_randomise
 from colias_sim.scene import compile_model
@@ -180,7 +180,7 @@ def test_a_moved_start_keeps_clear():
         info, was = env.reset(seed=seed)[1], plain.reset(seed=seed)[1]
         here, others = env.poses.pop("observer"), [pose for name, pose in env.poses.items() if name != "observer"]
         assert min(gap_to_robot(here, pose)[0] for pose in others) > 0.9 * CLEARANCE
-        assert gap_to_wall(here)[0] > 0.9 * CLEARANCE and not info["touched"]
+        assert gap_to_arena(here)[0] > 0.9 * CLEARANCE and not info["touched"]
         wanted = math.hypot(info["randomised"]["ahead_cm"], info["randomised"]["left_cm"])
         ways.append(math.hypot(info["x_cm"] - was["x_cm"], info["y_cm"] - was["y_cm"]) / wanted)
         assert 0.0 <= ways[-1] < 1.001
