@@ -60,8 +60,6 @@ class BehaviourPlan:
     settings: tuple[Setting, ...]
     episodes: int
     seed: int
-    kind: str = "episodes"
-    """As `experiments.bench.store.kinds` names it."""
     reference: str = ""
     """Name of the behaviour that collisions are compared with; otherwise the first one's."""
 
@@ -93,7 +91,7 @@ class BehaviourPlan:
         files = [*map(str, Arena.read(arena).files)] if isinstance(arena, str) and is_arena_file(arena) else []
         sources = [*(one.behaviour for one in self.settings), *(one.model for one in self.behaviours()), *files]
         return {
-            "kind": self.kind, "experiment": "behave", "seed": self.seed, "repeats": self.episodes,
+            "kind": "episodes", "experiment": "behave", "seed": self.seed, "repeats": self.episodes,
             "trials": self.episodes * len(self.settings),
             "settings": [dataclasses.asdict(setting) for setting in self.settings],
             **provenance.of(map(_source, dict.fromkeys(sources))),
@@ -216,11 +214,6 @@ class BehaviourReport:
     summary: pl.DataFrame
     verdicts: list[Verdict]
     failures: list[Failure]
-
-    @property
-    def env(self) -> str:
-        """The env's id."""
-        return self.plan.env
 
 
 def run(

@@ -5,9 +5,8 @@ That library and PyTorch are an extra, which is imported when a policy is traine
 
 from __future__ import annotations
 
-import contextlib
 import importlib.metadata
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,7 +49,6 @@ from experiments.bench.store.provenance import versions
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
-    from stable_baselines3.common.vec_env import VecEnv
 
 OPPONENTS: Mapping[str, tuple[str, ...]] = {
     FIXATION: ("fixation-pi", "fixation", "still", "random", "oracle-target"),
@@ -120,14 +118,11 @@ def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.
         The policy. On one version of PyTorch, equal seeds and numbers of envs give equal ones.
     polars.DataFrame
         A row per update: ``steps`` so far, ``episodes`` that ended since the row before, and their mean ``return``.
-
-    Raises
-    ------
-    OSError
-        The process of an env died.
     """
     import torch
     from stable_baselines3 import PPO
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import SubprocVecEnv
 
     torch.set_num_threads(1)  # the cores are the envs', and sums keep their order
     returns: list[float] = []
@@ -144,19 +139,19 @@ def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.
             returns.clear()
         return True
 
-    with _envs(about) as envs:
-        model = PPO(
-            "MlpPolicy", envs, seed=about.seed, device="cpu", n_steps=ROLLOUT, batch_size=ROLLOUT,
-            # What an action does shows within a second; rewards are about 1 a step, returns to this horizon about 20.
-            gamma=0.95, gae_lambda=0.9, learning_rate=1e-3,
-            policy_kwargs={"net_arch": list(about.hidden), "activation_fn": torch.nn.Tanh, "log_std_init": -0.5},
-        )  # fmt: skip
-        envs.seed(WORLDS + WORLDS_A_SEED * about.seed)
-        try:
-            model.learn(about.steps, callback=after_step)
-        except (EOFError, ConnectionError):
-            raise OSError("the process of an env died: see above for why") from None
-        return exported(model, about), pl.DataFrame(curve, infer_schema_length=None)
+    processes: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
+    with without_interrupts():
+        envs = make_vec_env(steered, about.envs, env_kwargs={"about": about}, **(processes if about.envs > 1 else {}))
+    model = PPO(
+        "MlpPolicy", envs, seed=about.seed, device="cpu", n_steps=ROLLOUT, batch_size=ROLLOUT,
+        # What an action does shows within a second; rewards are about 1 a step, returns to this horizon about 20.
+        gamma=0.95, gae_lambda=0.9, learning_rate=1e-3,
+        policy_kwargs={"net_arch": list(about.hidden), "activation_fn": torch.nn.Tanh, "log_std_init": -0.5},
+    )  # fmt: skip
+    envs.seed(WORLDS + WORLDS_A_SEED * about.seed)
+    model.learn(about.steps, callback=after_step)
+    envs.close()  # after an error its processes, which are daemons, end with this one
+    return exported(model, about), pl.DataFrame(curve, infer_schema_length=None)
 
 
 def exported(model: PPO, about: About) -> TrainedPolicy:
@@ -171,27 +166,6 @@ def exported(model: PPO, about: About) -> TrainedPolicy:
     ]  # fmt: skip
     libraries = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
     return TrainedPolicy(replace(about, steps=model.num_timesteps, versions=versions() | libraries), layers)
-
-
-@contextlib.contextmanager
-def _envs(about: About) -> Iterator[VecEnv]:
-    """Yield one env in this process, several in one each; their processes are gone afterwards."""
-    from stable_baselines3.common.env_util import make_vec_env
-    from stable_baselines3.common.vec_env import SubprocVecEnv
-
-    several: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
-    with without_interrupts():
-        envs: VecEnv = make_vec_env(
-            steered, about.envs, env_kwargs={"about": about}, **(several if about.envs > 1 else {})
-        )
-    try:
-        yield envs
-    except BaseException:
-        # Closing in good order would wait for answers that may never come.
-        for process in getattr(envs, "processes", ()):
-            process.terminate()
-        raise
-    envs.close()
 
 
 # --- several training seeds -------------------------------------------------------------------------------------------
@@ -267,7 +241,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[be
     settings = tuple(Setting(name, first.env, options) for name in (*(str(file.resolve()) for file in files),
                                                                    *OPPONENTS[first.env]))  # fmt: skip
     with resources.pool() as pool:
-        report = behave.run(behave.BehaviourPlan(settings, JUDGED, 0, "training"), folder, pool, resources)
+        report = behave.run(behave.BehaviourPlan(settings, JUDGED, 0), folder, pool, resources)
     if len(abouts) == 1 or report.summary.is_empty():
         return report, report.summary
     from experiments.bench.report import behaviours, style  # not before: matplotlib takes its time to load

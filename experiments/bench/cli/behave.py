@@ -91,7 +91,7 @@ def show(report: BehaviourReport, recorded: bool) -> None:
         return
     plan = report.plan
     behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
-    if note := ENVS[report.env].note:
+    if note := ENVS[plan.env].note:
         show_line(note)
     show_verdicts(report.verdicts, model=False)
     names = ["figure.png", "summary.csv", "trials.parquet", "claims.json"]

@@ -194,7 +194,7 @@ def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
         text = f"{experiment.summary}.{beware}"
         yield _section(chapter, experiment.name, text, run.folder / "figure.svg", run.failures)
     for played in result.behaviours:
-        text = f"The measures of each behaviour in {played.env}."
+        text = f"The measures of each behaviour in {played.plan.env}."
         yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", played.failures)
     for name, study in stored(result.folder).items():
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""

@@ -45,7 +45,6 @@ MEASURED = Kind("measured", "an imported log", summary="summary.csv", robot=True
 CLIPS = Kind("clips", "clips that models are shown", "clips", "summary.csv")
 TUNING = Kind("tuning", "tuning curves", "clips", "preferences.csv")
 EPISODES = Kind("episodes", "episodes of behaviours", "episodes", "summary.csv")
-TRAINING = Kind("training", "the episodes that trained policies are judged by", "episodes", "summary.csv")
 SWEEP = Kind("sweep", "a sweep", summary="counts.csv")
 LEADERBOARD = Kind("leaderboard", "a leaderboard", summary="leaderboard.csv", parts=True)
 FIT = Kind("fit", "a fit", summary="fit.csv", parts=True)
@@ -57,7 +56,7 @@ FOOTAGE = Kind("footage", "footage that was watched", "frames")
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
-        TRIALS, MEASURED, CLIPS, TUNING, EPISODES, TRAINING, SWEEP, LEADERBOARD, FIT, REPRODUCTION,
+        TRIALS, MEASURED, CLIPS, TUNING, EPISODES, SWEEP, LEADERBOARD, FIT, REPRODUCTION,
         WHOLE, FOOTAGE,
     )
 }  # fmt: skip
