@@ -12,9 +12,7 @@ from typing import Any
 
 import polars as pl
 
-from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
-from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import family
 from experiments.bench.sources.clips import SHOWN, TRIALS
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
@@ -122,7 +120,7 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
     >>> usual, changed = run("speed"), run("speed", settings={"dsnn.n_con": 6})
     >>> compare(usual, changed).results
     """
-    one, other = _run("first", first), _run("second", second)
+    one, other = (run if isinstance(run, Run) else load(run) for run in (first, second))
     differing = [
         {"parameter": name, "first": _json(here), "second": _json(there)}
         for name, here, there in _parameters(one, other)
@@ -132,14 +130,6 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
     schema = pl.Schema({name: kinds[name] for name in columns}) | _TESTED
     differences, tests = table(differing, PARAMETER_SCHEMA), table(results, schema)
     return Comparison(one, other, differences, tests, note, _code(one, other))
-
-
-def _run(name: str, value: Any) -> Run:
-    if isinstance(value, Run):
-        return value
-    if not is_path(value):
-        raise UsageError(f"{name}={short(value)}: legal is a Run, or the path of its folder")
-    return load(value)
 
 
 def _json(value: Any) -> str | None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 import os
+from pathlib import Path
 
 from experiments.bench.fit import Fit, Fitted, planned, run
-from experiments.bench.public.arguments import flag, folder, whole
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.store.description import check_own
@@ -68,11 +69,7 @@ def fit(
     asked = shipped(fit, "FIT") if isinstance(fit, str) else fit
     if not isinstance(asked, Fit):
         raise UsageError(f"fit {short(fit)}: legal is an experiments.Fit, or the name of one that ships")
-    plan = planned(asked, whole("seed", seed))
-    place = new_folder(asked.study.name) if out is None else folder("out", out)
+    plan = planned(asked, operator.index(seed))
+    place = new_folder(asked.study.name) if out is None else Path(out)
     check_own(place, f"out={place}")
-    resources = Resources(
-        worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet),
-        flag("other_code", other_code),
-    )  # fmt: skip
-    return run(plan, place, resources)
+    return run(plan, place, Resources(worker_count(workers), cluster, quiet, other_code))

@@ -18,7 +18,7 @@ from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher
 from experiments.bench.footage.watch import watch as watch_pictures
-from experiments.bench.public.arguments import flag, is_path, model_texts
+from experiments.bench.public.run import model_texts
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import rate_notes, shown_models
 from experiments.bench.run.settings import assignments, watchers
@@ -110,9 +110,7 @@ def watch(
     >>> from experiments import watch
     >>> watch("street.mp4", models=["hybrid"]).motions
     """
-    if not is_path(source):
-        raise UsageError(f"watch: source={short(source)}: legal is the path of a video file")
-    labels, texts = shown_models(["dsnn"], model_texts(models), flag("only", only)), assignments(settings)
+    labels, texts = shown_models(["dsnn"], model_texts(models), only), assignments(settings)
     if seconds is not None and not (_is_number(seconds) and seconds > 0):
         raise UsageError(f"watch: seconds={short(seconds)}: legal is a number above 0")
     if fps is not None and not _is_number(fps):

@@ -9,7 +9,6 @@ from typing import Any
 
 import polars as pl
 
-from experiments.bench.public import arguments
 from experiments.bench.public.result import load
 from experiments.bench.run.errors import UsageError
 from experiments.bench.store.description import begun
@@ -64,7 +63,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
     >>> import experiments
     >>> experiments.runs("runs").select("run", "changed", "verdicts")
     """
-    path = arguments.folder("folder", folder)
+    path = Path(folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
     return table([_row(place) for place in _found(path)], SCHEMA).sort("when", "run")

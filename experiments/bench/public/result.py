@@ -7,11 +7,11 @@ import html
 import json
 import os
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from experiments.bench.public import arguments
 from experiments.bench.stats import stored
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.store.record import Record
@@ -229,4 +229,4 @@ def load(folder: str | os.PathLike[str]) -> Run:
     >>> from experiments import load
     >>> load("runs/speed-20260801-120000").trials.group_by("speed_cm_s").agg(pl.col("spikes").mean())
     """
-    return Run.read(arguments.folder("folder", folder))
+    return Run.read(Path(folder))

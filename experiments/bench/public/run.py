@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,9 +14,8 @@ from experiments.bench.engine.pictures import Pictures, folder_pictures
 from experiments.bench.engine.terminal import error_console, tell_troubles
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.offline import plan as clips_plan
-from experiments.bench.public.arguments import flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
-from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import shown_models
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.run.settings import assignments
@@ -252,24 +252,17 @@ def run(
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared, name = experiment, f"experiment {experiment.name}"
     else:
-        name = _name(experiment)
+        name = str(experiment)
         declared = registry.find(name)
     registry.check_claims(declared, name)
-    other = flag("other_code", other_code)
-    if cluster is not None and not isinstance(cluster, str):
-        raise UsageError(f"cluster={short(cluster)}: legal is the address of a Dask scheduler, tcp://...")
-    count = None if repeats is None else whole("repeats", repeats)
+    count = None if repeats is None else operator.index(repeats)
     asked = RunRequest(
-        model_texts(models), flag("only", only), assignments(settings), count, whole("seed", seed), eyes,
-        None if pictures is None else folder_pictures(folder("pictures", pictures)),
+        model_texts(models), only, assignments(settings), count, operator.index(seed), eyes,
+        None if pictures is None else folder_pictures(pictures),
     )  # fmt: skip
-    place = new_folder(declared.name) if out is None else folder("out", out)
+    place = new_folder(declared.name) if out is None else Path(out)
     check_own(place, f"out={place}")
-    resources = Resources(
-        worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet), other
-    )
-    record = flag("recordings", recordings)
-    streamed = live if isinstance(live, str) else flag("live", live)
+    resources = Resources(worker_count(workers), cluster, quiet, other_code)
 
     def call() -> dict[str, Any]:
         arguments = {
@@ -279,7 +272,7 @@ def run(
             "seed": asked.seed,
             "repeats": count, "eyes": eyes, "models": list(asked.models), "only": asked.only,
             "settings": dict(text.split("=", 1) for text in asked.assignments),
-            "pictures": None if pictures is None else str(os.fspath(pictures)), "recordings": record,
+            "pictures": None if pictures is None else str(os.fspath(pictures)), "recordings": recordings,
         }  # fmt: skip
         defaults: dict[str, Any] = {
             "repeats": None, "eyes": ONE_EYE, "models": [], "only": False, "settings": {}, "pictures": None,
@@ -289,13 +282,11 @@ def run(
         return commands.called("experiments.run", given)
 
     with commands.noting(call):
-        report = perform(declared, asked, place, resources, recordings=record, live=streamed)
+        report = perform(declared, asked, place, resources, recordings=recordings, live=live)
     tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
     return load(place)
 
 
-def _name(experiment: Any) -> str:
-    if not is_path(experiment):
-        legal = "legal is a name, the path of a .py file, or an Experiment"
-        raise UsageError(f"experiment {short(experiment)}: {legal}")
-    return str(os.fspath(experiment))
+def model_texts(models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
+    """Return models, one or several names and paths, as ``--model`` takes them."""
+    return [os.fspath(model) for model in ([models] if isinstance(models, str | os.PathLike) else models)]
