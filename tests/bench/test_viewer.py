@@ -82,8 +82,8 @@ def test_the_layout_of_a_trial_has_a_lane_for_each_model(models, tmp_path):
 
 
 @needs_vulkan
-@pytest.mark.parametrize("models", [("dsnn",), ("dsnn", "emd", "lplc2")])
-def test_the_first_screen_of_a_trial(models, tmp_path):
+def test_the_first_screen_of_a_trial(tmp_path):
+    models = ("dsnn", "emd")
     with viewing(trial(tmp_path / "trial.rrd", *models)) as screen:
         state = screen.state()
         screen.stop_at(HALF_S)
@@ -127,8 +127,7 @@ def test_an_episode_in_the_viewer(tmp_path):
     with viewing(tmp_path / "episode.rrd") as screen:
         state = screen.state()
         assert {f"/{view.origin.lstrip('/')}" for view in state.views} == {"/world", CAMERA, *plots}
-        for view in state.views:
-            assert screen.shows(tmp_path / "view.png", varied(10), view), view.name
+        assert screen.shows(tmp_path / "whole.png", varied(10)), "the window is not blank"
 
 
 @needs_vulkan
