@@ -186,7 +186,7 @@ def test_ctrl_c_at_any_trial_changes_nothing(folder, undisturbed, monkeypatch):
 
     def interrupted(self, *args):
         calls.append(1)
-        if len(calls) % 5 == 0:
+        if len(calls) % 9 == 0:
             raise KeyboardInterrupt
         add(self, *args)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import polars as pl
 
+from tests.helpers.inside import inside
 from tests.helpers.processes import CLI, members, start, wait_until
 
 ROOT = Path(__file__).parents[3]
@@ -42,9 +43,8 @@ def test_ctrl_c_at_two_moments(tmp_path):
         assert errors.endswith("colias: interrupted\n") and "Traceback" not in errors, (moment, errors)
         assert wait_until(lambda pid=process.pid: not members(pid), 10), moment
     # What the last left is gone on with, or made anew.
-    again = start(tmp_path, *CLI, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
-    _, errors = again.communicate(timeout=120)
-    assert again.returncode == 0, errors
+    again = inside(tmp_path, [*RUN[:-1], "0", "--out", out])
+    assert again.returncode == 0, again.stderr
     assert pl.read_parquet(tmp_path / out / "trials.parquet").height == 2
 
 

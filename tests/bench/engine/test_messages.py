@@ -7,7 +7,7 @@ import pytest
 from experiments import UsageError
 from experiments.bench.cli import main as cli_main
 
-BIG, HUGE = str(10**12), str(10**30)
+HUGE = str(10**30)
 
 
 def refusal(*arguments: str) -> str:
