@@ -209,13 +209,17 @@ def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
     """
     from scipy import stats  # not before: it takes its time to load
 
-    expected = [stats.poisson(side.collisions * episodes / side.episodes) for side in (other, rarer)]
-    more, fewer = (np.arange(int(count.isf(NEGLIGIBLE)) + 1) for count in expected)
+    often, seldom = (stats.poisson(side.collisions * episodes / side.episodes) for side in (other, rarer))
     lengths = bound * other.metres / other.episodes, rarer.metres / rarer.episodes
+    fewer = np.arange(int(seldom.isf(NEGLIGIBLE)) + 1)
     # Given the sum, the count of `other` is binomial. The lower end of the interval clears the bound where so many or
-    # more would be rarer than `TAIL` at the bound's own share.
-    clears = special.betainc(more[1:, None], fewer + 1.0, lengths[0] / sum(lengths)) < TAIL
-    return float(expected[0].pmf(more[1:]) @ clears @ expected[1].pmf(fewer))
+    # more would be rarer than `TAIL` at the bound's own share: the least such count for each of `rarer`, by bisection.
+    least, most = np.ones_like(fewer), np.full_like(fewer, int(often.isf(NEGLIGIBLE)) + 1)
+    while (least < most).any():
+        middle = (least + most) // 2
+        clears = special.betainc(middle, fewer + 1.0, lengths[0] / sum(lengths)) < TAIL
+        least, most = np.where(clears, least, middle + 1), np.where(clears, middle, most)
+    return float(seldom.pmf(fewer) @ often.sf(least - 1))
 
 
 def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = POWER) -> int | None:
