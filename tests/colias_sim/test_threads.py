@@ -96,9 +96,9 @@ def test_what_another_thread_closes_is_freed(contexts):
         elsewhere(world.reset, {"stimulus": Pose(0.12, 0.0, 0.0)}, np.random.default_rng(0))
         elsewhere(world.close)
 
-    for _ in range(10):
+    for _ in range(4):
         cycle()
     before = memory_mb()
-    for _ in range(20):
+    for _ in range(10):
         cycle()
     assert memory_mb() - before < 60.0, "a context that is left is some 10 MB"
