@@ -26,17 +26,17 @@ GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 
 
 LONGEST = (
-    "test_page", "test_docs", "test_every_figure", "test_golden", "test_envs", "test_public", "test_reproduce",
-    "test_sweep", "test_docs_behaviours", "test_firmware", "test_native", "test_cli", "test_fit", "test_behaviours",
-    "test_envs_physics", "test_envs_randomisation", "test_answers", "test_docs_experiment", "test_declared_studies",
-    "test_docs_video",
+    "test_page", "test_envs", "test_golden", "test_docs", "test_models", "test_firmware", "test_every_figure",
+    "test_viewer", "test_docs_firmware", "test_public", "test_native", "test_reproduce", "test_cli", "test_fit",
+    "test_watch", "test_docs_footage", "test_declared_studies", "test_sweep", "test_interrupts", "test_behaviours",
+    "test_street", "test_docs_rl", "test_docs_experiment", "test_onboard", "test_stimuli", "test_resume",
 )  # fmt: skip
 """The files of tests that take longest, the longest first."""
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Use two workers a core, as many tests wait for a process of their own; `own_core` puts that beside its worker."""
-    return min(2 * (os.cpu_count() or 1), 8)
+    """One worker more than there are cores: some tests wait for a browser, a viewer or a process of their own."""
+    return min((os.cpu_count() or 1) + 1, 8)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
