@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import csv
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -108,9 +107,7 @@ def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, 
 def _command(description: Mapping[str, Any], log: Path, frames: Path | None, models: Iterable[str]) -> str:
     """Return the command that imports what was written, with every parameter that is not at its default."""
     words = ["colias", "import", str(log), *(["--frames", str(frames)] if frames else [])]
-    files = [path for path in description.get("files", ()) if path.endswith(".py")]
-    name = description["experiment"]["name"]
-    words += ["--experiment", _declaring(name, files)]
+    words += ["--experiment", _declared(description)]
     listed = description["settings"]["models"]
     words += [word for model in listed if is_file(model["source"]) for word in ("--ran", model["source"])]
     for key, values in (description.get("changed") or {}).items():
@@ -122,22 +119,9 @@ def _command(description: Mapping[str, Any], log: Path, frames: Path | None, mod
     return shlex.join(words)
 
 
-def _declaring(name: str, files: Sequence[str]) -> str:
-    """Return the user's file that declares the experiment, as far as its text tells, or the experiment's name."""
-    return next((path for path in files if _declares(Path(path), name)), name)
-
-
-def _declares(path: Path, name: str) -> bool:
-    """Tell whether a file gives ``EXPERIMENT`` a value, and has the experiment's name. It is read, and not run."""
-    try:
-        statements = ast.parse(path.read_bytes()).body if path.is_file() else []
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-        return False
-    bound = {
-        target.id
-        for statement in statements
-        for target in (getattr(statement, "targets", None) or [getattr(statement, "target", None)])
-        if isinstance(target, ast.Name)
-    }
-    named = (node.value for statement in statements for node in ast.walk(statement) if isinstance(node, ast.Constant))
-    return "EXPERIMENT" in bound and name in named
+def _declared(description: Mapping[str, Any]) -> str:
+    """Return the experiment as the run was given it: the path of a file, or its name."""
+    command = description["command"]
+    given = command.get("line") or [str(command["arguments"]["experiment"])]
+    file = next((word for word in given if is_file(word)), None)
+    return str(Path(command["folder"], file)) if file else str(description["experiment"]["name"])
