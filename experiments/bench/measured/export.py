@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +123,7 @@ def _command(description: Mapping[str, Any], log: Path, frames: Path | None, mod
 def _declared(description: Mapping[str, Any]) -> str:
     """Return the experiment as the run was given it: the path of a file, or its name."""
     command = description["command"]
-    given = command.get("line") or [str(command["arguments"]["experiment"])]
-    file = next((word for word in given if is_file(word)), None)
+    words = command.get("line") or ["run", str(command["arguments"]["experiment"])]
+    files = (word for before, word in pairwise(words) if word.endswith(".py") and not before.startswith("-"))
+    file = next(files, None)
     return str(Path(command["folder"], file)) if file else str(description["experiment"]["name"])
