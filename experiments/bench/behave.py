@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -55,33 +54,31 @@ SET_BY_BEHAVIOUR = ("observation", "actions")
 
 @dataclass(frozen=True, slots=True)
 class BehaviourPlan:
-    """Who plays where: ``settings`` of one env in order, each at the same ``episodes`` seeds."""
+    """Who plays where: behaviours in order, each at the same ``episodes`` seeds from ``seed`` up."""
 
-    settings: tuple[Setting, ...]
+    behaviours: tuple[str, ...]
+    """Registered names, or absolute paths of files."""
+    env: str
+    options: Mapping[str, Any]
+    """The arguments of the env that are set."""
     episodes: int
     seed: int
+    steps: int | None = None
+    """Number of frames of an episode; otherwise the env's own number."""
     reference: str = ""
     """Name of the behaviour that collisions are compared with; otherwise the first one's."""
 
-    @property
-    def env(self) -> str:
-        """The env's id."""
-        return self.settings[0].env
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """The arguments of the env that are set."""
-        return dict(self.settings[0].options)
-
-    def behaviours(self) -> list[Behaviour]:
-        """Return the behaviours of the settings."""
-        return [load_behaviour(setting.behaviour) for setting in self.settings]
+    def loaded(self) -> list[Behaviour]:
+        """Return the behaviours."""
+        return [load_behaviour(name) for name in self.behaviours]
 
     def specs(self) -> list[EpisodeTrial]:
         """Return every episode; those of equal repeat have equal seeds, so equal worlds."""
+        options = tuple(self.options.items())
+        settings = [Setting(name, self.env, options, self.steps) for name in self.behaviours]
         return [
             EpisodeTrial(place * self.episodes + repeat, repeat, self.seed + repeat, setting)
-            for place, setting in enumerate(self.settings)
+            for place, setting in enumerate(settings)
             for repeat in range(self.episodes)
         ]
 
@@ -89,11 +86,11 @@ class BehaviourPlan:
         """Return what ``run.json`` holds."""
         arena = self.options.get("arena", "")
         files = [*map(str, Arena.read(arena).files)] if isinstance(arena, str) and is_arena_file(arena) else []
-        sources = [*(one.behaviour for one in self.settings), *(one.model for one in self.behaviours()), *files]
+        sources = [*self.behaviours, *(one.model for one in self.loaded()), *files]
         return {
-            "kind": "episodes", "experiment": "behave", "seed": self.seed, "repeats": self.episodes,
-            "trials": self.episodes * len(self.settings),
-            "settings": [dataclasses.asdict(setting) for setting in self.settings],
+            "kind": "episodes", "experiment": "behave", "behaviours": self.behaviours, "env": self.env,
+            "options": self.options, "episodes": self.episodes, "seed": self.seed, "steps": self.steps,
+            "trials": self.episodes * len(self.behaviours),
             **provenance.of(map(_source, dict.fromkeys(sources))),
         }  # fmt: skip
 
@@ -131,10 +128,10 @@ def plan(
     options = env_options(where, assignments, first.options)
     references = [member for name in names for member in REFERENCE.get(name, ())]
     others = (references or ENVS[where].baselines) if baselines else ()
-    settings = tuple(Setting(name, where, options) for name in dict.fromkeys([*asked, *others]))
-    check_counts(seed, episodes, "--episodes", len(settings), "behaviours")
-    planned = BehaviourPlan(settings, episodes, seed, reference=(references or [first.name])[0])
-    called = [behaviour.name for behaviour in planned.behaviours()]
+    played = tuple(dict.fromkeys([*asked, *others]))
+    check_counts(seed, episodes, "--episodes", len(played), "behaviours")
+    planned = BehaviourPlan(played, where, options, episodes, seed, reference=(references or [first.name])[0])
+    called = [behaviour.name for behaviour in planned.loaded()]
     if twice := next((name for name in called if called.count(name) > 1), None):
         raise UsageError(f"two behaviours are called {twice}; rename one of them")
     return planned
@@ -145,9 +142,7 @@ def _source(name: str) -> str:
     return str(Path(name).resolve()) if is_own(name) else name
 
 
-def env_options(
-    env: str, assignments: Sequence[str], defaults: Mapping[str, Any] | None = None
-) -> tuple[tuple[str, Any], ...]:
+def env_options(env: str, assignments: Sequence[str], defaults: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return ``NAME=VALUE`` texts, over the ``defaults``, as the env's keyword arguments, checked.
 
     An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
@@ -169,7 +164,7 @@ def env_options(
     check_options(env, options, "--set")
     if isinstance(arena := options.get("arena"), str):
         options["arena"] = known_arena(arena)
-    return tuple(sorted(options.items()))
+    return dict(sorted(options.items()))
 
 
 def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
@@ -232,7 +227,7 @@ def run(
     recordings
         How many episodes, from the first, to record for Rerun.
     """
-    names = [behaviour.name for behaviour in plan.behaviours()]
+    names = [behaviour.name for behaviour in plan.loaded()]
     kept = f"; those of {names[0]} are recorded" if recordings else ""
     batch = Batch(
         name="behave",

@@ -32,7 +32,6 @@ from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clip_claims, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.sources.episodes import Setting
 from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
@@ -235,7 +234,7 @@ def _behaviours(env: str, scale: Scale, seed: int) -> BehaviourPlan:
     """Plan what the claims about behaviours need in an env: all at the same seeds."""
     whole = ENVS[env].max_episode_steps
     steps = whole if scale.steps is None else min(scale.steps, whole)
-    return BehaviourPlan(tuple(Setting(name, env, steps=steps) for name in PLAYED[env]), scale.episodes, seed)
+    return BehaviourPlan(PLAYED[env], env, {}, scale.episodes, seed, steps)
 
 
 def _clips(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> OfflinePlan:

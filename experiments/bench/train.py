@@ -40,7 +40,7 @@ from experiments.bench.sources.behaviour import (
     Vector,
     load_policy,
 )
-from experiments.bench.sources.episodes import Setting, env_id, short_name
+from experiments.bench.sources.episodes import env_id, short_name
 from experiments.bench.stats.episodes import SUMMARY
 from experiments.bench.stats.scores import Score
 from experiments.bench.store.description import begun
@@ -180,7 +180,7 @@ def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Se
     for text in assignments:
         if text.partition("=")[0].partition(".")[0] not in TRAINED_UNDER:
             raise UsageError(f"--set {text}: a training may change {', '.join(TRAINED_UNDER)}")
-    options, rollout = dict(behave.env_options(where, assignments)), ROLLOUT * envs
+    options, rollout = behave.env_options(where, assignments), ROLLOUT * envs
     whole = -(-steps // rollout) * rollout
     return [About(where, one, whole, envs, options=options) for one in range(seed, seed + seeds)]
 
@@ -237,11 +237,10 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[be
             folder.mkdir(parents=True, exist_ok=True)
             curve.write_csv(folder / f"learning-{about.seed}.csv")
             policy.save(policy_file(folder, about.seed))
-    options = tuple(sorted(first.options.items()))
-    settings = tuple(Setting(name, first.env, options) for name in (*(str(file.resolve()) for file in files),
-                                                                   *OPPONENTS[first.env]))  # fmt: skip
+    names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
+    judged = behave.BehaviourPlan(names, first.env, first.options, JUDGED, 0)
     with resources.pool() as pool:
-        report = behave.run(behave.BehaviourPlan(settings, JUDGED, 0), folder, pool, resources)
+        report = behave.run(judged, folder, pool, resources)
     if len(abouts) == 1 or report.summary.is_empty():
         return report, report.summary
     from experiments.bench.report import behaviours, style  # not before: matplotlib takes its time to load

@@ -15,29 +15,26 @@ from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.run.runs import Resources
 
 
-def names(planned):
-    return [setting.behaviour for setting in planned.settings]
-
-
 def test_a_plan_has_the_baselines_of_its_env():
     planned = plan(["optomotor"], "Avoidance", ["robots=3", "arena=bright"], 2)
-    assert names(planned) == ["optomotor", *ENVS[AVOIDANCE].baselines]
+    assert planned.behaviours == ("optomotor", *ENVS[AVOIDANCE].baselines)
     assert planned.options == {"robots": 3, "arena": "bright"} and planned.reference == "optomotor"
 
 
 def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
     planned = plan(["escape"], episodes=2, seed=7)
-    assert names(planned) == [*GROUPS["escape"], "hybrid", "straight"] and planned.reference == "hybrid"
-    seeds = {setting: [s.seed for s in planned.specs() if s.condition == setting] for setting in planned.settings}
-    assert set(map(tuple, seeds.values())) == {(7, 8)}
-    assert names(plan(["escape"], baselines=False)) == list(GROUPS["escape"])
+    played_by = planned.behaviours
+    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and planned.reference == "hybrid"
+    seeds = [tuple(trial.seed for trial in planned.specs() if trial.condition.behaviour == name) for name in played_by]
+    assert set(seeds) == {(7, 8)}
+    assert plan(["escape"], baselines=False).behaviours == GROUPS["escape"]
     pilot = plan(["hybrid", "lgmd"], episodes=3, seed=1000, baselines=False)
-    assert names(pilot) == ["hybrid", "lgmd"] and [trial.index for trial in pilot.specs()] == list(range(6))
+    assert pilot.behaviours == ("hybrid", "lgmd") and [trial.index for trial in pilot.specs()] == list(range(6))
 
 
 def test_options_are_typed_whole_or_entry_by_entry_over_a_policys_own():
     typed = ["camera=ov7670", "camera.ae_steps=5", "noise=0.5"]
-    options = dict(env_options(OPTOMOTOR, typed, {"robot": "colias4", "noise": 2.0}))
+    options = env_options(OPTOMOTOR, typed, {"robot": "colias4", "noise": 2.0})
     assert options == {"robot": "colias4", "camera": {"preset": "ov7670", "ae_steps": 5}, "noise": 0.5}
 
 
@@ -58,16 +55,15 @@ def test_what_cannot_be_planned_is_refused():
 
 def test_a_reproduction_plays_known_behaviours_at_equal_seeds():
     for part in planned(QUICK, 7).behaviours:
-        assert set(names(part)) <= set(BEHAVIOURS)
+        assert set(part.behaviours) <= set(BEHAVIOURS)
         assert {trial.seed for trial in part.specs()} == {7}
-        assert all(setting.steps == 150 for setting in part.settings)
+        assert part.steps == 150
 
 
 def short(seed=0):
     """Two behaviours, two episodes each, of a few frames."""
     planned = plan(["optomotor", "still"], episodes=2, seed=seed, baselines=False)
-    settings = tuple(dataclasses.replace(setting, steps=12) for setting in planned.settings)
-    return dataclasses.replace(planned, settings=settings)
+    return dataclasses.replace(planned, steps=12)
 
 
 def played(planned, folder, workers=0, recordings=0):
@@ -113,11 +109,10 @@ def test_numbers_do_not_depend_on_workers(tmp_path):
 
 def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_path):
     pair = plan(["fixation-pi", "still"], "Fixation", episodes=1, baselines=False)
-    pair = dataclasses.replace(pair, settings=tuple(dataclasses.replace(one, steps=3) for one in pair.settings))
+    pair = dataclasses.replace(pair, steps=3)
     (verdict,) = played(pair, tmp_path / "b4").verdicts
     assert (verdict.id, verdict.experiment, verdict.outcome.verdict) == ("B4", FIXATION, "not shown")
-    other = tuple(dataclasses.replace(setting, options=(("noise", 0.5),)) for setting in pair.settings)
-    assert not played(dataclasses.replace(pair, settings=other), tmp_path / "other").verdicts
+    assert not played(dataclasses.replace(pair, options={"noise": 0.5}), tmp_path / "other").verdicts
 
 
 def test_the_command_prints_the_scores_and_judges(tmp_path, monkeypatch, capsys):
@@ -126,4 +121,4 @@ def test_the_command_prints_the_scores_and_judges(tmp_path, monkeypatch, capsys)
     assert main.command([*command, "--workers", "0"]) == 0
     printed = capsys.readouterr().out
     assert "collisions/m" in printed and "without collision" in printed and "colias view run" in printed
-    assert json.loads((tmp_path / "run" / "run.json").read_text())["settings"][0]["options"] == [["robots", 1]]
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["options"] == {"robots": 1}

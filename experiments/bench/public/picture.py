@@ -69,8 +69,7 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
 def _of_episodes(run: Record, rows: list[Any]) -> Figure:
     """Return the figure of behaviours."""
     told = run.description
-    env, options = told["settings"][0]["env"], dict(told["settings"][0]["options"])
-    caption = behaviours_figure.caption(env, options, told["repeats"], told["seed"])
+    caption = behaviours_figure.caption(told["env"], told["options"], told["episodes"], told["seed"])
     return behaviours_figure.of_episodes(run.trials, run.frames, caption)
 
 

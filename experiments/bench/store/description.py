@@ -54,14 +54,13 @@ FEW, MOST_TOLD = 60, 3
 """Characters of a value, and parameters, that a refusal to go on names."""
 LABELS = "labels"
 """Where `_by_label` has the labels of models."""
-NAMES = ("id", "name", "label", "behaviour")
+NAMES = ("id", "name", "label")
 """Entries that name an object of a list, the first that it has."""
-EXPERIMENT, BEHAVE = "the experiment", "behave"
-OF_BEHAVIOUR = {"behaviour": "the behaviour", "env": "--env", "options": "--set"}
-"""The same of each behaviour of a run."""
+EXPERIMENT = "the experiment"
 OPTIONS = {
     "repeats": "--repeats", "seed": "--seed", "recordings": "--recordings", "replicates": "--replicates",
-    "claims": "--claims", "measures": "--measure", "curves": "--curve", "pictures": "--pictures",
+    "claims": "--claims", "behaviours": "the behaviours",
+    "env": "--env", "episodes": "--episodes", "measures": "--measure", "curves": "--curve", "pictures": "--pictures",
 }  # fmt: skip
 """Entry of a description -> the option that sets it."""
 CLAIMS = "claims"
@@ -245,12 +244,8 @@ def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
             return f"--set {section}.{'.'.join(rest)}"
         case ("axes", *axis):
             return f"--over {'.'.join(axis)}"
-        case ("repeats",) if here.get("experiment") == BEHAVE:
-            return "--episodes"
-        case (_, key) if here.get("experiment") == BEHAVE and key in OF_BEHAVIOUR:
-            return OF_BEHAVIOUR[key]
-        case () if here.get("experiment") == BEHAVE:
-            return "the list of behaviours"
+        case ("options", *option):
+            return f"--set {'.'.join(option)}"
         case (key,) if key in OPTIONS:
             return OPTIONS[key]
     return name

@@ -165,7 +165,8 @@ class Record:
         """The labels of its models, or of its behaviours."""
         listed = self.description.get("models") or (self.description.get("settings") or {})
         listed = listed.get("models", ()) if isinstance(listed, Mapping) else listed
-        return [str(model.get("label") or Path(model.get("behaviour", "")).stem) for model in listed]
+        behaviours = [Path(name).stem for name in self.description.get("behaviours", ())]
+        return behaviours or [str(model["label"]) for model in listed]
 
     @property
     def changed(self) -> str:
