@@ -16,18 +16,14 @@ HUES: tuple[str, ...] = (
     "#3848f8", "#f86010", "#00a868", "#a810b8", "#f840c0", "#985000", "#207070", "#1098f8",
 )  # fmt: skip
 GREYS: tuple[str, ...] = ("#808080",)
-"""Colour of models and behaviours that a picture shows for comparison alone."""
+"""Colour of models that a picture shows for comparison alone."""
 MOST_LINES = len(HUES)
 """Series of one picture that have a hue each; more share hues and differ in their markers."""
 WHITE, DARK = "#ffffff", "#121212"
 """Backgrounds on which every hue and grey is seen."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-BASELINES = ("flow", "still", "random", "straight", "random-walk")
-"""Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
-PRIVILEGED = "oracle-"
-"""Beginning of the names of behaviours that are told the state of the world."""
-REFLEX = "escape-"
-"""Beginning of the names of the escape reflexes; the rest is the model, whose mark the reflex has."""
+BASELINES = ("flow",)
+"""Models that are drawn in grey."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
@@ -58,7 +54,7 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     Parameters
     ----------
     names
-        Labels of models or behaviours. One of `NAMED`, and its reflex, has its own mark in every picture; where few
+        Labels of models. One of `NAMED` has its own mark in every picture; where few
         models are shown and its hue is another's, it takes a free hue and keeps its marker. Other names are next in
         line, in their order.
 
@@ -68,9 +64,9 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
         In the order of ``names``.
     """
     listed = list(dict.fromkeys(names))
-    grey = [name for name in listed if for_comparison(name)]
+    grey = [name for name in listed if name in BASELINES]
     coloured = [name for name in listed if name not in grey]
-    known = sorted((name for name in coloured if _model(name) in NAMED), key=lambda name: NAMED.index(_model(name)))
+    known = sorted((name for name in coloured if name in NAMED), key=NAMED.index)
     given: dict[str, Mark] = {}
     for name in [*known, *(name for name in coloured if name not in known)]:
         given[name] = _next(_home(name), list(given.values()), apart=len(coloured) <= MOST_LINES)
@@ -80,23 +76,13 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     return {name: given[name] for name in listed}
 
 
-def for_comparison(name: str) -> bool:
-    """Tell whether a model or behaviour is shown for comparison alone, and so drawn in grey."""
-    return name in BASELINES or name.startswith(PRIVILEGED)
-
-
-def _model(name: str) -> str:
-    """Return the model of a reflex; any other name is its own."""
-    return name.removeprefix(REFLEX)
-
-
 def _home(name: str) -> Mark | None:
     """Return the mark of one of `NAMED`. After one round of hues that of `dsnn`, which all are compared with, is left
     out.
     """
-    if _model(name) not in NAMED:
+    if name not in NAMED:
         return None
-    place = NAMED.index(_model(name))
+    place = NAMED.index(name)
     if place < len(HUES):
         return Mark(HUES[place], MARKERS[place % len(MARKERS)])
     turn, hue = divmod(place - len(HUES), len(HUES) - 1)
