@@ -29,8 +29,7 @@ PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 GLIBC = "2.28"
 """That of Debian 10, RHEL 8 and Ubuntu 18.10: the oldest that the wheels of MuJoCo and NumPy load on."""
 NATIVE = "_dsnn_native"
-DOCS = ("test_docs.py", "test_docs_questions.py", "test_docs_questions_a.py", "test_docs_questions_b.py",
-        "test_docs_questions_c.py", "test_docs_model.py", "test_docs_experiment.py")  # fmt: skip
+DOCS = ("test_docs.py", "test_docs_questions.py", "test_docs_chapters.py")
 """Tests that run what pages show, in an empty folder."""
 GOLDEN = "tests/dsnn/test_golden.py"
 INSTALL_PAGE = ROOT / "docs" / "install.md"

@@ -9,6 +9,7 @@ from functools import cache
 import pytest
 
 from experiments.bench.cli import main
+from tests.docs.test_docs_chapters import RUN_HERE
 from tests.helpers.chapters import (
     CHAPTERS,
     PAGES,
@@ -32,19 +33,7 @@ JOURNEYS = {
     "what-the-numbers-mean.md", "your-own-arena.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 LISTS = {"guides.md", "index.md"}
-OWN_TESTS = {
-    "your-own-arena.md",
-    "back-from-the-robot.md",
-    "eye.md",
-    "robot-trials.md",
-    "your-own-model.md",
-    "your-own-experiment.md",
-    "behaviours-and-training.md",
-    "footage.md",
-    "reinforcement-learning.md",
-    "video.md",
-    "from-bench-to-robot.md",
-}
+OWN_TESTS = {*RUN_HERE, "footage.md", "reinforcement-learning.md", "video.md", "from-bench-to-robot.md"}
 
 
 @pytest.mark.parametrize("name", sorted({called(page) for page in PAGES if page not in QUESTIONS} - OWN_TESTS))

@@ -1,4 +1,4 @@
-"""docs/questions/: each page is short, begins with its question, names who asked, and has a snippet that runs."""
+"""docs/questions/: each page has a snippet, and what it shows runs as it is pasted."""
 
 from __future__ import annotations
 
@@ -9,18 +9,23 @@ from pathlib import Path
 import pytest
 
 from dsnn.stimuli import stimulus
-from tests.helpers.chapters import blocks, called, titled
-from tests.helpers.questions import ANSWERS, PARTS, part
+from tests.helpers.chapters import QUESTIONS, blocks, called, chapter, titled
 
-LEAST, MOST = 25, 30
+__all__ = ["chapter"]
+
+ANSWERS = tuple(page for page in QUESTIONS if page.name != "index.md")
+EXTRAS = {
+    "questions/pictures.md": ("imageio_ffmpeg",),
+    "questions/record-env.md": ("imageio_ffmpeg", "moviepy"),
+}
+"""Page -> modules of the extra [video] that it needs."""
 
 
-def test_every_answer_is_run_by_one_file_of_tests():
-    dealt = [name for number in range(PARTS) for name in part(number)]
-    assert sorted(dealt) == sorted(map(called, ANSWERS))
-    for number in range(PARTS):
-        path = Path(__file__).with_name(f"test_docs_questions_{'abc'[number]}.py")
-        assert f"part({number})" in path.read_text()
+@pytest.mark.parametrize("name", [called(page) for page in ANSWERS])
+def test_an_answer_runs_as_pasted(name, chapter):
+    for module in EXTRAS.get(name, ()):
+        pytest.importorskip(module)
+    chapter(name)
 
 
 @pytest.mark.parametrize("page", ANSWERS, ids=called)

@@ -1,9 +1,0 @@
-"""Everything that docs/robot-trials.md shows runs as it is pasted; `tests.helpers.chapters` says how."""
-
-from tests.helpers.chapters import chapter
-
-__all__ = ["chapter"]
-
-
-def test_the_chapter_runs_as_pasted(chapter):
-    chapter("robot-trials.md")
