@@ -11,14 +11,13 @@ import re
 import shlex
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
 from rich.cells import cell_len
 from rich.console import Console
-from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
@@ -34,22 +33,17 @@ MINUTES_FROM_S = 150.0
 
 PIPE_WIDTH = 100
 """Columns of tables and sentences where there is no terminal, and ``COLUMNS`` does not say how many there are."""
-WHOLE_WIDTH = 100_000
-"""Columns in which everything fits."""
-RECORD_INDENT, BETWEEN = 4, "   "
-"""Indents of a row that is no table's: what its other lines are moved in by, and what is between two of its cells."""
+INDENT = 4
+"""Columns by which the other lines of a verdict are moved in."""
 
 
 class _Console(Console):
     """Prints texts as they are: brackets in them are no markup. What has a style is a `rich.text.Text`."""
 
     def __init__(self, *, stderr: bool = False) -> None:
-        columns = os.environ.get("COLUMNS", "")
-        self.width_known = columns.isdigit() and int(columns) > 0
-        """Whether a table that is too wide becomes lines of text: in a pipe without ``COLUMNS`` it stays a table."""
         stream = sys.stderr if stderr else sys.stdout
-        self.width_known |= stream is not None and stream.isatty()
-        width = None if self.width_known else PIPE_WIDTH
+        known = "COLUMNS" in os.environ or (stream is not None and stream.isatty())
+        width = None if known else PIPE_WIDTH
         super().__init__(stderr=stderr, highlight=False, emoji=False, markup=False, width=width)
 
 
@@ -96,65 +90,13 @@ def show_line(line: str | Text, indent: int = 0) -> None:
 
 
 def show_table(table: Table) -> None:
-    """Print a table whose words are whole.
-
-    Where the width is known and too small for that, each cell stands behind its column's name instead.
-    """
-    everything = out_console.options.update(width=WHOLE_WIDTH)
-    least, most = [], []
-    for column in table.columns:
-        ranges = [Measurement.get(out_console, everything, cell) for cell in (column.header, *column.cells)]
-        widest = min(max(column_range.maximum for column_range in ranges), column.max_width or WHOLE_WIDTH)
-        widest = max(widest, column.min_width or 0)
-        least.append(widest if column.no_wrap else min(max(column_range.minimum for column_range in ranges), widest))
-        most.append(widest)
-    between = Measurement.get(out_console, everything, table).maximum - sum(most)
-    room = out_console.width - between
-    if sum(least) > room and out_console.width_known:
-        _show_records(table)
-        return
-    for column, width in zip(table.columns, _shared(least, most, room), strict=True):
-        column.width = width
-    if table.title:  # rich would break it at the width of the table
+    """Print a table below its title, which may be wider."""
+    if table.title:
         show_line(Text(str(table.title), "italic"))
         table.title = None
-    width = out_console.width
-    try:
-        out_console.width = max(width, sum(least) + between)  # wider than a pipe's usual width, where words need it
-        out_console.print(table)
-    finally:
-        out_console.width = width
-
-
-def _shared(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
-    """Widths of columns, from ``least`` up to ``most``: what ``room`` has beside the least is shared out alike."""
-    widths = list(least)
-    while (spare := room - sum(widths)) > 0:
-        short = [place for place, width in enumerate(widths) if width < most[place]][:spare]
-        if not short:
-            break
-        for place in short:
-            widths[place] += 1
-    return widths
-
-
-def _show_records(table: Table) -> None:
-    """Print each row of a table as ``NAME: CELL   NAME: CELL``, in as many lines as it takes."""
-    if table.title:
-        show_line(str(table.title))
-    names = [" ".join(str(column.header).split()) for column in table.columns]
-    for row in zip(*(column.cells for column in table.columns), strict=True):
-        lines = [Text()]
-        for name, cell in zip(names, row, strict=True):
-            words = Text(" ").join((cell if isinstance(cell, Text) else Text(str(cell))).split())
-            item = Text.assemble((f"{name}: " if name else "", table.header_style), words)
-            room = out_console.width - (RECORD_INDENT if len(lines) > 1 else 0)
-            if words and lines[-1] and cell_len(lines[-1].plain) + len(BETWEEN) + cell_len(item.plain) > room:
-                lines.append(Text())
-            if words:
-                lines[-1].append_text(Text.assemble(BETWEEN if lines[-1] else "", item))
-        for place, line in enumerate(lines):
-            show_line(Text.assemble(" " * RECORD_INDENT if place else "", line), RECORD_INDENT)
+    for column in table.columns:
+        column.overflow = "fold"  # nothing is cut off
+    out_console.print(table)
 
 
 def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str = "") -> None:
@@ -175,7 +117,7 @@ def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str =
             show_verdict(verdict, model=model, provenance=provenance)
     if skipped:
         names, most = ", ".join(skipped), max(skipped.values())
-        show_line(f"{count(len(skipped), 'claim')} skipped ({names}): need --repeats {most} or more", RECORD_INDENT)
+        show_line(f"{count(len(skipped), 'claim')} skipped ({names}): need --repeats {most} or more", INDENT)
 
 
 def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None:
@@ -206,7 +148,7 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
     if verdict.equal is not None and verdict.outcome.equal is not None:
         told.append(f"on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}")
     line = Text.assemble((verdict.id, "b"), f"{who} ", label, held, origin, f": {'; '.join(told)}")
-    show_line(line, RECORD_INDENT)
+    show_line(line, INDENT)
 
 
 def show_outcome(outcome: Outcome) -> None:
