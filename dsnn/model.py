@@ -49,7 +49,13 @@ class LayerMaps:
     f_off: FloatMap
 
     def pictures(self) -> npt.NDArray[np.uint8]:
-        """Return the maps as 8-bit images, (4, R, C), in the order and at the scales of `MAP_SCALES`."""
+        """Return the maps as 8-bit images, in the order and at the scales of `MAP_SCALES`.
+
+        Returns
+        -------
+        ndarray
+            (4, R, C) uint8.
+        """
         pictures = np.empty((len(MAP_SCALES), *self.p.shape), np.uint8)
         for picture, (name, (gain, zero)) in zip(pictures, MAP_SCALES.items(), strict=True):
             layer = getattr(self, name)

@@ -125,7 +125,7 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     imported = any(row["provenance"] not in (None, "simulated") for row in rows)
     columns = ("run", "begun", "experiment", "seed", "trials", "models", "changed", "verdicts", "commit")
     for name in (*columns, *(["provenance"] if imported else [])):
-        table.add_column(name, no_wrap=name == "begun")
+        table.add_column(name, no_wrap=name in ("run", "begun"))
     for row in (row for row in rows if row["trouble"] is None):
         place = Path(row["run"])
         name = str(place.relative_to(folder)) if place != folder and place.is_relative_to(folder) else row["run"]

@@ -41,7 +41,7 @@ def test_runs(runs_folder, colias):
     assert rows["part/c"]["changed"] == "dsnn.n_con=4, experiment.speeds_cm_s=20,30"
     assert all(row["trouble"] is None for row in rows.values())
     done = colias("list", "runs", str(runs_folder))
-    assert done.returncode == 0 and "part/c" in done.stdout and "dsnn.n_con=4" in done.stdout and not done.stderr
+    assert done.returncode == 0 and "part/c" in done.stdout and not done.stderr
 
 
 def test_runs_tell_when_they_were_begun_and_by_what_commit(runs_folder, tmp_path, monkeypatch, capsys):
@@ -77,7 +77,7 @@ def test_a_run_of_another_version_is_listed_with_the_version_that_reads_it(runs_
     older = {"experiment": {}, "seed": 0, "trials": 3, "versions": {"colias-sim": "0.1.0"}}
     (colias.folder / "runs" / "older" / "run.json").write_text(json.dumps(older))
     done = colias("list", "runs")
-    assert done.returncode == 0 and done.stdout.startswith("run: a ")
+    assert done.returncode == 0 and "\na " in done.stdout
     assert "colias-sim 0.1" in done.stderr and done.stderr.count("\n") == 1
 
 
