@@ -270,7 +270,8 @@ def _trace(axes: Axes, cell: pl.DataFrame, name: str, *, labelled: bool) -> None
     axes.fill_between(time, cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
     if labelled:
         at = int(np.abs(mean).argmax())
-        axes.annotate(label, (time[at], mean[at]), (0, 2 if mean[at] >= 0.0 else -8), textcoords="offset points",
+        side, above = ("left" if 2 * at < len(time) else "right"), (2 if mean[at] >= 0.0 else -8)
+        axes.annotate(label, (time[at], mean[at]), (0, above), textcoords="offset points", ha=side,
                       fontsize=style.SMALL, fontweight="bold", color=colour, in_layout=False)  # fmt: skip
 
 

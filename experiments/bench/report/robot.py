@@ -269,7 +269,7 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     told = [(text, n) for text, n in others if text.endswith(along) or len(others) == 1]
     parts += [f"{text.removesuffix(along) if common.endswith(along) else text} in {n}" for text, n in told]
     rest = sum(n for _, n in others) - sum(n for _, n in told)
-    return ", ".join([*parts, *([f"other in {rest}"] if rest else [])])
+    return ", ".join([*parts, *([f"another order in {rest}"] if rest else [])])
 
 
 def drawn_of(noun: str, varies: str, n: int) -> str:
@@ -345,6 +345,8 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> li
     low, high = axes.get_ylim()
     signed = rows.select(*measure[2]).min().min_horizontal().item() < 0.0
     axes.set_ylim(*((low, high) if signed else (0.0, 1.08 * axes.dataLim.y1 or 1.0)))
+    if axes.dataLim.y1 == axes.dataLim.y0 == 0.0:
+        axes.set_yticks([0.0])  # no count reached any other
     return ends if len(ends) > 1 else []
 
 
