@@ -42,13 +42,9 @@ def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 def checked_params(params: Params | None, kind: type[Params]) -> Params:
     """Return a model's ``params``; for ``None`` the defaults of ``kind``. Raises ``ValueError`` for another kind."""
-    if params is None:
-        return kind()
-    if not isinstance(params, kind):
-        text = " ".join(repr(params).split())
-        text = text if len(text) <= 40 else f"a {type(params).__name__}"
-        raise ValueError(f"params is {text}: expected {kind.__name__}(...), or None for its defaults")
-    return params
+    if not isinstance(params, kind | None):
+        raise ValueError(f"params must be a {kind.__name__}, got a {type(params).__name__}")
+    return params or kind()
 
 
 def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "grey") -> npt.NDArray[Any]:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.frames import Channels, FrameError, luma
+from dsnn.frames import Channels, luma
 
 FloatMap = npt.NDArray[np.floating]
 
@@ -265,9 +265,7 @@ def run_model(
 ) -> ResponseSeries:
     """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames.
 
-    Raises `FrameError` where ``frames`` is no iterable, and what `VisionModel.step` raises.
+    Raises what `VisionModel.step` raises.
     """
-    if not isinstance(frames, Iterable) or (isinstance(frames, np.ndarray) and frames.ndim == 0):
-        raise FrameError(f"frames is a {type(frames).__name__}: expected an array (T, R, C), or an iterable of frames")
     model.reset()
     return ResponseSeries.from_responses(model.step(frame, channels=channels) for frame in frames)

@@ -339,8 +339,6 @@ def model_entry(name: str) -> ModelEntry:
     ValueError
         There is no such model; the message has the nearest known name.
     """
-    if not isinstance(name, str):
-        raise ValueError(f"a model's name is a {type(name).__name__}: known are {', '.join(MODELS)}")
     if name not in MODELS:
         near = difflib.get_close_matches(name.lower(), MODELS, 1)
         hint = f" (nearest: {near[0]})" if near else ""
