@@ -122,9 +122,10 @@ headers || apt_install python3-dev || true
 "$venv/bin/python" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 "$venv/bin/python" -c 'from dsnn import forms; note = forms.note(); print(f"setup: {note}" * bool(note), end="")' >&2
 
-if ! "$venv/bin/python" colias_sim/gl.py 2>/dev/null; then
-    apt_install libegl1 libgl1 || "$venv/bin/python" colias_sim/gl.py
-    "$venv/bin/python" colias_sim/gl.py
+draws() { "$venv/bin/python" -c 'from colias_sim.reference import reference_hash; reference_hash()'; }
+if ! draws 2>/dev/null; then
+    apt_install libegl1 libgl1 || say "OpenGL cannot draw here"
+    draws
 fi
 touch "$venv/.ready"
 say "ready"
