@@ -26,6 +26,7 @@ from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.user_code import is_own
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources import episode_scores as scoring
 from experiments.bench.sources.behaviour import Behaviour
 from experiments.bench.sources.episodes import (
     EPISODES,
@@ -37,7 +38,6 @@ from experiments.bench.sources.episodes import (
     play,
     record,
 )
-from experiments.bench.stats import episodes as scoring
 from experiments.bench.stats import stored
 from experiments.bench.stats.scores import Score
 from experiments.bench.stats.verdict import Verdict

@@ -32,11 +32,11 @@ from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clip_claims, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.episode_scores import LEAST_SEEDS
 from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import LEAST_JUDGED, count
-from experiments.bench.stats.episodes import LEAST_SEEDS
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.store import provenance

@@ -40,8 +40,8 @@ from experiments.bench.sources.behaviour import (
     Vector,
     load_policy,
 )
+from experiments.bench.sources.episode_scores import SUMMARY
 from experiments.bench.sources.episodes import env_id, short_name
-from experiments.bench.stats.episodes import SUMMARY
 from experiments.bench.stats.scores import Score
 from experiments.bench.store.description import begun
 from experiments.bench.store.files import TABLE, Files, drawn_from

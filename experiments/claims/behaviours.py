@@ -10,10 +10,10 @@ import polars as pl
 
 from colias_sim.envs import ENVS
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.bench.stats import episodes
+from experiments.bench.sources import episode_scores as episodes
+from experiments.bench.sources.episode_scores import BehaviourClaim, Pilot, held, mean_difference, rate_ratio
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import shipped
-from experiments.bench.stats.episodes import BehaviourClaim, Pilot, held, mean_difference, rate_ratio
 from experiments.bench.stats.verdict import Outcome
 
 claim = partial(shipped, BehaviourClaim)

@@ -10,8 +10,8 @@ import polars as pl
 from colias_sim import Pose
 from dsnn import Response
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.bench.sources.episode_scores import verdicts
 from experiments.bench.sources.episodes import EPISODES, Episode
-from experiments.bench.stats.episodes import verdicts
 
 
 def rows(hits, misses=0, *, metres=1.0, seconds=10.0, name="mine", env=AVOIDANCE, **values):

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from colias_sim.envs import ENVS, RETURN
 from experiments.bench.engine.terminal import count
 from experiments.bench.report import scoreboard, style
-from experiments.bench.stats.episodes import summary as summarise
+from experiments.bench.sources.episode_scores import summary as summarise
 from experiments.bench.stats.scores import written
 from scenes import ARENA_RADIUS_CM
 
@@ -39,7 +39,7 @@ def draw(
     Parameters
     ----------
     summary
-        As of `experiments.bench.stats.episodes.summary`.
+        As of `experiments.bench.sources.episode_scores.summary`.
     values
         ``behaviour``, ``measure`` and ``value`` of single ``things``: episodes, or training seeds.
     caption

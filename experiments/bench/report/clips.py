@@ -40,8 +40,8 @@ EDGES = {
 ACROSS, NAME_INCHES, LEAST_ROW = 12, 1.0, 0.42
 """Most clips side by side, with several models; inches: width of the names of models, least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
-TRACES = ("Lines: means of the trials; bands: their range. Right and down are positive. Each model has its own scale; "
-          "dashes: its threshold.")  # fmt: skip
+MEANS = "Lines: means of the trials; bands: their range. "
+TRACES = "Right and down are positive. Each model has its own scale; dashes: its threshold."
 CURVES = ("Filled dots: means; open dots: trials; whiskers, from three trials: 95 % interval of the mean. "
           f"A curve: a line of one seed. {RESPONSE}")  # fmt: skip
 
@@ -85,6 +85,7 @@ def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
         n = trials.n_unique("repeat")
+        notes = MEANS * (n > 1) + notes if notes.startswith(TRACES) else notes
         style.caption(drawn, f"{title}. n = {n} {'trial' if n == 1 else 'trials'} of each clip and model. {notes}")
     return drawn
 
@@ -173,7 +174,7 @@ def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
         for way in reached
     )
     counts = _counts(moving, (signal > 0.0) & (signal > others))  # a model at its ceiling both ways tells nothing
-    return counted("The largest potential has the direction of the motion", counts, "trials")
+    return counted("The largest potential has the direction of the motion", counts, "translations")
 
 
 def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:

@@ -47,7 +47,8 @@ TIME, BEARING = ("sim_time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of
 SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("inhibition", style.HUES[1])}
 HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "residue": ("leftover", style.HUES[3])}
 """Columns of excitation -> their names and colours."""
-POINTS = "Dots: trials; dark: means with 95 % intervals, from three trials on. Titles order means with intervals apart."
+POINTS = "Dots: trials; dark: their means."
+INTERVALS = "Dots: trials; dark: means with 95 % intervals. Titles order means with intervals apart."
 TRACES = "Potentials: means; bands: range of the trials; dashes: threshold."
 
 
@@ -131,7 +132,7 @@ def panels(runs: Mapping[str, Any]) -> Figure:
         for axes in figure.axes[len(first) :]:
             axes.set_visible(False)
         rows = pl.concat(first.values(), how="diagonal_relaxed")
-        style.caption(figure, f"{_n(rows)}. {POINTS}")
+        style.caption(figure, f"{_n(rows)}. {_symbols(rows)}")
     return figure
 
 
@@ -141,10 +142,18 @@ def _other_columns(trials: pl.DataFrame, varies: str) -> list[str]:
     return [name for name in varying(trials.to_dicts(), varies) if name not in along]
 
 
-def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str, notes: str) -> None:
+def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str, notes: str = "") -> None:
     """Write below a figure what was run, n, and what colours, line styles and symbols mean."""
     others = "".join(f"; line styles: {_unit(name)[0]}" for name in _other_columns(rows, varies))
-    style.caption(figure, f"{title}. {_n(rows)}. Colours: {_unit(varies)[0]}{others}. {notes}")
+    style.caption(
+        figure, f"{title}. {_n(rows)}. Colours: {_unit(varies)[0]}{others}. {_symbols(rows)} {notes}".rstrip()
+    )
+
+
+def _symbols(rows: pl.DataFrame) -> str:
+    """Return what dots and bars are; of one or two trials there are no bars."""
+    most = max(rows.group_by("model", *CONDITION_COLUMNS).len()["len"])
+    return INTERVALS if most >= LEAST_FOR_INTERVAL else POINTS
 
 
 def prepared(table: Any, frames: pl.DataFrame | None, varies: str) -> pl.DataFrame:
@@ -246,7 +255,7 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str
 
 
 def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
-    """Return the commonest order of a measure among the curves, one for each model and other condition, and the others.
+    """Return the commonest order of a measure among the curves, one for each model and other condition.
 
     How many rise and fall is always told. Of one or two trials each, whose means have no intervals, it names what is
     drawn.
@@ -268,8 +277,7 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     parts = [f"{noun} {common} in {so} of {len(orders)} {'curves' if several else 'models'}"]
     told = [(text, n) for text, n in others if text.endswith(along) or len(others) == 1]
     parts += [f"{text.removesuffix(along) if common.endswith(along) else text} in {n}" for text, n in told]
-    rest = sum(n for _, n in others) - sum(n for _, n in told)
-    return ", ".join([*parts, *([f"another order in {rest}"] if rest else [])])
+    return ", ".join(parts)
 
 
 def drawn_of(noun: str, varies: str, n: int) -> str:
@@ -414,7 +422,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
         part.supxlabel(x, fontsize=style.BODY)
         part.supylabel(y, fontsize=style.BODY)
     _headlines(parts, [finding(rows, measure, varies) for measure in (COUNT, MECHANISM[-1])])
-    _caption(figure, title, rows, varies, f"{POINTS} {TRACES}")
+    _caption(figure, title, rows, varies, TRACES)
     last = min(across, len(shown)) - 1
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     style.label_ends(counts[0], ends[0])
@@ -490,7 +498,7 @@ def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
         part.supxlabel(_axis(varies), fontsize=style.BODY)
         part.supylabel(measure[1], fontsize=style.BODY)
     _headlines(parts, [finding(rows, measure, varies) for measure in measures])
-    _caption(figure, title, rows, varies, POINTS)
+    _caption(figure, title, rows, varies)
     return figure
 
 

@@ -30,7 +30,7 @@ from experiments.bench.run.play import FIELDS, FRAMES
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import declared, is_own
 from experiments.bench.sources.behaviour import ENDING, Behaviour, Policy, load_policy
-from experiments.bench.stats.episodes import COLUMNS
+from experiments.bench.sources.episode_scores import COLUMNS
 from experiments.bench.store.places import replacing
 from experiments.bench.store.rows import OBSERVER, JobRow, schema_of
 from scenes.hints import nearest

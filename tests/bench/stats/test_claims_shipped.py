@@ -10,9 +10,9 @@ from experiments.bench.footage.claims import FootageClaim
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.episode_scores import BehaviourClaim
 from experiments.bench.sources.robot_claims import RobotClaim, outcome
 from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find_claim, of_kind, words
-from experiments.bench.stats.episodes import BehaviourClaim
 from experiments.claims.readings import READINGS
 
 KINDS = (ClipClaim, RobotClaim, FootageClaim, BehaviourClaim)

@@ -9,7 +9,7 @@ from scipy import stats
 
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.reproduce import FULL, QUICK, USUAL
-from experiments.bench.stats.episodes import (
+from experiments.bench.sources.episode_scores import (
     Pilot,
     episodes_needed,
     free_distance,
