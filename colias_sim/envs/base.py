@@ -86,13 +86,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._plain = plain = options.plain_settings()
         self._fastest = plain.robot.max_speed_cm_s / 100
         shape = plain.camera.height, plain.camera.width
-        self.observation_space = observation_space(options.observation, shape, options.robots)
+        others = self._others()
+        self.observation_space = observation_space(options.observation, shape, len(others))
         self.action_space = action_space(options.actions)
         model = build_model(options.model, shape)  # built even if unused, so that a wrong name is an error
         self._model = model if options.observation in ("neural", "both") else None
         self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self._luma.flags.writeable = False
-        others = self._others()
         # The camera is made for the upper ends of what is drawn: those need the most room.
         self._made_with = ends(plain, options.randomise)[1].camera
         sim = Simulation(

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from rich.cells import cell_len
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
@@ -90,13 +91,14 @@ def show_line(line: str | Text, indent: int = 0) -> None:
 
 
 def show_table(table: Table) -> None:
-    """Print a table below its title, which may be wider."""
+    """Print a table below its title; its words stay whole, also where the terminal is too narrow for it."""
     if table.title:
         show_line(Text(str(table.title), "italic"))
         table.title = None
     for column in table.columns:
-        column.overflow = "fold"  # nothing is cut off
-    out_console.print(table)
+        cells = (column.header, *column.cells)
+        column.min_width = max(Measurement.get(out_console, out_console.options, cell).minimum for cell in cells)
+    out_console.print(table, crop=False)
 
 
 def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str = "") -> None:
