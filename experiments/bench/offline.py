@@ -79,9 +79,10 @@ class OfflinePlan:
         return f"{len(self.trials)} clips, {frames:,} frames"
 
     def is_random(self) -> bool:
-        """Return whether the clips may differ with the seed: of those that ship, whether any does halfway, say."""
+        """Return whether the clips may differ with the seed: of those that ship, whether a frame of any does."""
         if self.experiment.repeats > 1 or self.experiment.name not in OFFLINE:
             return True
+        # Three frames tell: what is random in a clip is so while its object is in view.
         pairs = ((clip.build(0), clip.build(1)) for clip in self.experiment.clips)
         places = ((one, other, len(one) * quarter // 4) for one, other in pairs for quarter in (1, 2, 3))
         return any((one[place].luma != other[place].luma).any() for one, other, place in places)

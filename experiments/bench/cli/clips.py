@@ -94,7 +94,7 @@ def play(
     if record is not None:
         export.refuse(record)
     entry = find(name)
-    listed_by = f"{_listed_by(name)}, colias parameters"
+    listed_by = f"{_listed_by(name)}, colias list parameters"
     models, collected = settings.watchers(
         shown_models(["dsnn"], model, only), assignments or (), {entry.name: entry.params}, listed_by
     )

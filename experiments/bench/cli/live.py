@@ -46,7 +46,7 @@ def live(
     Keys I and K drive the stimulus ahead and back, J and L turn it, X stops it; with shift they drive the observer.
     Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
-    record writes a run of what was done since the trial began, which colias rerun repeats bit for bit.
+    record writes a run of what was done since the trial began, which colias run --again repeats bit for bit.
     With --footage there is nothing to drive, and --set reaches the models alone; colias watch records it.
     The command's own model is dsnn, or those that the experiment declares. Needs viser: the extra [live].
     Ctrl-C ends it.

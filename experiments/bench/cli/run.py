@@ -85,6 +85,10 @@ def run_experiment(
     if again is not None:
         from experiments.bench.cli.again import repeat_run
 
+        sources = {name: context.get_parameter_source(name) for name in context.params}
+        typed = {name for name, source in sources.items() if source and source.name == "COMMANDLINE"}
+        if others := sorted(typed - {"again", "out", "workers", "medium", "quiet"}):
+            raise UsageError(f"--again repeats a run as it was: leave out {', '.join(others)}")
         return repeat_run(context, again, out, workers, quiet)
     if experiment is None:
         raise UsageError("colias run: give an experiment, or --again RUN")

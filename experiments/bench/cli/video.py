@@ -57,15 +57,11 @@ def video(
     from experiments.bench.report.video import film_times, make, read, require_encoder, strip
     from experiments.bench.store.record import recording
 
+    if out.suffix not in ("", ".png"):
+        require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
     if not out.suffix:
-        from experiments.bench.store.pictures import pictures, write_pictures
-
-        for camera, images in pictures(path).items():
-            write_pictures(out / camera, images, ".png")
-        return 0
-    if out.suffix != ".png":
-        require_encoder(f"--out {out}: {out.suffix}")
+        return _frames(path, out, quiet)
     from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.figures.plotting import without_glyph
     from experiments.bench.run.errors import printable
@@ -85,6 +81,22 @@ def video(
             note = f"note: --caption: the font has no {listed}: an empty box stands there"
             error_console.print(note, markup=False, soft_wrap=True)
         show_places({"video" if out.suffix != ".png" else "strip": out})
+    return 0
+
+
+def _frames(recording: Path, out: Path, quiet: bool) -> int:
+    """Write what each camera saw as pictures into a folder."""
+    from experiments.bench.engine.terminal import show_places
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.store.pictures import pictures, write_pictures
+
+    seen = pictures(recording)
+    if not seen:
+        raise UsageError(f"--out {out}: {recording} has no pictures")
+    for camera, images in seen.items():
+        write_pictures(out / camera, images, ".png")
+    if not quiet:
+        show_places({"frames": out})
     return 0
 
 

@@ -28,7 +28,7 @@ BOARD = ("version", "board", "columns", "rows", "trials", "frames", "frame_us", 
 FRAME = ("trial", "frame", "hs", "vs", "hs_spikes", "vs_spikes", "cycles")
 FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ("frames",)}
 """Record -> its fields."""
-_RECORD = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})\r?")
+_RECORD = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})")
 Values = Mapping[str, Any]
 
 

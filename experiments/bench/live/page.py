@@ -171,7 +171,7 @@ class Page:
     def record(self) -> None:
         """Record what was done since the beginning."""
         folder = self.session.record().folder
-        self.tell(f"recorded into {folder}; repeat it by: colias rerun {folder}")
+        self.tell(f"recorded into {folder}; repeat it by: colias run --again {folder}")
 
     def change(self, model: str, name: str, text: str) -> None:
         """Change a parameter of a model; the trace before stays as a ghost."""

@@ -212,7 +212,7 @@ def run(
     only
         Whether to show just those of ``models``.
     settings
-        Parameter -> value, as ``{"dsnn.n_con": 6, "experiment.speeds_cm_s": [4, 6]}``. ``colias parameters`` lists
+        Parameter -> value, as ``{"dsnn.n_con": 6, "experiment.speeds_cm_s": [4, 6]}``. ``colias list parameters`` lists
         them all.
     pictures
         A folder of your own pictures. Repeat r of a clip has picture r behind its object; of trials with the robot,

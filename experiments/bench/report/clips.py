@@ -76,7 +76,7 @@ def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds
     trials = with_responses(trials)
     with style.look():
         if figure.kind == "traces":
-            drawn, notes = _page(_bands(trials) * trials.n_unique("model"), 0.95, 1.3), TRACES
+            drawn, notes = _page(_bands(trials) * trials.n_unique("model"), 0.95, 1.3), _traces_caption(trials)
             _traces(drawn, trials, frames, thresholds)
         elif figure.kind == "edges":
             drawn, notes = _edges(trials, frames, thresholds)
@@ -85,7 +85,6 @@ def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
         n = trials.n_unique("repeat")
-        notes = MEANS * (n > 1) + notes if notes.startswith(TRACES) else notes
         style.caption(drawn, f"{title}. n = {n} {'trial' if n == 1 else 'trials'} of each clip and model. {notes}")
     return drawn
 
@@ -404,6 +403,11 @@ def shares(trials: pl.DataFrame) -> pl.DataFrame:
     return others.filter(pl.col("intact") > 0.0).with_columns(share=100.0 * pl.col("hs") / pl.col("intact"))
 
 
+def _traces_caption(trials: pl.DataFrame) -> str:
+    """Return what lines over time are; of one trial there is no band."""
+    return MEANS * (trials.n_unique("repeat") > 1) + TRACES
+
+
 def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw the potentials at every edge, and below what the other models leave of the intact network's |HS|."""
     left = shares(trials)
@@ -428,7 +432,7 @@ def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -
             axes.set_xlabel(f"largest |HS| (% of that of {INTACT})")
             style.finding(axes, f"{polarity.upper()} edges: {share_finding(of_edge)}", letter)
     below = f" Below: clips as dots, their mean as bars; dashes: C22, {LEFT[0]:g} and {LEFT[1]:g} %." if lower else ""
-    return drawn, f"{TRACES}{below} {'. '.join(EDGES[polarity] for polarity in polarities)}."
+    return drawn, f"{_traces_caption(trials)}{below} {'. '.join(EDGES[polarity] for polarity in polarities)}."
 
 
 def _rows_of(axes: Axes, models: Sequence[str], values: pl.Series) -> None:

@@ -288,7 +288,7 @@ def _check_names(asked: ModelRequest, chosen: ConfiguredModel) -> None:
         known.append(PRESET)
     for name in asked.values:
         if name not in known:
-            listed = f"{nearest(name, known, after='; ')}all: colias parameters --only --model {asked.source}"
+            listed = f"{nearest(name, known, after='; ')}all: colias list parameters --only --model {asked.source}"
             raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
 
 

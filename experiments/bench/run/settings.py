@@ -17,7 +17,7 @@ from experiments.bench.run.models import PRESET as PRESET
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, family, look_up
 from scenes.hints import closest
 
-LISTED_BY = "colias parameters"
+LISTED_BY = "colias list parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
 
@@ -281,7 +281,7 @@ def _plain(bound: float) -> str:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter that ``--set`` reaches: a row of ``colias parameters``.
+    """A parameter that ``--set`` reaches: a row of ``colias list parameters``.
 
     Attributes
     ----------

@@ -191,7 +191,7 @@ def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
     Both counts are Poisson, with the pilot's rates and metres per episode, and all pairs of counts are summed over.
     An episode ends with its first collision, so a count is no Poisson number but the time to an event, cut at the
     episode's end. The logarithm of its rate has the same variance, 1 over the expected count
-    (`tests/bench/stats/test_episodes.py` compares both).
+    (`tests/bench/test_episode_scores.py` compares both).
 
     Parameters
     ----------

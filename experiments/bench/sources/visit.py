@@ -1,4 +1,4 @@
-"""The experiment of one trial by hand: what ``colias live`` records, and ``colias rerun`` repeats."""
+"""The experiment of one trial by hand: what ``colias live`` records, and ``colias run --again`` repeats."""
 
 from __future__ import annotations
 

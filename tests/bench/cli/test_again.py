@@ -84,6 +84,12 @@ def test_what_cannot_be_repeated_is_refused(folder, changes):
     assert rerun(folder).returncode == 2 and not (folder / "elsewhere" / "again").exists()
 
 
+def test_a_repetition_takes_no_other_settings(folder):
+    for more in (["mine.py"], ["--seed", "5"], ["--model", "emd"]):
+        again = Colias(folder)("run", *more, "--again", "run", "--out", "again", "-q", "--workers", "0")
+        assert again.returncode == 2 and not (folder / "again").exists()
+
+
 def test_a_call_from_python_is_repeated_in_its_folder(folder, monkeypatch):
     monkeypatch.chdir(folder)
     (folder / "run").rename(folder / "other")

@@ -34,3 +34,11 @@ def test_frames_that_went_through_jpeg_are_read_too(tmp_path):
     recording.write_bytes(b"no recording")
     with pytest.raises(UsageError, match="no recording"):
         pictures(recording)
+
+
+def test_a_recording_without_pictures_is_refused(tmp_path):
+    recording = tmp_path / "blind.rrd"
+    recording.write_bytes(record.write(record.Content(), record.Frames(np.arange(2) / 30, np.arange(2)), "x"))
+    with pytest.raises(UsageError, match="no pictures"):
+        main.command(["video", str(recording), "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()
