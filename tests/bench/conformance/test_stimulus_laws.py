@@ -1,6 +1,7 @@
 """``colias check`` of a stimulus: those that ship keep the laws, and each mistake is named by the law it breaks."""
 
 import dataclasses
+import itertools
 import json
 
 import numpy as np
@@ -23,6 +24,7 @@ from experiments.bench.cli.main import command
 from experiments.bench.conformance import stimulus_laws
 
 SPEED = 60.0
+GRAYS = itertools.cycle(range(100, 200))
 
 
 def small(entry):
@@ -73,9 +75,13 @@ class Accumulating(Sound):
 
 
 class Unseeded(Sound):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.gray = next(GRAYS)  # another for each object
+
     def paint(self, index):
         luma = super().paint(index)
-        luma[12, int(self.box(index).left) + 2] = hash(self) % 251  # another for each object
+        luma[12, int(self.box(index).left) + 2] = self.gray
         return luma
 
 
