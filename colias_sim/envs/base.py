@@ -207,7 +207,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._check_open()
         obstacles, asked = self._sim.obstacles, dict(options or {})
         poses = given_poses(asked.pop("poses", {}), self._sim.everyone, obstacles)
-        values = given_values(asked, self._plain, self._made_with)
+        values = given_values(asked, self._plain, self.options.randomise, self._made_with)
         if OBSERVER in poses:
             values["start"] = (0.0, 0.0)  # its pose stands in the place of a move
         super().reset(seed=seed)

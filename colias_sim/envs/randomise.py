@@ -194,7 +194,9 @@ def _checked(name: str, given: Any, count: int) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-def given_values(options: Mapping[str, Any], plain: EpisodeSettings, made_with: CameraConfig) -> Values:
+def given_values(
+    options: Mapping[str, Any], plain: EpisodeSettings, randomise: float | Mapping[str, Range], made_with: CameraConfig
+) -> Values:
     """Check the factors among the options of a reset.
 
     Parameters
@@ -203,6 +205,8 @@ def given_values(options: Mapping[str, Any], plain: EpisodeSettings, made_with: 
         Factor -> a number, or two for a factor with two parts.
     plain
         The settings of an episode without randomisation.
+    randomise
+        The checked argument of the env.
     made_with
         The settings that the camera was made with.
 
@@ -220,7 +224,8 @@ def given_values(options: Mapping[str, Any], plain: EpisodeSettings, made_with: 
     for name, given in options.items():
         values[name] = _checked(name, given, len(FACTORS[name].parts) if name in FACTORS else 1)
     if values:
-        check_tunable(changed(plain, values).camera, made_with)
+        for settings in ends(plain, randomise, values):
+            check_tunable(settings.camera, made_with)
     return values
 
 
@@ -282,7 +287,9 @@ def _changed(settings: EpisodeSettings, name: str, values: tuple[float, ...]) ->
             return replace(settings, latency=0.001 * value)
 
 
-def ends(plain: EpisodeSettings, randomise: float | Mapping[str, Range]) -> tuple[EpisodeSettings, EpisodeSettings]:
+def ends(
+    plain: EpisodeSettings, randomise: float | Mapping[str, Range], given: Values | None = None
+) -> tuple[EpisodeSettings, EpisodeSettings]:
     """Compute the settings with all factors at the lower, and with all at the upper end of their ranges.
 
     Parameters
@@ -291,11 +298,13 @@ def ends(plain: EpisodeSettings, randomise: float | Mapping[str, Range]) -> tupl
         The settings without randomisation.
     randomise
         The checked argument of the env.
+    given
+        Factor -> values that are given, and therefore at neither end.
 
     Returns
     -------
     tuple of EpisodeSettings
-        Lower and upper; both are ``plain`` for a number, which varies nothing that a robot or camera could refuse.
+        Lower and upper; a number varies nothing that a robot or camera could refuse.
 
     Raises
     ------
@@ -304,7 +313,7 @@ def ends(plain: EpisodeSettings, randomise: float | Mapping[str, Range]) -> tupl
     """
     ranges = randomise if isinstance(randomise, Mapping) else {}
     low, high = ({name: (both[end],) * len(FACTORS[name].parts) for name, both in ranges.items()} for end in (0, 1))
-    return changed(plain, low), changed(plain, high)
+    return changed(plain, low | (given or {})), changed(plain, high | (given or {}))
 
 
 def draw(

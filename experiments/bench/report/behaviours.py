@@ -23,7 +23,8 @@ ACROSS, MOST_ACROSS = 4, 6
 """Paths side by side, and the most where they would not fit on a page."""
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
-MEASURES = "Large dots and bars: values with 95 % intervals; strokes: single {things}."
+MEASURES = "Large dots: values; strokes: single {things}."
+INTERVALS = "Large dots and bars: values with 95 % intervals; strokes: single {things}."
 WAYS = (
     "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
     " another world, equal for all behaviours."
@@ -67,7 +68,8 @@ def draw(
                 axes.set_visible(False)
         _measures(above, summary, values, colours)
         style.headline(above, finding(summary))
-        words = [caption, MEASURES.format(things=things), ENVS[summary["env"][0]].note, WAYS if ways else ""]
+        symbols = INTERVALS if summary["ci_low"].is_not_null().any() else MEASURES
+        words = [caption, symbols.format(things=things), ENVS[summary["env"][0]].note, WAYS if ways else ""]
         style.caption(figure, " ".join(filter(None, words)))
     return figure
 

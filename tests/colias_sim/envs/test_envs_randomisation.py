@@ -286,6 +286,13 @@ def test_a_bad_option_of_a_reset_is_named_and_changes_nothing():
     env.close()
 
 
+def test_a_factor_is_given_to_an_eye_that_its_ranges_make_a_global_shutter():
+    env = gym.make(FIXATION, camera=EYE, randomise={"row_time_us": (0.0, 0.0)})
+    _, info = env.reset(seed=0, options={"light": 0.9})
+    assert info["randomised"] == {"light": 0.9, "row_time_us": 0.0}
+    env.close()
+
+
 def test_a_camera_refuses_what_it_was_not_made_for():
     for change in ({"row_time_us": 400.0}, {"gain": 2.0}, {"width": 50}):
         with pytest.raises(ValueError, match=next(iter(change))):
