@@ -271,24 +271,17 @@ def decode(
 @app.command(short_help="Write a run with the robot as the log that a robot would have sent.")
 def log(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="A new folder.")],
-    tracked: Annotated[
-        bool, typer.Option("--tracked", help="Write poses too, as a tracker over the arena gives them.")
-    ] = False,
-    quiet: Quiet = False,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="A new folder.")],
 ) -> int:
     """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
-    from experiments.bench.engine.terminal import progress, show_places
+    from experiments.bench.engine.terminal import show_places
     from experiments.bench.firmware.export import check_folder
-    from experiments.bench.measured import export as measured_export
+    from experiments.bench.robot_side import import_log
     from experiments.bench.store.record import Record
 
     check_folder(out)
-    record = Record.read(run)
-    with progress("log", record.done, quiet) as advance:
-        command = measured_export.write_log(record, out, tracked=tracked, advance=advance)
-    if not quiet:
-        show_places({"log": out / measured_export.LOG, "import by": command})
+    command = import_log.write(Record.read(run), out)
+    show_places({"log": out / import_log.LOG, "import by": command})
     return 0
 
 

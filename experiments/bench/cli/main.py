@@ -13,7 +13,6 @@ from typer.core import TyperGroup
 
 from experiments.bench.cli import (
     behave,
-    camera,
     check,
     clips,
     doctor,
@@ -22,9 +21,9 @@ from experiments.bench.cli import (
     leaderboard,
     listing,
     live,
-    measured,
     new,
     reproduce,
+    robot,
     run,
     sweep,
     train,
@@ -63,8 +62,8 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     },
     "robot": {
         "firmware": (firmware.app, "Budget, check, loop, export and logs of the chip's program"),
-        "import": (measured.import_log, "Make a run of a real robot's log"),
-        "camera": (camera.camera, "Measure a real camera from its frames"),
+        "import": (robot.import_log, "Make a run of a real robot's log"),
+        "camera": (robot.camera, "Measure a real camera from its frames"),
         "doctor": (doctor.doctor, "Look at what this machine has of what the bench needs"),
     },
 }

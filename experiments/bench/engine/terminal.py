@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.cells import cell_len
 from rich.console import Console
@@ -25,6 +26,9 @@ from rich.text import Text
 
 from experiments.bench.stats.count import Count, Kind
 from experiments.bench.stats.verdict import Outcome, Verdict
+
+if TYPE_CHECKING:
+    import polars as pl
 
 BEGAN = time.monotonic()
 """When the command began, nearly."""
@@ -99,6 +103,17 @@ def show_table(table: Table) -> None:
         cells = (column.header, *column.cells)
         column.min_width = max(Measurement.get(out_console, out_console.options, cell).minimum for cell in cells)
     out_console.print(table, crop=False)
+
+
+def show(rows: pl.DataFrame, title: str = "") -> None:
+    """Print a table: numbers right of texts, large ones with separators, blank what is null."""
+    table = Table(title=title or None, title_justify="left", box=None, header_style="bold", pad_edge=False)
+    for name, kind in rows.schema.items():
+        table.add_column(name.replace("_", " "), justify="right" if kind.is_numeric() else "left", no_wrap=True)
+    for row in rows.rows():
+        cells = ("" if cell is None else f"{cell:,}" if isinstance(cell, int) else str(cell) for cell in row)
+        table.add_row(*cells)
+    show_table(table)
 
 
 def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str = "") -> None:

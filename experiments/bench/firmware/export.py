@@ -29,9 +29,9 @@ from experiments.bench.firmware.build import (
     memory_script,
 )
 from experiments.bench.firmware.settings import MODEL, STACKED, Firmware, dead_zone_notice, plain_key
-from experiments.bench.measured.export import FRAMES
-from experiments.bench.measured.frames import RAW, trial_name
+from experiments.bench.robot_side.import_log import FRAMES
 from experiments.bench.run.errors import UsageError
+from experiments.bench.store.pictures import write_pictures
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""
@@ -86,14 +86,11 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     }
     contents = {name: path.read_bytes() for name, path in sources.items()}
     contents |= {name: text.encode() for name, text in written.items()}
-    contents |= {
-        f"{FRAMES}/{trial_name(index)}{RAW}": np.ascontiguousarray(frames).tobytes()
-        for index, frames in enumerate(chosen_clips.values())
-    }
-    for subfolder in (folder / "include", folder / FRAMES):
-        subfolder.mkdir(parents=True, exist_ok=True)
+    (folder / "include").mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         (folder / name).write_bytes(content)
+    for index, frames in enumerate(chosen_clips.values()):
+        write_pictures(folder / FRAMES / f"trial-{index:04d}", frames, ".pgm")
 
 
 def frames_header(chosen_clips: Mapping[str, clips.Frames], wanted: Firmware) -> str:

@@ -17,7 +17,7 @@ import polars as pl
 
 from experiments.bench.firmware.emulator import Q15
 from experiments.bench.firmware.settings import MODEL
-from experiments.bench.measured.log import ROBOT, SIMULATION
+from experiments.bench.sources.log import ROBOT, SIMULATION
 
 NONE = "-"
 """What stands where a board cannot tell."""

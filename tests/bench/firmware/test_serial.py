@@ -218,7 +218,7 @@ def test_the_program_that_measures_itself_answers_as_the_host_does_bit_for_bit(t
     folder = Path("out")
     shutil.move("decoded", folder / "measured")
     monkeypatch.chdir(folder)
-    assert main.command([*command.split()[1:], "--out", "run", "--no-recordings", "--quiet"]) == 0
+    assert main.command([*command.split()[1:], "--out", "run", "--quiet"]) == 0
     rows: dict[str, list[tuple[object, ...]]] = {}
     for row in experiments.load("run").frames.to_dicts():
         values = row["trial"], row["frame"], row["hs"], row["vs"], row["hs_spikes"], row["vs_spikes"]

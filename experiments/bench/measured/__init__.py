@@ -1,1 +1,0 @@
-"""Trials of a real robot: its log, its frames, and the run that they make."""
