@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import numbers
+import reprlib
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from dsnn.model import CHANNELS, SPIKING, LayerMaps, Response
+from dsnn.model import CHANNELS, MAP_SCALES, SPIKING, LayerMaps, Response
 
 LARGEST = 1e9
 """The largest legal size of a potential or of a spike count: sums of squares of such numbers stay finite."""
-MAPS = ("p", "la", "f_on", "f_off")
 
 
 class AnswerError(ValueError):
@@ -52,15 +51,12 @@ def checked_answer(answer: Any, channels: Sequence[str] = CHANNELS, shape: tuple
     0.5
     """
     values: dict[str, Any] = {}
-    if not isinstance(channels, tuple | list) or not all(isinstance(channel, str) for channel in channels):
-        raise AnswerError(f"channels is {_said(channels)}: expected a sequence of some of {', '.join(CHANNELS)}")
     for channel in channels:
-        values[channel] = _potential(channel, _entry(answer, channel))
+        values[channel] = float(_number(channel, _entry(answer, channel)))
         if channel in SPIKING:
-            count = _count(f"{channel}_spikes", _entry(answer, f"{channel}_spikes"))
-            if count < 0 and channel == "looming":
-                raise AnswerError(f"looming_spikes is {count}: expected 0 or more, as looming has no direction")
-            values[f"{channel}_spikes"] = count
+            values[f"{channel}_spikes"] = _count(f"{channel}_spikes", _entry(answer, f"{channel}_spikes"))
+    if values.get("looming_spikes", 0) < 0:
+        raise AnswerError(f"looming_spikes is {values['looming_spikes']}: expected 0 or more: it has no direction")
     if shape is not None:
         values["maps"] = _maps(getattr(answer, "maps", None), shape)
     return Response(**values)
@@ -73,51 +69,36 @@ def _entry(answer: Any, name: str) -> Any:
         raise AnswerError(f"the answer is a {type(answer).__name__} without {name}: expected a dsnn.Response") from None
 
 
-def _potential(name: str, value: Any) -> float:
-    if type(value) is not float:
-        value = _number(name, value)
+def _number(name: str, value: Any) -> Any:
+    """Return a Python or NumPy scalar, or what an array without dimensions holds, if it is a number in range."""
+    if type(value) is not float and type(value) is not int:
+        if type(value) is np.ndarray and value.ndim == 0:  # not a masked one, whose item() is its fill value
+            value = value.item()
+        if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+            raise AnswerError(f"{name} is {_in_a_line(value)}: expected a number")
     if not -LARGEST <= value <= LARGEST:  # false for NaN too
         raise AnswerError(f"{name} is {value}: expected a finite number up to {LARGEST:g} in size")
-    return float(value)
-
-
-def _number(name: str, value: Any) -> float:
-    """Return the value of a Python or NumPy scalar, or of an array without dimensions."""
-    if type(value) is np.ndarray and value.ndim == 0:  # not a masked one, whose item() is its fill value
-        value = value.item()
-    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
-        raise AnswerError(f"{name} is {_said(value)}: expected a number")
-    return float(value)
+    return value
 
 
 def _count(name: str, value: Any) -> int:
-    if type(value) is int:
-        whole = value
-    elif isinstance(value, bool | np.bool_):  # as a comparison with a threshold gives
-        whole = int(value)
-    else:
-        number = _number(name, value)
-        if not math.isfinite(number) or number != math.floor(number):
-            raise AnswerError(f"{name} is {number:g}: expected a whole number of spikes")
-        whole = int(number)
-    if not -LARGEST <= whole <= LARGEST:
-        raise AnswerError(f"{name} is out of range: expected a whole number up to {LARGEST:g} in size")
-    return whole
+    if isinstance(value, bool | np.bool_):  # as a comparison with a threshold gives
+        return int(value)
+    number = _number(name, value)
+    if number != int(number):
+        raise AnswerError(f"{name} is {number:g}: expected a whole number of spikes")
+    return int(number)
 
 
 def _maps(maps: Any, shape: tuple[int, int]) -> LayerMaps | None:
     if maps is None:
         return None
-    layers = {name: _entry(maps, name) for name in MAPS}
+    layers = {name: _entry(maps, name) for name in MAP_SCALES}
     for name, layer in layers.items():
         if not isinstance(layer, np.ndarray) or layer.shape != shape or layer.dtype.kind not in "fiu":
-            raise AnswerError(f"maps.{name} is {_said(layer)}: expected an array of numbers, {shape}")
+            raise AnswerError(f"maps.{name} is {_in_a_line(layer)}: expected an array of numbers, {shape}")
     return LayerMaps(**layers)
 
 
-def _said(value: Any) -> str:
-    """Return a value in a few words; a long one by its kind alone."""
-    if isinstance(value, np.ndarray):
-        return f"an array of shape {value.shape} and type {value.dtype}"
-    text = " ".join(repr(value).split())
-    return f"{text} ({type(value).__name__})" if len(text) <= 40 else f"a {type(value).__name__}"
+def _in_a_line(value: Any) -> str:
+    return " ".join(reprlib.repr(value).split())

@@ -1,13 +1,14 @@
-"""The unit of a parameter, and the documentation of fields, written into the docstring of their class for `help`."""
+"""Parameters: frozen, validated dataclasses whose fields say their unit, and whose docstring lists them for `help`."""
 
 from __future__ import annotations
 
 import dataclasses
 import inspect
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, dataclass_transform, get_args, get_origin
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
 Class = TypeVar("Class", bound=type[Any])
@@ -16,6 +17,25 @@ _RAISES = (
     "    A value is not legal. It is a ``ValueError`` that names field, value and bound.",
 )  # fmt: skip
 _BOUNDS = (("ge", "[{:g}"), ("gt", "({:g}")), (("le", "{:g}]"), ("lt", "{:g})"))
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(Field,))
+def parameters(cls: Class) -> Class:
+    """Make a class of parameters: a frozen pydantic dataclass without other fields, infinities and NaN.
+
+    Parameters
+    ----------
+    cls
+        The class. The string below a field is its documentation.
+
+    Returns
+    -------
+    type
+        The same class, its fields listed in its docstring (`with_field_docs`).
+    """
+    config = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+    made: Class = dataclass(frozen=True, config=config)(cls)  # type: ignore[assignment]
+    return with_field_docs(made)
 
 
 def unit(name: str) -> Any:

@@ -6,19 +6,16 @@ import dataclasses
 from typing import Annotated, Any
 
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from dsnn.direction.network import DSNN
-from dsnn.field_docs import unit, with_field_docs
-from dsnn.frames import Channels, checked_params, checked_shape
+from dsnn.field_docs import parameters, unit
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import Model, Response
 from dsnn.params import DSNNParams, Milliseconds
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class HybridParams(DSNNParams):
     """The DSNN's parameters, those of `dsnn.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
 
@@ -39,7 +36,7 @@ class HybridParams(DSNNParams):
         return LGMD1Params(w_i=self.lgmd_w_i, t_g=self.lgmd_t_g, t_ffi=self.lgmd_t_ffi, t_sp=self.lgmd_t_sp)
 
 
-class Hybrid(Model):
+class Hybrid(Model[HybridParams]):
     """DSNN and LGMD1 see the same frames, and looming gates direction: the paper's proposal for further work.
 
     Assumed, as the paper only proposes it: how the two are joined.
@@ -76,8 +73,8 @@ class Hybrid(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = q = checked_params(params, HybridParams)
+        super().__init__(shape, params, HybridParams)
+        q = self.params
         values = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
         self._dsnn = DSNN(self.shape, DSNNParams(**values), form=form)
         self._lgmd = LGMD1(self.shape, q.lgmd, form=form)
@@ -91,13 +88,8 @@ class Hybrid(Model):
         self._lgmd.reset()
         self._held = 0
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are the DSNN's.
-        """
-        grey = self._luma(frame, channels)
-        way, near = self._dsnn.step(grey, maps=maps), self._lgmd.step(grey)
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        way, near = self._dsnn.step(luminance, maps=maps), self._lgmd.step(luminance)
         self._held = self._frames_held + 1 if near.looming_spikes else max(self._held - 1, 0)
         return dataclasses.replace(
             way,

@@ -5,18 +5,20 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from dataclasses import dataclass, fields
+from typing import Any, Generic, Literal, Protocol, TypeVar, get_args, runtime_checkable
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.frames import Channels, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 
 FloatMap = npt.NDArray[np.floating]
+P = TypeVar("P")
 
-CHANNELS = ("hs", "vs", "looming", "azimuth")
+Channel = Literal["hs", "vs", "looming", "azimuth"]
+CHANNELS: tuple[Channel, ...] = get_args(Channel)
 """The potentials and positions that a model may answer by: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
 """Channels, of `CHANNELS`, that have spikes, in the order in which a trial's spikes are taken from a model's own."""
@@ -152,15 +154,11 @@ class ResponseSeries:
             The same as columns.
         """
         answers = list(responses)
-        return cls(
-            hs=np.array([a.hs for a in answers], np.float64),
-            vs=np.array([a.vs for a in answers], np.float64),
-            hs_spikes=np.array([a.hs_spikes for a in answers], np.int64),
-            vs_spikes=np.array([a.vs_spikes for a in answers], np.int64),
-            looming=np.array([a.looming for a in answers], np.float64),
-            looming_spikes=np.array([a.looming_spikes for a in answers], np.int64),
-            azimuth=np.array([a.azimuth for a in answers], np.float64),
-        )
+        columns: dict[str, Any] = {}
+        for field in fields(cls):
+            kind = np.int64 if field.name.endswith("_spikes") else np.float64
+            columns[field.name] = np.array([getattr(answer, field.name) for answer in answers], kind)
+        return cls(**columns)
 
 
 @runtime_checkable
@@ -207,18 +205,44 @@ class VisionModel(Protocol):
         ...
 
 
-class Model(ABC):
-    """Base class of the models that ship: their `run`, and how they take frames."""
+class Model(ABC, Generic[P]):
+    """Base class of the models that ship: it checks shape, parameters and frames, and runs clips.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames.
+    params
+        The parameters; the defaults of ``kind`` if None.
+    kind
+        The class of the parameters.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+    ValueError
+        ``params`` is of another class.
+    """
 
     shape: tuple[int, int]
+    params: P
     _scale_known = False
 
+    def __init__(self, shape: tuple[int, int], params: P | None, kind: type[P]) -> None:
+        self.shape = checked_shape(shape)
+        self.params = checked_params(params, kind)
+
     @abstractmethod
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        """Return the response to the next frame, (R, C) grey levels; copy the layers' maps into it if asked to."""
+
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame.
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`.
         """
+        return self._respond(self._luma(frame, channels), maps)
 
     @abstractmethod
     def reset(self) -> None:
@@ -244,7 +268,8 @@ class Model(ABC):
         dsnn.FrameError
             As of `step`.
         """
-        return run_model(self, frames, channels=channels)
+        self.reset()
+        return ResponseSeries.from_responses(self.step(frame, channels=channels) for frame in frames)
 
     def _luma(self, frame: npt.NDArray[Any], channels: Channels) -> npt.NDArray[Any]:
         """Return the grey levels of a frame, checked by `luma`; warn once where they go from 0 to 1, not to 255."""
@@ -258,14 +283,3 @@ class Model(ABC):
                 problem = "the grey levels of this frame go up to 1, which is all but black"
                 warnings.warn(f"{type(self).__name__}: {problem}; white is 255, so multiply them by 255", stacklevel=3)
         return grey
-
-
-def run_model(
-    model: VisionModel, frames: Iterable[npt.NDArray[np.generic]], *, channels: Channels = "grey"
-) -> ResponseSeries:
-    """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames.
-
-    Raises what `VisionModel.step` raises.
-    """
-    model.reset()
-    return ResponseSeries.from_responses(model.step(frame, channels=channels) for frame in frames)

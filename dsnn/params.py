@@ -5,17 +5,15 @@ from __future__ import annotations
 import dataclasses
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import alpha
 
 Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class DSNNParams:
     """Every constant of the network. The defaults are the paper's off-line setting.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import difflib
-import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import AfterValidator, Field, model_validator
+from pydantic.dataclasses import dataclass
 
 from dsnn.direction.emd import EMD, EMDParams
 from dsnn.direction.emd_normalised import EMDNormalised, EMDNormalisedParams
@@ -25,17 +24,30 @@ from dsnn.looming.mlplc2 import MLPLC2, MLPLC2Params
 from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
 from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
 from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
-from dsnn.model import CHANNELS, SPIKING, VisionModel
+from dsnn.model import SPIKING, Channel, VisionModel
 from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 
-DIRECTION = ("hs", "vs")
-LOOMING = ("looming",)
-LONGEST_NAME = 60
+Entry = TypeVar("Entry")
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
+"""A name that tables, figures and folders can show."""
+DIRECTION: tuple[Channel, ...] = ("hs", "vs")
+LOOMING: tuple[Channel, ...] = ("looming",)
 
 
-@dataclass(frozen=True, slots=True)
+def _frozen(value: Any) -> Any:
+    """Refuse what is no instance of a frozen dataclass: what a model changed in its parameters would last."""
+    params = getattr(value, "__dataclass_params__", None)
+    if isinstance(value, type) or params is None or not params.frozen:
+        raise ValueError("must be an instance of a frozen dataclass")
+    return value
+
+
+Parameters = Annotated[Any, AfterValidator(_frozen)]
+
+
+@dataclass(frozen=True)
 class ModelEntry:
     """A registered model: how to build it for frames of shape (R, C), and its parameters on the robot.
 
@@ -49,8 +61,6 @@ class ModelEntry:
         Makes the model from the shape (R, C) of its frames and from parameters.
     robot
         The parameters of the on-board trials: a frozen, validated dataclass.
-    source
-        The literature that the model is written from.
     channels
         Fields of a `Response` that the model fills in, some of ``hs``, ``vs``, ``looming``, ``azimuth``. Others are
         ignored.
@@ -61,47 +71,26 @@ class ModelEntry:
 
     Raises
     ------
-    ValueError
+    pydantic.ValidationError
         Tables and figures cannot show the name, no `dsnn.Response` has the channels, or a value is of another kind.
     """
 
-    name: str
+    name: Name
     summary: str
     build: Callable[[tuple[int, int], Any], VisionModel]
-    robot: Any
-    source: str = ""
-    channels: tuple[str, ...] = DIRECTION
-    offline: Any = None
-    thresholds: Mapping[str, str] = field(default_factory=dict)
+    robot: Parameters
+    channels: Annotated[tuple[Channel, ...], Field(min_length=1)] = DIRECTION
+    offline: Parameters | None = None
+    thresholds: Mapping[str, str] = Field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", self.name):
-            raise ValueError(f"ModelEntry: name={_short(self.name)}: legal are letters, digits, ., - and _")
-        if len(self.name) > LONGEST_NAME:
-            raise ValueError(f"ModelEntry: name={_short(self.name)}: legal are up to {LONGEST_NAME} characters")
-        declared = self.channels
-        if (
-            not isinstance(declared, tuple)
-            or not declared
-            or len(set(declared)) < len(declared)
-            or not set(declared) <= set(CHANNELS)
-        ):
-            raise ValueError(
-                f"ModelEntry {self.name}: channels={_short(declared)}: "
-                f"legal is a tuple of some of {CHANNELS}, each once"
-            )
-        if not isinstance(self.summary, str) or not callable(self.build):
-            raise ValueError(f"ModelEntry {self.name}: legal are a text for summary and a callable for build")
-        for name in ("robot", "offline"):
-            value = getattr(self, name)
-            if not _is_frozen(value) and (value is not None or name == "robot"):
-                raise ValueError(f"ModelEntry {self.name}: {name}={_short(value)}: legal is a frozen dataclass")
+    @model_validator(mode="after")
+    def _consistent(self) -> ModelEntry:
+        if len(set(self.channels)) < len(self.channels):
+            raise ValueError(f"channels must be there once each, got {self.channels}")
         for channel, name in self.thresholds.items():
-            if channel not in SPIKING or channel not in declared or not hasattr(self.robot, name):
-                problem = (
-                    f"thresholds={_short({channel: name})}: legal is a declared channel that spikes, and a parameter"
-                )
-                raise ValueError(f"ModelEntry {self.name}: {problem}")
+            if channel not in SPIKING or channel not in self.channels or not hasattr(self.robot, name):
+                raise ValueError(f"thresholds must name channels that spike and parameters, got {channel}: {name}")
+        return self
 
     def threshold(self, channel: str, params: Any) -> float | None:
         """Find the spiking threshold of a channel.
@@ -135,117 +124,45 @@ class ModelEntry:
         -------
         object
             The parameters: ``robot``, or ``offline`` where the model has some for clips.
-
-        Raises
-        ------
-        ValueError
-            It is another word.
         """
-        if tests not in ("robot", "offline"):
-            raise ValueError(f"unknown preset '{tests}' of '{self.name}': known are robot, offline")
         return self.robot if tests == "robot" or self.offline is None else self.offline
 
 
-def _is_frozen(value: Any) -> bool:
-    """Tell whether it is an instance of a frozen dataclass: what a model changed in its parameters would last."""
-    if isinstance(value, type) or not dataclasses.is_dataclass(value):
-        return False
-    return bool(getattr(type(value), "__dataclass_params__").frozen)  # noqa: B009 (mypy does not know it)
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-_DSNN = "Fu, Bellotto and Yue 2018, arXiv 1808.07692"
-_DSN2017 = "Fu and Yue 2017, IJCNN, as the paper of the DSNN tells of it"
-
-
-def _dsnn(
-    name: str, summary: str, source: str = _DSNN, build: type[DSNN | ReferenceDSNN] = DSNN, **changes: Any
-) -> ModelEntry:
+def _dsnn(name: str, summary: str, build: type[DSNN] = DSNN, **changes: Any) -> ModelEntry:
     """Return a member of the DSNN's family, ``changes`` made to both of its presets."""
-    robot, offline = DSNNParams.robot(**changes), DSNNParams.offline(**changes)
-    return ModelEntry(name, summary, build, robot, source, DIRECTION, offline)
-
-
-_SELF_INHIBITION = (
-    "Modeling self-inhibition in neural networks for collision perception against translating motion, public firmware"
-)
-_THREE_ARM = "Haag, Arenz, Serbe, Gabbiani and Borst 2016, eLife 5:e17421; Haag, Mishra and Borst 2017, eLife 6:e29044"
+    return ModelEntry(name, summary, build, DSNNParams.robot(**changes), DIRECTION, DSNNParams.offline(**changes))
 
 
 _ENTRIES = (
     _dsnn("dsnn", "directionally selective neural network (Fu et al. 2018)"),
     _dsnn("dsnn-on-blocked", "the DSNN with its ON pathway blocked", on=False),
     _dsnn("dsnn-off-blocked", "the DSNN with its OFF pathway blocked", off=False),
-    _dsnn("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", _DSN2017, fdsr=False),
-    _dsnn("dsnn-reference", "the DSNN in plain float64 form, to test against", build=ReferenceDSNN),
+    _dsnn("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", fdsr=False),
+    _dsnn("dsnn-reference", "the DSNN in plain float64 form, to test against", ReferenceDSNN),
     ModelEntry(
-        "emd",
-        "array of Hassenstein-Reichardt detectors, not split by polarity (after Iida 2000)",
-        EMD,
-        EMDParams(),
-        "Hassenstein and Reichardt 1956; Iida and Lambrinos 2000",
+        "emd", "array of Hassenstein-Reichardt detectors, not split by polarity (after Iida 2000)", EMD, EMDParams()
     ),
+    ModelEntry("flow", "mean dense optical flow, px per frame: the engineer's baseline", Flow, FlowParams()),
+    ModelEntry("lgmd1", "looming detector of the locust (Yue and Rind 2006)", LGMD1, LGMD1Params(), LOOMING),
     ModelEntry(
-        "flow",
-        "mean dense optical flow, px per frame: the engineer's baseline",
-        Flow,
-        FlowParams(),
-        "Kroeger, Timofte, Dai and Van Gool 2016, ECCV (DIS), as OpenCV has it",
+        "lgmd2", "looming detector of the locust, for dark objects (Fu, Hu and Yue 2018)", LGMD2, LGMD2Params(), LOOMING
     ),
-    ModelEntry(
-        "lgmd1",
-        "looming detector of the locust (Yue and Rind 2006)",
-        LGMD1,
-        LGMD1Params(),
-        "Yue and Rind 2006, IEEE Transactions on Neural Networks 17",
-        LOOMING,
-    ),
-    ModelEntry(
-        "lgmd2",
-        "looming detector of the locust, for dark objects (Fu, Hu and Yue 2018)",
-        LGMD2,
-        LGMD2Params(),
-        "Fu, Hu and Yue 2018, arXiv 1801.06452",
-        LOOMING,
-    ),
-    ModelEntry(
-        "t4t5",
-        "contrast-normalised T4 and T5 cells at several spacings (Liu and Fu 2025)",
-        T4T5,
-        T4T5Params(),
-        "Liu and Fu 2025, arXiv 2504.04477",
-    ),
+    ModelEntry("t4t5", "contrast-normalised T4 and T5 cells at several spacings (Liu and Fu 2025)", T4T5, T4T5Params()),
     ModelEntry(
         "emd-normalised",
         "detectors as emd's behind a normalisation by local contrast (Drews and others 2020)",
         EMDNormalised,
         EMDNormalisedParams(),
-        "Drews and others 2020, Current Biology 30:209",
     ),
     ModelEntry(
-        "three-arm",
-        "T4 and T5 cells of three arms, two quadrants (Haag and others 2016)",
-        ThreeArm,
-        ThreeArmParams(),
-        _THREE_ARM,
+        "three-arm", "T4 and T5 cells of three arms, two quadrants (Haag and others 2016)", ThreeArm, ThreeArmParams()
     ),
-    ModelEntry(
-        "three-arm-4q",
-        "the same with four quadrants: ON meets OFF too",
-        ThreeArm,
-        ThreeArmParams(quadrants=4),
-        _THREE_ARM,
-    ),
+    ModelEntry("three-arm-4q", "the same with four quadrants: ON meets OFF too", ThreeArm, ThreeArmParams(quadrants=4)),
     ModelEntry(
         "lplc2",
         "the fly's looming detector for the centre of the view (Hua and others 2022)",
         LPLC2,
         LPLC2Params(),
-        "Hua, Fu, Peng, Yue and Luan 2022, IJCNN",
         LOOMING,
     ),
     ModelEntry(
@@ -253,7 +170,6 @@ _ENTRIES = (
         "the same about where the motion is, on T4 and T5 cells (Liu and Fu 2025)",
         MLPLC2,
         MLPLC2Params(),
-        "Liu and Fu 2025, arXiv 2504.04477",
         LOOMING,
     ),
     ModelEntry(
@@ -261,7 +177,6 @@ _ENTRIES = (
         "an array of LPLC2 cells and a giant fibre that fires (Zhao and others 2023)",
         LPLC2GF,
         LPLC2GFParams.robot(),
-        "Zhao, Xi, Li, Guo and Wu 2023, iScience 26:106337",
         LOOMING,
     ),
     ModelEntry(
@@ -269,31 +184,23 @@ _ENTRIES = (
         "LGMD1 with self-inhibition against translation; as on Colias by its preset firmware",
         SILGMD1,
         SILGMD1Params(),
-        _SELF_INHIBITION,
         LOOMING,
     ),
     ModelEntry(
         "si-lgmd2",
         "LGMD2 with self-inhibition against translation, as on Colias",
         SILGMD2,
-        SILGMD2Params.firmware(),
-        _SELF_INHIBITION,
+        SILGMD2Params(),
         LOOMING,
     ),
     ModelEntry(
-        "pon-lgmd",
-        "LGMD of motion harmonised with contrast (Fu and Li 2022)",
-        PONLGMD,
-        PONLGMDParams(),
-        "Fu and Li 2022, Harmonizing motion and contrast vision for robust looming detection",
-        LOOMING,
+        "pon-lgmd", "LGMD of motion harmonised with contrast (Fu and Li 2022)", PONLGMD, PONLGMDParams(), LOOMING
     ),
     ModelEntry(
         "hybrid",
         "DSNN and LGMD1 together, looming gating direction (proposed by Fu et al. 2018)",
         Hybrid,
         HybridParams.robot(),
-        f"{_DSNN}, discussion; Yue and Rind 2006",
         (*DIRECTION, *LOOMING, "azimuth"),
         HybridParams.offline(),
         {"looming": "lgmd_t_sp"},
@@ -303,21 +210,13 @@ _ENTRIES = (
         "the DSNN in whole numbers, as Colias's own processor could run it",
         OnboardDSNN,
         OnboardParams.robot(),
-        f"{_DSNN}; the formats are our own",
         DIRECTION,
         OnboardParams.offline(),
     ),
 )
 
 
-def _by_name(entries: tuple[ModelEntry, ...]) -> Mapping[str, ModelEntry]:
-    table = {entry.name: entry for entry in entries}
-    if len(table) != len(entries):
-        raise ValueError(f"two models share a name in {[entry.name for entry in entries]}")
-    return MappingProxyType(table)
-
-
-MODELS = _by_name(_ENTRIES)
+MODELS: Mapping[str, ModelEntry] = {entry.name: entry for entry in _ENTRIES}
 """The models that ship: name -> `ModelEntry`."""
 
 
@@ -339,8 +238,13 @@ def model_entry(name: str) -> ModelEntry:
     ValueError
         There is no such model; the message has the nearest known name.
     """
-    if name not in MODELS:
-        near = difflib.get_close_matches(name.lower(), MODELS, 1)
+    return look_up("model", name, MODELS)
+
+
+def look_up(kind: str, name: str, known: Mapping[str, Entry]) -> Entry:
+    """Return the entry of a name; ``ValueError`` with the nearest known name where there is none of this ``kind``."""
+    if name not in known:
+        near = difflib.get_close_matches(name.lower(), known, 1)
         hint = f" (nearest: {near[0]})" if near else ""
-        raise ValueError(f"unknown model '{name}'{hint}: known are {', '.join(MODELS)}")
-    return MODELS[name]
+        raise ValueError(f"unknown {kind} '{name}'{hint}: known are {', '.join(known)}")
+    return known[name]

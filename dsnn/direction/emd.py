@@ -8,12 +8,10 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
-from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
@@ -22,8 +20,7 @@ FULL_SCALE = 255.0**2
 """The largest product of two signals, in squared grey levels."""
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class EMDParams:
     """Every constant of the array. Iida's own could not be read: these are assumed."""
 
@@ -41,7 +38,7 @@ class EMDParams:
     """Frame rate."""
 
 
-class EMD(Model):
+class EMD(Model[EMDParams]):
     """Array of full Hassenstein-Reichardt correlators along x and y, its opponent output averaged over the field.
 
     The arrangement is that of Iida and Lambrinos (a bee's odometer): one pathway for both polarities, each detector's
@@ -74,8 +71,8 @@ class EMD(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: EMDParams | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = q = checked_params(params, EMDParams)
+        super().__init__(shape, params, EMDParams)
+        q = self.params
         rows, columns = self.shape
         self._pass = 1.0 - alpha(q.tau_hp, 1000.0 / q.fps)
         self._delay = alpha(q.tau_lp, 1000.0 / q.fps)
@@ -93,12 +90,7 @@ class EMD(Model):
         self._h[:] = 0.0
         self._steps = 0
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
-        luminance = self._luma(frame, channels)
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         signal = self._h[:, : self.shape[1]]
         if self.params.tau_hp > 0.0:
             signal += self._retina.step(luminance)

@@ -7,19 +7,16 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FLUSH_EVERY, alpha, flush
-from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class EMDNormalisedParams:
     """Every constant of the array; those that are assumed say so."""
 
@@ -37,7 +34,7 @@ class EMDNormalisedParams:
     """Frame rate."""
 
 
-class EMDNormalised(Model):
+class EMDNormalised(Model[EMDNormalisedParams]):
     """Array of full Hassenstein-Reichardt correlators along x and y, their input divided by the contrast around it.
 
     With H the high-passed luminance, ``c = tanh(H / (kappa + sum w |H|))``, w uniform over a square of ``pool`` px and
@@ -73,8 +70,8 @@ class EMDNormalised(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: EMDNormalisedParams | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = q = checked_params(params, EMDNormalisedParams)
+        super().__init__(shape, params, EMDNormalisedParams)
+        q = self.params
         self._pass, self._delay = 1.0 - alpha(q.tau_hp, 1000.0 / q.fps), alpha(q.tau_lp, 1000.0 / q.fps)
         self._retina = Retina(self.shape)
         self._h: Floats = np.zeros(self.shape, np.float32)
@@ -88,12 +85,8 @@ class EMDNormalised(Model):
         self._d[:] = 0.0
         self._steps = 0
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
-        self._h += self._retina.step(self._luma(frame, channels))
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        self._h += self._retina.step(luminance)
         self._h *= np.float32(self._pass)
         c = self._normalised()
         cv2.accumulateWeighted(c, self._d, self._delay)

@@ -7,12 +7,10 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict
-from pydantic.dataclasses import dataclass
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import parameters
 from dsnn.filters import total
-from dsnn.frames import Channels, FrameError, checked_params, checked_shape
+from dsnn.frames import FrameError
 from dsnn.model import Model, Response
 
 PRESETS = {
@@ -27,8 +25,7 @@ quarter size).
 """
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class FlowParams:
     """Choice among OpenCV's settings of DIS."""
 
@@ -36,7 +33,7 @@ class FlowParams:
     """OpenCV's preset of DIS, from coarse and quick to fine and slow."""
 
 
-class Flow(Model):
+class Flow(Model[FlowParams]):
     """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
 
     In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over all
@@ -66,10 +63,9 @@ class Flow(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: FlowParams | None = None) -> None:
-        self.shape = checked_shape(shape)
+        super().__init__(shape, params, FlowParams)
         if min(self.shape) < MIN_SIZE:
             raise FrameError(f"shape is {self.shape}: optical flow needs at least {MIN_SIZE} rows and columns")
-        self.params = checked_params(params, FlowParams)
         self._dis = cv2.DISOpticalFlow.create(PRESETS[self.params.preset])
         self._before, self._now = np.zeros((2, *self.shape), np.uint8)
         self._flow = np.zeros((*self.shape, 2), np.float32)
@@ -79,12 +75,7 @@ class Flow(Model):
         """Return to the state before the first frame."""
         self._first = True
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
-        luminance = self._luma(frame, channels)
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         self._before, self._now = self._now, self._before
         if luminance.dtype == np.uint8:
             np.copyto(self._now, luminance)

@@ -11,10 +11,9 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
@@ -25,8 +24,7 @@ NO_CHANGE = np.float32(1e-3)
 """Grey levels, below which a sum of changes is a rounding error."""
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class LocalMotionParams:
     """The constants of T4 and T5 cells; the defaults are the literature's."""
 

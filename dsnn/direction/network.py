@@ -8,13 +8,12 @@ import numpy.typing as npt
 
 from dsnn import forms
 from dsnn.direction.reference import ReferenceNetwork
-from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 from dsnn.native import NativeNetwork
 from dsnn.params import DSNNParams
 
 
-class DSNN(Model):
+class DSNN(Model[DSNNParams]):
     """The directionally selective neural network, fast enough to close the loop.
 
     Assumed where the paper leaves it open: LA is 0 where the two Gaussians differ in sign (``polarity``); F keeps no
@@ -48,7 +47,7 @@ class DSNN(Model):
 
     References
     ----------
-    Fu, Bellotto and Yue 2018, arXiv 1808.07692.
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692; without FDSR, Fu and Yue 2017, IJCNN, as that paper tells of it.
 
     Examples
     --------
@@ -60,8 +59,7 @@ class DSNN(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = checked_params(params, DSNNParams)
+        super().__init__(shape, params, DSNNParams)
         self.form = forms.chosen(form)
         network = NativeNetwork if self.form == "native" else ReferenceNetwork
         self._network: NativeNetwork | ReferenceNetwork = network(self.shape, self.params)
@@ -70,12 +68,8 @@ class DSNN(Model):
         """Return to the state before the first frame."""
         self._network.reset()
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
-        """
-        return self._network.step(self._luma(frame, channels), maps=maps)
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        return self._network.step(luminance, maps=maps)
 
     def azimuth(self) -> float:
         """Return where in the view the motion of the last frame was.

@@ -5,19 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from dsnn.direction.layers import sigmoid
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import parameters
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class T4T5Params(LocalMotionParams):
     """The constants of the T4 and T5 cells, and the scale of the sum over the field."""
 
@@ -25,7 +22,7 @@ class T4T5Params(LocalMotionParams):
     """Scale of the sigmoid, as a share of the number of cells (assumed)."""
 
 
-class T4T5(Model):
+class T4T5(Model[T4T5Params]):
     """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
 
     These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two
@@ -61,20 +58,15 @@ class T4T5(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: T4T5Params | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = checked_params(params, T4T5Params)
+        super().__init__(shape, params, T4T5Params)
         self._local = LocalMotion(self.shape, self.params)
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._local.reset()
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
-        motion = self._local.step(self._luma(frame, channels))
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        motion = self._local.step(luminance)
         right, left, down, up = (total(part) for part in motion)
         scale = self.params.k_sig * self.shape[0] * self.shape[1]
         return Response(sigmoid(right - left, scale), sigmoid(down - up, scale))

@@ -7,12 +7,10 @@ from typing import Annotated, Any, Literal
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FLUSH_EVERY, alpha, flush
-from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
@@ -21,8 +19,7 @@ FULL_SCALE = 255.0
 """The grey level that counts as a luminance of 1."""
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class ThreeArmParams:
     """Every constant of the array; those that are assumed say so."""
 
@@ -40,7 +37,7 @@ class ThreeArmParams:
     """Frame rate."""
 
 
-class ThreeArm(Model):
+class ThreeArm(Model[ThreeArmParams]):
     """T4 and T5 cells of three neighbours A, B, C: B times the delayed A, divided by the delayed C.
 
     H, the high-passed luminance of 0..1, is split into ``ON = max(H, 0)`` and ``OFF = max(-H, 0)``, each with its
@@ -76,8 +73,8 @@ class ThreeArm(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: ThreeArmParams | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = q = checked_params(params, ThreeArmParams)
+        super().__init__(shape, params, ThreeArmParams)
+        q = self.params
         self._pass, self._delay = 1.0 - alpha(q.tau_hp, 1000.0 / q.fps), alpha(q.tau_lp, 1000.0 / q.fps)
         self._retina = Retina(self.shape)
         self._h: Floats = np.zeros(self.shape, np.float32)
@@ -91,12 +88,8 @@ class ThreeArm(Model):
         self._delayed[:] = 0.0
         self._steps = 0
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
-        self._h += self._retina.step(self._luma(frame, channels))
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        self._h += self._retina.step(luminance)
         self._h *= np.float32(self._pass)
         np.maximum(self._h, np.float32(0.0), out=self._x[0])
         np.maximum(-self._h, np.float32(0.0), out=self._x[1])

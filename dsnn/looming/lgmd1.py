@@ -8,21 +8,17 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from dsnn import forms
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_params, checked_shape
-from dsnn.looming.grouping import Grouping, convolve, ring
-from dsnn.model import Model, Response
+from dsnn.looming.layers import Detector, Grouping, convolve, ring
 from dsnn.native import NativeLGMD1
 from dsnn.retina import Floats, Retina
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class LGMD1Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels."""
 
@@ -66,7 +62,7 @@ class LGMD1Params:
         }
 
 
-class LGMD1(Model):
+class LGMD1(Detector[LGMD1Params]):
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
     With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of a cell's eight neighbours.
@@ -103,8 +99,8 @@ class LGMD1(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None, *, form: str | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = q = checked_params(params, LGMD1Params)
+        super().__init__(shape, params, LGMD1Params)
+        q = self.params
         self.form = forms.chosen(form)
         self._layers: _NumpyLayers | NativeLGMD1
         if self.form == "native":
@@ -112,26 +108,12 @@ class LGMD1(Model):
             self._layers = NativeLGMD1(self.shape, **{name: getattr(q, name) for name in names})
         else:
             self._layers = _NumpyLayers(self.shape, q)
-        self._in_a_row = 0
 
-    def reset(self) -> None:
-        """Return to the state before the first frame."""
+    def _forget(self) -> None:
         self._layers.reset()
-        self._in_a_row = 0
 
-    @property
-    def collision(self) -> bool:
-        """Tell whether the frames up to the last one mean a collision."""
-        return self._in_a_row >= self.params.n_sp
-
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
-        potential, spike = self._layers.step(self._luma(frame, channels))
-        self._in_a_row = self._in_a_row + 1 if spike else 0
-        return Response(looming=potential, looming_spikes=int(spike))
+    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+        return self._layers.step(luminance)
 
 
 class _NumpyLayers:
@@ -151,8 +133,8 @@ class _NumpyLayers:
         self._inhibition[:] = 0.0  # of the last frame's P, as is the change
         self._change = 0.0
 
-    def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
-        """Return the membrane potential after the next frame, and whether it spikes."""
+    def step(self, luma: npt.NDArray[Any]) -> tuple[float, int]:
+        """Return the membrane potential after the next frame, and its spike, 0 or 1."""
         q = self._params
         p = self._retina.step(luma)
         excitation = np.abs(p, out=self._excitation)
@@ -162,4 +144,4 @@ class _NumpyLayers:
         spike = k >= q.t_sp and self._change < q.t_ffi
         np.abs(convolve(p, self._kernel, self._inhibition), out=self._inhibition)
         self._change = total(excitation) / excitation.size
-        return k, spike
+        return k, int(spike)

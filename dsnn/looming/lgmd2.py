@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.exponential import exp
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
-from dsnn.frames import Channels, checked_params, checked_shape
-from dsnn.looming.grouping import REST, Grouping, convolve, ring
-from dsnn.model import Model, Response
+from dsnn.looming.layers import Adaptation, Detector, Grouping, convolve, ring
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -25,8 +20,7 @@ Ring = tuple[float, float, float]
 Delays = tuple[Milliseconds, Milliseconds, Milliseconds]
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class LGMD2Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels.
 
@@ -118,7 +112,7 @@ class Pathway:
         return np.maximum(self._s, self._zeros, out=self._s)
 
 
-class LGMD2(Model):
+class LGMD2(Detector[LGMD2Params]):
     """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
 
     Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last signal) and loses ``w`` times
@@ -154,37 +148,27 @@ class LGMD2(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD2Params | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = q = checked_params(params, LGMD2Params)
+        super().__init__(shape, params, LGMD2Params)
+        q = self.params
         dt = 1000.0 / q.fps
         self._retina = Retina(self.shape)
         self._on = Pathway(self.shape, q.w_on, q.tau_on, q.sigma, dt)
         self._off = Pathway(self.shape, q.w_off, q.tau_off, q.sigma, dt)
         self._grouping = Grouping(self.shape, q.c_w, q.delta_c, q.t_g / q.c_g)
         self._rises, self._falls, self._s, self._zeros = np.zeros((4, *self.shape), np.float32)
-        self._follow, self._hold = alpha(q.tau_pm, dt), q.tau_sfa / (q.tau_sfa + dt)
-        self.reset()
+        self._adaptation = Adaptation(q.tau_sfa, dt, q.t_sfa, q.k_sp, q.t_sp)
+        self._follow = alpha(q.tau_pm, dt)
+        self._forget()
 
-    def reset(self) -> None:
-        """Return to the state before the first frame."""
-        for part in (self._retina, self._on, self._off):
+    def _forget(self) -> None:
+        for part in (self._retina, self._on, self._off, self._adaptation):
             part.reset()
         self._pm = 0.0
-        self._k = self._adapted = REST
-        self._count = self._steps = 0
+        self._steps = 0
 
-    @property
-    def collision(self) -> bool:
-        """Tell whether the frames up to the last one mean a collision."""
-        return self._count >= self.params.n_sp
-
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
-        """
+    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
-        p = self._retina.step(self._luma(frame, channels))
+        p = self._retina.step(luminance)
         rises = np.maximum(p, self._zeros, out=self._rises)
         falls = np.subtract(rises, p, out=self._falls)
         self._pm += self._follow * (total(np.abs(p)) / p.size - self._pm)
@@ -193,18 +177,8 @@ class LGMD2(Model):
         s = np.multiply(on, off, out=self._s)
         s += on
         s += off
-        adapted = self._adapt(self._grouping.potential(s))
-        spikes = math.floor(exp(q.k_sp * (adapted - q.t_sp)))
-        self._count = self._count + spikes if spikes else 0
         self._steps += 1
         if self._steps % FLUSH_EVERY == 0:
             self._on.flush()
             self._off.flush()
-        return Response(looming=adapted, looming_spikes=spikes)
-
-    def _adapt(self, k: float) -> float:
-        """Spike-frequency adaptation: a potential that does not rise fades."""
-        rise, self._k = k - self._k, k
-        held = self._adapted + rise if rise <= self.params.t_sfa else k
-        self._adapted = max(REST, self._hold * held)
-        return self._adapted
+        return self._adaptation.step(self._grouping.potential(s))

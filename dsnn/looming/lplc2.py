@@ -8,22 +8,17 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from dsnn.direction.local_motion import power, split
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
-from dsnn.frames import checked_params
-from dsnn.looming.detector import Detector
-from dsnn.looming.grouping import ring, sigmoid
-from dsnn.looming.quadrants import by_quadrant
+from dsnn.looming.layers import Detector, by_quadrant, ring, sigmoid
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class LPLC2Params:
     """Every constant of the detector; those that are assumed, or in the authors' program alone, say so."""
 
@@ -61,7 +56,7 @@ class LPLC2Params:
     """Frame rate."""
 
 
-class LPLC2(Detector):
+class LPLC2(Detector[LPLC2Params]):
     """Correlated motion outward from the centre of the view, in all four quadrants at once.
 
     This is the ultra-selective LPLC2. P, the change of luminance, goes through a difference of Gaussians, split into ON
@@ -102,8 +97,8 @@ class LPLC2(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2Params | None = None) -> None:
-        self.params = q = checked_params(params, LPLC2Params)
-        super().__init__(shape, q.n_sp)
+        super().__init__(shape, params, LPLC2Params)
+        q = self.params
         rows, columns = self.shape
         dt = 1000.0 / q.fps
         self._retina = Retina(self.shape)

@@ -8,15 +8,12 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from dsnn.exponential import exp
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import FACTOR, FLUSH_OFTEN, alpha, flush
-from dsnn.frames import checked_params
-from dsnn.looming.detector import Detector
-from dsnn.looming.grouping import REST
+from dsnn.looming.layers import REST, Detector
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -26,8 +23,7 @@ FITTING_SIDE = 60
 """Side of the paper's receptive fields, 40 to 100 px of its frames, the largest that fits into the robot's 72 rows."""
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class LPLC2GFParams:
     """Every constant of the detector; the defaults are the literature's, for frames of 200x150 px."""
 
@@ -73,29 +69,8 @@ class LPLC2GFParams:
             )
 
     @classmethod
-    def paper(cls, **changes: Any) -> LPLC2GFParams:
-        """Make the parameters of the published form: frames of 200x150 px, 100 frames/s.
-
-        Parameters
-        ----------
-        **changes
-            Other values of parameters, by name.
-
-        Returns
-        -------
-        LPLC2GFParams
-            The parameters.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
-        """
-        return dataclasses.replace(cls(), **changes)
-
-    @classmethod
     def robot(cls, **changes: Any) -> LPLC2GFParams:
-        """Make the same in angles for the robot's camera: 99x72 px of 70 degrees, 30 frames/s.
+        """Make the constants in angles for the robot's camera: 99x72 px of 70 degrees, 30 frames/s.
 
         Lengths in px go with the focal length. The receptive field is the largest of the paper's
         that fits into the camera's view, 53 degrees.
@@ -131,7 +106,7 @@ class LPLC2GFParams:
         return REST + 0.5 * (self.v_th - self.v_rest) / (self.v_spike - self.v_rest)
 
 
-class LPLC2GF(Detector):
+class LPLC2GF(Detector[LPLC2GFParams]):
     """Cells that multiply outward motion on their four arms; a giant fibre driven by how many are active, and rising.
 
     Luminance from 0 to 1 is high-passed by ``tau_hp``; ``ON = max(h, 0)``, ``OFF = max(-h - t_off, 0)``; for neighbours
@@ -145,7 +120,7 @@ class LPLC2GF(Detector):
     says whether ``n_sp`` spikes have come since the last frame without one.
 
     Its published form takes 100 frames/s; at 30 the same constants in ms hold, and the rise of n is taken over a longer
-    step. Presets: ``paper``, and ``robot``, the same angles for the robot's camera at 30 frames/s.
+    step. The defaults are that form; the preset ``robot`` has the same angles for the robot's camera at 30 frames/s.
 
     Reproduced: for a black square of l / v = 5 ms at 100 frames/s the authors count 676 and 2116 active cells, squares
     of 26 and 46, in the last two frames. From these two the authors' public program computes what it divides dn/dt by,
@@ -177,8 +152,8 @@ class LPLC2GF(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2GFParams | None = None) -> None:
-        self.params = q = checked_params(params, LPLC2GFParams)
-        super().__init__(shape, q.n_sp)
+        super().__init__(shape, params, LPLC2GFParams)
+        q = self.params
         self._dt = 1000.0 / q.fps
         self._passed, self._delay = np.float32(1.0 - alpha(q.tau_hp, self._dt)), alpha(q.tau_lp, self._dt)
         self._substeps = max(1, round(q.substeps * self._dt / 10.0))

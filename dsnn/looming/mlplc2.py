@@ -7,21 +7,16 @@ from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
 from dsnn.direction.local_motion import DOWN, LEFT, RIGHT, UP, LocalMotion, LocalMotionParams
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import total
-from dsnn.frames import checked_params
-from dsnn.looming.detector import Detector
-from dsnn.looming.grouping import sigmoid
-from dsnn.looming.quadrants import by_quadrant
+from dsnn.looming.layers import Detector, by_quadrant, sigmoid
 from dsnn.retina import Floats
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class MLPLC2Params(LocalMotionParams):
     """The constants of the T4 and T5 cells, and those of the quadrants."""
 
@@ -42,7 +37,7 @@ class MLPLC2Params(LocalMotionParams):
         return sigmoid(1.0)
 
 
-class MLPLC2(Detector):
+class MLPLC2(Detector[MLPLC2Params]):
     """Outward motion in all four quadrants about the centroid of motion, on T4 and T5 cells.
 
     This is the attention LPLC2 (mLPLC2). Local motion is as in `dsnn.T4T5`. Attention: the centre is the centroid of
@@ -79,8 +74,8 @@ class MLPLC2(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: MLPLC2Params | None = None) -> None:
-        self.params = q = checked_params(params, MLPLC2Params)
-        super().__init__(shape, q.n_sp)
+        super().__init__(shape, params, MLPLC2Params)
+        q = self.params
         self._local = LocalMotion(self.shape, q)
         self._rows, self._columns = (np.arange(n, dtype=np.float64) for n in self.shape)
         self._outputs: deque[float] = deque(maxlen=q.length)

@@ -7,19 +7,15 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import total
-from dsnn.frames import checked_params
-from dsnn.looming.detector import Detector
-from dsnn.looming.grouping import REST, ring, sigmoid
+from dsnn.looming.layers import REST, Detector, below, ring, sigmoid
 from dsnn.retina import Floats, Retina
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class PONLGMDParams:
     """Every constant of the detector; the defaults are the literature's, but for the spiking thresholds."""
 
@@ -55,7 +51,7 @@ class PONLGMDParams:
     """Number of spikes in a row that mean a collision (assumed: LGMD1's)."""
 
 
-class PONLGMD(Detector):
+class PONLGMD(Detector[PONLGMDParams]):
     """Normalised changes of luminance, less delayed lateral inhibition, less local contrast; then grouping.
 
     For each polarity X of the change of luminance, with G a Gaussian: ``M = tanh(X / (G * X + alpha_1))``; ``C = |M -
@@ -94,14 +90,13 @@ class PONLGMD(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: PONLGMDParams | None = None) -> None:
-        self.params = q = checked_params(params, PONLGMDParams)
-        super().__init__(shape, q.n_sp)
+        super().__init__(shape, params, PONLGMDParams)
+        q = self.params
         self._retina = Retina(self.shape)
         self._surround = cv2.getGaussianKernel(q.gauss_size | 1, q.gauss_div, cv2.CV_32F)
         self._neighbours = ring(-0.125, -0.125, 1.0)
         self._inhibiting = ring(q.w_side, q.w_corner)
-        # OpenCV keeps what is above its threshold, the source what reaches it.
-        self._below = float(np.nextafter(np.float32(q.t_de / q.c_de), np.float32(-1.0)))
+        self._below = below(q.t_de / q.c_de)
         self._motion_before = np.zeros((2, *self.shape), np.float32)
         self._forget()
 

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import alpha
-from dsnn.frames import checked_params
-from dsnn.looming.detector import Detector
-from dsnn.looming.grouping import convolve, ring, sigmoid
+from dsnn.looming.layers import Detector, convolve, ring, sigmoid
 from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class SILGMD1Params:
     """Every constant of the detector; all are its firmware's. Changes of luminance are halved."""
 
@@ -54,60 +49,21 @@ class SILGMD1Params:
     """Frame rate."""
 
     @classmethod
-    def paper(cls, **changes: Any) -> SILGMD1Params:
-        """Make the parameters of the equations as they read: in floating point.
-
-        Parameters
-        ----------
-        **changes
-            Other values of parameters, by name.
-
-        Returns
-        -------
-        SILGMD1Params
-            The parameters.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
-        """
-        return dataclasses.replace(cls(), **changes)
-
-    @classmethod
-    def firmware(cls, **changes: Any) -> SILGMD1Params:
-        """Make the parameters of the public firmware: the same constants in its arithmetic.
-
-        Parameters
-        ----------
-        **changes
-            Other values of parameters, by name.
-
-        Returns
-        -------
-        SILGMD1Params
-            The parameters.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
-        """
-        return dataclasses.replace(cls(integer=True), **changes)
-
-    @classmethod
     def presets(cls) -> Mapping[str, SILGMD1Params]:
-        """Make the presets: `paper`, `firmware`, and ``arena``: the firmware with its T_s for the arena, 0.65.
+        """Make the presets.
+
+        ``paper`` has the equations as they read, in floating point; ``firmware`` has the same constants in the public
+        firmware's arithmetic, and ``arena`` its T_s for the arena besides, 0.65.
 
         Returns
         -------
         mapping of str to SILGMD1Params
             Name -> parameters: ``paper``, ``firmware`` and ``arena``.
         """
-        return {"paper": cls.paper(), "firmware": cls.firmware(), "arena": cls.firmware(t_sp=0.65)}
+        return {"paper": cls(), "firmware": cls(integer=True), "arena": cls(integer=True, t_sp=0.65)}
 
 
-class SILGMD1(Detector):
+class SILGMD1(Detector[SILGMD1Params]):
     """Lateral inhibition, then inhibition of each cell by itself and its block, which spares blocks that move much.
 
     It is written from the public firmware for Colias; the paper itself could not be read. With P the change of
@@ -149,8 +105,8 @@ class SILGMD1(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD1Params | None = None) -> None:
-        self.params = q = checked_params(params, SILGMD1Params)
-        super().__init__(shape, q.n_sp)
+        super().__init__(shape, params, SILGMD1Params)
+        q = self.params
         dt = 1000.0 / q.fps
         self._gains = [np.float32(alpha(tau, dt)) for tau in (q.tau_e, q.tau_p)]
         self._kept = truncated if q.integer else exact

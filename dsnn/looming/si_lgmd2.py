@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.exponential import exp
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import alpha
-from dsnn.frames import checked_params
-from dsnn.looming.detector import Detector
-from dsnn.looming.grouping import REST, convolve, ring, sigmoid
+from dsnn.looming.layers import Adaptation, Detector, convolve, ring, sigmoid
 from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class SILGMD2Params:
     """Every constant of the detector; the defaults are its firmware's. Changes of luminance are halved."""
 
@@ -89,57 +82,18 @@ class SILGMD2Params:
     """Frame rate."""
 
     @classmethod
-    def firmware(cls, **changes: Any) -> SILGMD2Params:
-        """Make the parameters of the public firmware: its constants in its arithmetic.
-
-        Parameters
-        ----------
-        **changes
-            Other values of parameters, by name.
-
-        Returns
-        -------
-        SILGMD2Params
-            The parameters.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
-        """
-        return dataclasses.replace(cls(), **changes)
-
-    @classmethod
-    def paper(cls, **changes: Any) -> SILGMD2Params:
-        """Make the same constants in floating point, as the equations read.
-
-        Parameters
-        ----------
-        **changes
-            Other values of parameters, by name.
-
-        Returns
-        -------
-        SILGMD2Params
-            The parameters.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
-        """
-        return dataclasses.replace(cls(integer=False), **changes)
-
-    @classmethod
     def presets(cls) -> Mapping[str, SILGMD2Params]:
-        """Make the presets: `firmware` and `paper`; T_spi is ``t_sp``, K_spi ``k_spi``, T_pm ``t_pm``.
+        """Make the presets: T_spi is ``t_sp``, K_spi ``k_spi``, T_pm ``t_pm``.
+
+        ``firmware`` has the public firmware's constants in its arithmetic; ``paper`` has them in floating point, as the
+        equations read.
 
         Returns
         -------
         mapping of str to SILGMD2Params
             Name -> parameters: ``firmware`` and ``paper``.
         """
-        return {"firmware": cls.firmware(), "paper": cls.paper()}
+        return {"firmware": cls(), "paper": cls(integer=False)}
 
 
 class _Pathway:
@@ -178,7 +132,7 @@ class _Pathway:
         return np.asarray(cv2.addWeighted(self._now, gain, self._before, 1.0 - gain, 0.0), np.float32)
 
 
-class SILGMD2(Detector):
+class SILGMD2(Detector[SILGMD2Params]):
     """ON and OFF, each with lateral and self-inhibition, ON's the stronger; then grouping and adaptation.
 
     It is written from the public firmware for Colias; the paper itself could not be read. X is one polarity of the
@@ -222,22 +176,22 @@ class SILGMD2(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD2Params | None = None) -> None:
-        self.params = q = checked_params(params, SILGMD2Params)
-        super().__init__(shape, q.n_sp)
+        super().__init__(shape, params, SILGMD2Params)
+        q = self.params
         dt = 1000.0 / q.fps
         self._kept = truncated if q.integer else exact
         self._left = [float(int(b)) if q.integer else b for b in (q.beta_1, q.beta_2)]
         self._retina = Retina(self.shape)
         self._on = _Pathway(self.shape, q.w_on, q.tau_on, q.tau_si_on, q)
         self._off = _Pathway(self.shape, q.w_off, q.tau_off, q.tau_si_off, q)
-        self._follow, self._hold = alpha(q.tau_pm, dt), q.tau_sfa / (q.tau_sfa + dt)
+        self._adaptation = Adaptation(q.tau_sfa, dt, q.t_sfa, q.k_sp, q.t_sp)
+        self._follow = alpha(q.tau_pm, dt)
         self._forget()
 
     def _forget(self) -> None:
-        for part in (self._retina, self._on, self._off):
+        for part in (self._retina, self._on, self._off, self._adaptation):
             part.reset()
         self._mean_before = 0.0
-        self._k = self._adapted = REST
 
     def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
@@ -250,8 +204,7 @@ class SILGMD2(Detector):
         y_off, si_off = self._off.step(off, max(q.least_off, pm / q.t_pm), q.r_2, self._left[1])
         s = self._kept(np.float32(q.o_on) * y_on + np.float32(q.o_off) * y_off)
         s -= np.float32(q.o_on * q.beta_3) * si_on + np.float32(q.o_off * q.beta_4) * si_off
-        adapted = self._adapt(self._grouped(self._kept(s)))
-        return adapted, math.floor(exp(q.k_sp * (adapted - q.t_sp)))
+        return self._adaptation.step(self._grouped(self._kept(s)))
 
     def _grouped(self, s: Floats) -> float:
         """Return the potential of what comes in clusters."""
@@ -260,10 +213,3 @@ class SILGMD2(Detector):
         grouped = self._kept(s * ce / np.float32(q.delta_c + float(ce.max()) / q.c_w))
         grouped[grouped < np.float32(q.t_g)] = 0.0
         return sigmoid(float(grouped.sum(dtype=np.float64)) / (q.k_spi * s.size))
-
-    def _adapt(self, k: float) -> float:
-        """Spike-frequency adaptation: a potential that does not rise fades."""
-        rise, self._k = k - self._k, k
-        held = self._adapted + rise if rise <= self.params.t_sfa else k
-        self._adapted = max(REST, self._hold * held)
-        return self._adapted

@@ -50,24 +50,21 @@ def kernel() -> ModuleType:
     return _loaded
 
 
-class _NativeModel:
+class NativeModel:
     """A model in C: its memory, its answer, and the way a frame gets to it. ``name`` begins its functions' names."""
 
     def __init__(self, name: str, config: Any) -> None:
         module = kernel()
         self._ffi, self._lib = module.ffi, module.lib
-        size = self._function(name, "size")(config)
+        size_of, make, self._reset = (getattr(self._lib, f"{name}_{what}") for what in ("size", "make", "reset"))
+        steps: list[Any] = [getattr(self._lib, f"{name}_step_{kind}", None) for kind in ("u8", "f32")]
+        self._step_bytes, self._step_floats = steps
+        size = size_of(config)
         if not size:
-            shape = config.rows, config.columns
-            raise MemoryError(f"a model {name} of shape {shape} needs more memory than can be addressed")
+            raise MemoryError(f"{name} of shape {config.rows, config.columns} needs more memory than can be addressed")
         self._memory = np.zeros(size, np.uint8)
-        self._model = self._function(name, "make")(self._ffi.from_buffer("char[]", self._memory), size, config)
-        self._reset = self._function(name, "reset")
-        self._step_bytes, self._step_floats = (self._function(name, f"step_{kind}") for kind in ("u8", "f32"))
+        self._model = make(self._ffi.from_buffer("char[]", self._memory), size, config)
         self._answer = self._ffi.new(f"{name}_answer *")
-
-    def _function(self, name: str, what: str) -> Any:
-        return getattr(self._lib, f"{name}_{what}")
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
@@ -83,7 +80,7 @@ class _NativeModel:
         return self._answer
 
 
-class NativeNetwork(_NativeModel):
+class NativeNetwork(NativeModel):
     """The DSNN's layers in C; see `dsnn.direction.network.DSNN`, which checks what goes in."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
@@ -129,14 +126,14 @@ def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, li
     return config, tables
 
 
-class NativeLGMD1(_NativeModel):
+class NativeLGMD1(NativeModel):
     """The LGMD1's layers in C; see `dsnn.looming.lgmd1.LGMD1`, which checks what goes in."""
 
     def __init__(self, shape: tuple[int, int], **parameters: float) -> None:
         config = kernel().ffi.new("lgmd1_config *", dict(rows=shape[0], columns=shape[1], **parameters))
         super().__init__("lgmd1", config)
 
-    def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
-        """Return the membrane potential after the next frame, (R, C) uint8 or floating, and whether it spikes."""
+    def step(self, luma: npt.NDArray[Any]) -> tuple[float, int]:
+        """Return the membrane potential after the next frame, (R, C) uint8 or floating, and its spike, 0 or 1."""
         answer = self._see(luma)
-        return answer.potential, bool(answer.spike)
+        return answer.potential, int(answer.spike)

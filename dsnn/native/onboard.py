@@ -2,42 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import native
 from dsnn.model import LayerMaps, Response
+from dsnn.native import NativeModel, kernel
 from dsnn.onboard.fixed import Fixed
 from dsnn.onboard.header import TABLES
 
 
-class NativeOnboard:
+class NativeOnboard(NativeModel):
     """The stages on the robot in C; see `dsnn.onboard.model.OnboardDSNN`, which checks what goes in."""
 
     def __init__(self, fixed: Fixed) -> None:
-        module = native.kernel()
-        self._ffi, self._lib, self._fixed = module.ffi, module.lib, fixed
-        self._tables = {name: self._ffi.new(f"{kind}[]", getattr(fixed, name) or (0,)) for name, kind in TABLES.items()}
+        ffi, self._fixed = kernel().ffi, fixed
+        self._tables = {name: ffi.new(f"{kind}[]", getattr(fixed, name) or (0,)) for name, kind in TABLES.items()}
         numbers = {name: getattr(fixed, name) for name in Fixed.__slots__ if name not in TABLES}
-        self._config = self._ffi.new("onboard_config *", numbers | self._tables)
-        size = self._lib.onboard_size(self._config)
-        if not size:
-            raise MemoryError(f"dsnn-onboard of shape {fixed.rows, fixed.columns} needs more memory than there can be")
-        self._memory = np.zeros(size, np.uint8)
-        self._model = self._lib.onboard_make(self._ffi.from_buffer("char[]", self._memory), size, self._config)
-        self._answer = self._ffi.new("onboard_answer *")
-
-    def reset(self) -> None:
-        """Return to the state before the first frame."""
-        self._lib.onboard_reset(self._model)
+        self._config = ffi.new("onboard_config *", numbers | self._tables)
+        super().__init__("onboard", self._config)
+        self._step = self._lib.onboard_step
 
     def step(self, luma: npt.NDArray[np.uint8], maps: bool = False) -> Response:
         """Answer the next frame, (R, C) uint8."""
         frame = self._ffi.from_buffer("uint8_t[]", np.ascontiguousarray(luma))
-        self._lib.onboard_step(self._model, frame, self._answer)
-        a: Any = self._answer
+        self._step(self._model, frame, self._answer)
+        a = self._answer
         return Response(a.hs / 32768.0, a.vs / 32768.0, a.hs_spikes, a.vs_spikes, self._maps() if maps else None)
 
     def _maps(self) -> LayerMaps:

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import forms
-from dsnn.frames import Channels, checked_params, checked_shape
 from dsnn.model import Model, Response
 from dsnn.native.onboard import NativeOnboard
 from dsnn.onboard.fixed import constants
@@ -16,7 +15,7 @@ from dsnn.onboard.numpy_form import NumpyOnboard
 from dsnn.onboard.params import OnboardParams
 
 
-class OnboardDSNN(Model):
+class OnboardDSNN(Model[OnboardParams]):
     """The directionally selective neural network in whole numbers of 8 and 16 bits.
 
     Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,
@@ -53,8 +52,7 @@ class OnboardDSNN(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams | None = None, *, form: str | None = None) -> None:
-        self.shape = checked_shape(shape)
-        self.params = checked_params(params, OnboardParams)
+        super().__init__(shape, params, OnboardParams)
         self.fixed = constants(self.shape, self.params)
         self.form = forms.chosen(form)
         stages = NativeOnboard if self.form == "native" else NumpyOnboard
@@ -64,10 +62,6 @@ class OnboardDSNN(Model):
         """Return to the state before the first frame."""
         self._stages.reset()
 
-    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
-
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
-        """
-        grey = self._luma(frame, channels)
-        return self._stages.step(grey if grey.dtype == np.uint8 else np.rint(grey).astype(np.uint8), maps)
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        whole = luminance if luminance.dtype == np.uint8 else np.rint(luminance).astype(np.uint8)
+        return self._stages.step(whole, maps)

@@ -7,10 +7,9 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
-from pydantic.dataclasses import dataclass
+from pydantic import Field, model_validator
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.filters import alpha, residue
 from dsnn.params import DSNNParams
 
@@ -24,8 +23,7 @@ LEAST_ALPHA = 0.5 / 32768.0
 """A gain below this is 0 in 15 fractional bits: the low-pass would never move."""
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class OnboardParams(DSNNParams):
     """The DSNN's parameters, and the formats of the numbers that it computes with.
 

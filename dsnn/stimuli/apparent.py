@@ -11,17 +11,15 @@ from typing import Annotated, Literal
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import CONFIG, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 
 Pair = Literal["on-on", "off-off", "on-off", "off-on"]
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class ApparentParams(ClipParams):
     """Pairs of bars on an even ground, side by side along the motion, as long as the field across it.
 

@@ -6,17 +6,15 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.background import PHOTOGRAPH, Panorama, known_background, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
-from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
+from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, Velocity
 from dsnn.stimuli.streams import stream
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class ClutteredParams(ObjectParams):
     """A dark object before a textured background.
 

@@ -8,18 +8,16 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import CONFIG, Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 Floats = npt.NDArray[np.float64]
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class DotsParams(TimedParams):
     """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""
 

@@ -6,17 +6,15 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction, paint
-from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth, Velocity
 
 Polarity = Literal["on", "off"]
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class EdgeParams(ClipParams):
     """An edge across the direction of motion, which it sweeps over the whole field.
 
@@ -37,8 +35,7 @@ class EdgeParams(ClipParams):
     """Stillness before and after the motion."""
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class BarParams(EdgeParams):
     """A bar as long as the field is wide: its two edges are of opposite polarity, the leading one of ``polarity``."""
 

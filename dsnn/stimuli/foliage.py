@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.scenes import pink
-from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth
+from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, TimedParams, Truth
 from dsnn.stimuli.streams import stream
 
 Amplitude = Annotated[float, Field(ge=0.0, le=50.0), unit("px")]
@@ -78,8 +77,7 @@ def check_band(low_hz: float, high_hz: float) -> None:
         raise ValueError(f"low_hz={low_hz:g}: legal is a number up to high_hz, {high_hz:g}")
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class FoliageParams(TimedParams):
     """Neighbouring leaves sway together, distant ones independently; on the average nothing moves anywhere."""
 

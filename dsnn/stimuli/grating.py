@@ -8,19 +8,17 @@ from typing import Annotated, Literal
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS
-from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 STEPS = 4096
 """Samples of one period, as fine as it is painted."""
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class GratingParams(TimedParams):
     """A grating that fills the frame, stands for the rest and then drifts."""
 

@@ -13,19 +13,17 @@ from typing import Annotated, Literal
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.grating import Grating, GratingParams
 from dsnn.stimuli.moving import DIRECTIONS, Motion, paint, paint_disc
-from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 
 Degrees = Annotated[float, Field(ge=-80.0, le=80.0), unit("degrees")]
 AngularSize = Annotated[float, Field(gt=0.0, lt=180.0), unit("degrees")]
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class LoomingParams(ClipParams):
     """A square that nears, goes away or crosses at constant speed. Frame and lens are those of the robot's camera.
 

@@ -7,10 +7,9 @@ from typing import Annotated, Literal
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
-from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Truth, Velocity
+from dsnn.field_docs import parameters, unit
+from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Luma, Truth, Velocity
 
 Direction = Literal["rightward", "leftward", "downward", "upward"]
 Motion = Literal["rightward", "leftward", "downward", "upward", "looming", "receding"]
@@ -29,8 +28,7 @@ def per_second(speed: float, unit: SpeedUnit, fps: float) -> float:
     return speed if unit == "px/s" else speed * fps
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class ObjectParams(ClipParams):
     """A rectangle that crosses the frame, looms or recedes.
 

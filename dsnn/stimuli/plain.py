@@ -6,15 +6,13 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint
-from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame
+from dsnn.stimuli.stimulus import Stimulus, StimulusFrame
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class PlainParams(ObjectParams):
     """A dark object on a lighter ground; the other way about by its two greys.
 

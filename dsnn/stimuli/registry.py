@@ -5,15 +5,13 @@ One of a user's own is a file with the same two and a `StimulusEntry` called ``S
 
 from __future__ import annotations
 
-import difflib
-import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from dataclasses import replace
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic.dataclasses import dataclass
 
+from dsnn.registry import Name, look_up
 from dsnn.stimuli.apparent import Apparent, ApparentParams
 from dsnn.stimuli.cluttered import Cluttered, ClutteredParams
 from dsnn.stimuli.dots import Dots, DotsParams
@@ -27,7 +25,7 @@ from dsnn.stimuli.stimulus import ClipParams, Stimulus
 from dsnn.stimuli.street import Street, StreetParams
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class StimulusEntry:
     """A stimulus: its default parameters, and how to build it from some.
 
@@ -44,24 +42,14 @@ class StimulusEntry:
 
     Raises
     ------
-    ValueError
+    pydantic.ValidationError
         Tables cannot show the name, or a value is of another kind.
     """
 
-    name: str
+    name: Name
     summary: str
     build: Callable[[Any, int], Stimulus[ClipParams]]
     params: ClipParams
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}", self.name):
-            problem = "legal are up to 60 letters, digits, ., - and _"
-            raise ValueError(f"StimulusEntry: name={str(self.name)[:40]!r}: {problem}")
-        if not isinstance(self.summary, str) or not callable(self.build):
-            raise ValueError(f"StimulusEntry {self.name}: legal are a text for summary and a callable for build")
-        if not isinstance(self.params, ClipParams):
-            kind = type(self.params).__name__
-            raise ValueError(f"StimulusEntry {self.name}: params is a {kind}: legal is a dsnn.stimuli.ClipParams")
 
     def clip(self, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
         """Make the stimulus, with changes to its default parameters.
@@ -80,28 +68,10 @@ class StimulusEntry:
 
         Raises
         ------
-        ValueError
-            A parameter is unknown, a value is not legal, or ``build`` makes no `Stimulus`: one line that says which.
+        pydantic.ValidationError
+            A parameter is unknown, or a value is not legal.
         """
-        known = [field for field in self.params.__dataclass_fields__]
-        for key in changes:
-            if key not in known:
-                near = difflib.get_close_matches(key.lower(), known, 1)
-                hint = f" (nearest: {near[0]})" if near else ""
-                raise ValueError(f"{self.name} has no parameter '{key}'{hint}: known are {', '.join(known)}")
-        try:
-            built = self.build(replace(self.params, **changes), seed)
-        except ValidationError as error:
-            problem = error.errors()[0]
-            where = ".".join([self.name, *(str(part) for part in problem["loc"])])
-            if problem["type"] == "value_error":
-                text = problem["msg"].removeprefix("Value error, ")
-                raise ValueError(f"{where}={problem['input']!r}: {text}") from error
-            must = problem["msg"].removeprefix("Input should be ")
-            raise ValueError(f"{where} must be {must[0].lower()}{must[1:]}, got {problem['input']!r}") from error
-        if not isinstance(built, Stimulus):
-            raise ValueError(f"{self.name}: build makes a {type(built).__name__}: legal is a dsnn.stimuli.Stimulus")
-        return built
+        return self.build(replace(self.params, **changes), seed)
 
 
 _ENTRIES = (
@@ -119,14 +89,7 @@ _ENTRIES = (
 )
 
 
-def _by_name(entries: tuple[StimulusEntry, ...]) -> Mapping[str, StimulusEntry]:
-    table = {entry.name: entry for entry in entries}
-    if len(table) != len(entries):
-        raise ValueError(f"two stimuli share a name in {[entry.name for entry in entries]}")
-    return MappingProxyType(table)
-
-
-STIMULI = _by_name(_ENTRIES)
+STIMULI: Mapping[str, StimulusEntry] = {entry.name: entry for entry in _ENTRIES}
 """The stimuli that ship: name -> `StimulusEntry`."""
 
 
@@ -148,11 +111,7 @@ def stimulus_entry(name: str) -> StimulusEntry:
     ValueError
         There is no such stimulus; the message has the nearest known name.
     """
-    if name not in STIMULI:
-        near = difflib.get_close_matches(name.lower(), STIMULI, 1)
-        hint = f" (nearest: {near[0]})" if near else ""
-        raise ValueError(f"unknown stimulus '{name}'{hint}: known are {', '.join(STIMULI)}")
-    return STIMULI[name]
+    return look_up("stimulus", name, STIMULI)
 
 
 def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
@@ -175,7 +134,7 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     Raises
     ------
     ValueError
-        The name or a parameter is unknown, or a value is not legal: one line that names it and what is legal.
+        The name or a parameter is unknown, or a value is not legal.
 
     Examples
     --------

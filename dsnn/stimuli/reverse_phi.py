@@ -9,16 +9,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class ReversePhiParams(TimedParams):
     """Random squares, light or dark about the mean, that jump by whole pixels."""
 

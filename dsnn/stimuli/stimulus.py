@@ -9,12 +9,9 @@ from typing import Annotated, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass as validated
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
-
-CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+from dsnn.field_docs import parameters, unit
 
 Luma = npt.NDArray[np.uint8]
 
@@ -155,8 +152,7 @@ class StimulusFrame:
     truth: Truth
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class ClipParams:
     """Parameters of every stimulus: a frame's size and the rate."""
 
@@ -168,8 +164,7 @@ class ClipParams:
     """Frame rate (paper: 30)."""
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class TimedParams(ClipParams):
     """A stimulus that moves for a given time, after a rest in which the first frame stands still."""
 

@@ -14,14 +14,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
-from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.foliage import Amplitude, Sway, check_band
 from dsnn.stimuli.movers import WHEEL_GREY, Kind, Mover, group
 from dsnn.stimuli.moving import paint
 from dsnn.stimuli.scenes import PINK_MEAN, PINK_SD, pink
-from dsnn.stimuli.stimulus import CONFIG, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 Floats = npt.NDArray[np.float32]
@@ -37,8 +36,7 @@ RAGGED, EDGE = 0.15, 8.0
 """Distance that leaves stick out of a crown, in shares of its radius, and sharpness of its rim."""
 
 
-@with_field_docs
-@validated(frozen=True, config=CONFIG)
+@parameters
 class StreetParams(ClipParams):
     """Movers that cross the street, and the wind. The wind blows from the first frame to the last."""
 

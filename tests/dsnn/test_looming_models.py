@@ -348,7 +348,7 @@ def published_square(l_over_v_s, frames=100):
 
 def test_active_cells_are_those_that_the_giant_fibre_s_authors_count():
     """676 and 2116 in the last two frames at l / v = 5 ms, squares of 26 and 46; a corner less than pixels a side."""
-    model = LPLC2GF((150, 200), LPLC2GFParams.paper())
+    model = LPLC2GF((150, 200), LPLC2GFParams())
     counts = [model.active_cells(frame) for frame in published_square(0.005)]
     assert [math.isqrt(n) for n in counts[-2:]] == [26 - 1, 46 - 1]
     assert counts[-2:] == [25**2, 45**2] and counts[0] == 0
@@ -358,7 +358,7 @@ def test_a_larger_receptive_field_fires_at_a_larger_square():
     """The paper's finding: the size of the receptive field sets the size at which the giant fibre fires."""
     sizes = []
     for side in (40, 80):
-        model = LPLC2GF((150, 200), LPLC2GFParams.paper(side=side))
+        model = LPLC2GF((150, 200), LPLC2GFParams(side=side))
         clip = stimulus("looming", rows=150, columns=200, fps=100, focal_px=60.0, l_over_v_s=0.05, end_deg=90.0)
         spikes = model.run(frame.luma for frame in clip).looming_spikes
         sizes.append(clip[int(spikes.nonzero()[0][0])].truth.box.width)
@@ -376,7 +376,7 @@ def test_the_giant_fibre_fires_at_either_frame_rate(fps):
 
 def test_the_membrane_is_a_leaky_integrator():
     """At a steady current below threshold it settles at rest plus R I, by its time constant."""
-    model = LPLC2GF((8, 8), LPLC2GFParams.paper())
+    model = LPLC2GF((8, 8), LPLC2GFParams())
     for _ in range(30):
         assert model._integrate(0.5) == 0
     assert model._v == pytest.approx(-60 + 5 * (1 - math.exp(-1)), abs=1e-9)
@@ -398,9 +398,7 @@ def test_the_firmware_s_gains_are_cast_to_whole_numbers():
     """A square that moves: in whole numbers self-inhibition spares it, in floating point it is left a part of it."""
     frames = [frame.luma for frame in stimulus("looming", l_over_v_s=0.08)]
     for model, params in ((SILGMD1, SILGMD1Params), (SILGMD2, SILGMD2Params)):
-        whole, real = (
-            model((72, 99), preset()).run(frames).looming.max() for preset in (params.firmware, params.paper)
-        )
+        whole, real = (model((72, 99), params(integer=integer)).run(frames).looming.max() for integer in (True, False))
         assert whole > real
 
 

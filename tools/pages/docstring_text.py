@@ -35,6 +35,12 @@ def _marked(text: str) -> str:
     return "".join([*parts, escaped(text[at:])])
 
 
+def references(documented: Any) -> str:
+    """Return the section ``References`` of a docstring as Markdown, in one line."""
+    text = re.search(r"^References\n-+\n(.+?)(?:\n\n|\Z)", inspect.getdoc(documented) or "", re.MULTILINE | re.DOTALL)
+    return _marked(" ".join(text[1].split())) if text else ""
+
+
 def assumed(documented: Any) -> list[str]:
     """Return what a model's class says is assumed, an item each, as Markdown; nothing where it says nothing."""
     parts, items = paragraphs(documented), []

@@ -8,7 +8,6 @@ from typing import Any
 
 import polars as pl
 
-import dsnn
 from dsnn import MODELS, ModelEntry
 from experiments.bench.report import clips, style
 from experiments.bench.run.models import choose, family
@@ -54,7 +53,7 @@ def _write_index(folder: Path) -> None:
     parts = []
     for kinds, title in KINDS.items():
         rows = [
-            (f"[{code(name)}]({name}.md)", prose(sentence(entry.summary)), prose(entry.source))
+            (f"[{code(name)}]({name}.md)", prose(sentence(entry.summary)), docstring_text.references(entry.build))
             for name, entry in MODELS.items() if kinds_of(entry) == kinds
         ]  # fmt: skip
         parts.append(f"## {title}\n\n{table(('Model', 'What it is', 'Literature'), rows)}")
@@ -95,7 +94,6 @@ def _write_page(folder: Path, entry: ModelEntry) -> None:
 
 def _facts(entry: ModelEntry) -> str:
     build: Any = entry.build
-    params = type(entry.robot)
     spikes = [
         f"{code(channel)} at {code(f'{name} = {written(level)}')}"
         for channel in entry.channels
@@ -103,19 +101,13 @@ def _facts(entry: ModelEntry) -> str:
         for name in (entry.thresholds.get(channel, "t_sp"),)
     ]
     rows = [
-        ("Literature", prose(entry.source)),
+        ("Literature", docstring_text.references(build)),
         ("Kind", KINDS[kinds_of(entry)].lower()),
         ("Channels", "<br>".join(f"{code(channel)}: {CHANNELS[channel]}" for channel in entry.channels)),
         ("Spikes", ", ".join(spikes) or "none"),
-        ("Classes", f"{_class(build)}, {_class(params)}"),
+        ("Classes", ", ".join(code(f"dsnn.{named.__name__}") for named in (build, type(entry.robot)))),
     ]
     return table(("Model", code(entry.name)), rows)
-
-
-def _class(named: type) -> str:
-    """Return a class by its public name, where it has one."""
-    public = getattr(dsnn, named.__name__, None) is named
-    return code(f"dsnn.{named.__name__}" if public else f"{named.__module__}.{named.__name__}")
 
 
 def kinds_of(entry: ModelEntry) -> tuple[str, ...]:
@@ -161,7 +153,7 @@ def _presets(entry: ModelEntry, section: str) -> str:
     for name, values in named.items():
         rows.append((code(name), code(f"--set {section}.preset={name}"), _changes(values, base)))
     paragraphs = docstring_text.paragraphs(type(base).presets)[1:] if named else []
-    heads = ("Preset", "Used by", f"Set otherwise than {_class(type(base))} has it")
+    heads = ("Preset", "Used by", f"Set otherwise than {code(f'dsnn.{type(base).__name__}')} has it")
     return "\n\n".join(["## Presets", *paragraphs, table(heads, rows)])
 
 

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import ModelEntry, Response
-from dsnn.frames import Channels
 from dsnn.model import Model
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.firmware.build import build
@@ -28,7 +27,7 @@ ENOUGH = 2**22
 """Bytes of each RAM region: whether a network fits the chip is the budget's matter, not this model's."""
 
 
-class FirmwareDSNN(Model):
+class FirmwareDSNN(Model[OnboardParams]):
     """The on-board network in the emulator.
 
     Parameters
@@ -47,17 +46,15 @@ class FirmwareDSNN(Model):
     """
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams) -> None:
-        self.shape = shape
+        super().__init__(shape, params, OnboardParams)
         chip = ChipSettings(shape=f"{shape[1]}x{shape[0]}", ram_main=ENOUGH, ram_core=ENOUGH)
         with tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder:  # read once it has answered
             built = build(Firmware(params, chip), compiler(), Path(folder))
             self._chip = Emulator(qemu(), built.path, shape)
         weakref.finalize(self, self._chip.close)
 
-    def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; `dsnn.frames.FrameError` for one that is none. There are no layer maps."""
-        pixels: Any = self._luma(frame, channels)
-        answer = self._chip.step(np.clip(np.rint(pixels), 0, 255).astype(np.uint8))
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        answer = self._chip.step(np.rint(luminance).astype(np.uint8))
         return Response(answer.hs / Q15, answer.vs / Q15, answer.hs_spikes, answer.vs_spikes)
 
     def reset(self) -> None:
@@ -70,7 +67,5 @@ MODEL = ModelEntry(
     "the on-board DSNN as QEMU's Cortex-M4 computes it",
     FirmwareDSNN,
     OnboardParams.robot(),
-    "Fu, Bellotto and Yue 2018, arXiv 1808.07692",
-    ("hs", "vs"),
-    OnboardParams.offline(),
+    offline=OnboardParams.offline(),
 )

@@ -24,7 +24,7 @@ import numpy.typing as npt
 import polars as pl
 from scipy import special
 
-from dsnn.looming.grouping import REST
+from dsnn.looming.layers import REST
 from experiments.bench.engine.alarms import first_alarm_s
 from experiments.bench.run.streams import stream
 from experiments.bench.stats.tests import LEVEL, PERMUTATIONS, SEED

@@ -30,7 +30,6 @@ REFUSALS = {
     "a scene's arena": (lambda name: SceneConfig(arena=name), "brigth", "bright"),
     "model": (model_entry, "Dsn", "dsnn"),
     "stimulus": (stimulus, "plane", "plain"),
-    "a stimulus's parameter": (lambda name: stimulus("plain", **{name: 1}), "speeed", "speed"),
     "experiment": (lambda name: main.command(["run", name]), "Spede", "speed"),
     "curve": (lambda name: main.command(["tune", "--curve", name]), "sped", "speed"),
     "behaviour": (lambda name: main.command(["behave", name]), "hybird", "hybrid"),

@@ -1,0 +1,151 @@
+"""Parts that looming detectors share: spikes counted to a collision, adaptation, grouping, quadrants."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeVar
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from dsnn.exponential import exp
+from dsnn.filters import total
+from dsnn.model import Model, Response
+from dsnn.retina import Floats
+
+REST = 0.5
+"""An LGMD's membrane potential while nothing excites it."""
+
+
+class _Counting(Protocol):
+    @property
+    def n_sp(self) -> int: ...
+
+
+D = TypeVar("D", bound=_Counting)
+
+
+class Detector(Model[D]):
+    """A looming detector of one potential: its layers give potential and spikes of a frame, in `_answer`.
+
+    Parameters and errors are those of `dsnn.model.Model`. ``params.n_sp`` spikes without a silent frame between them
+    mean a collision.
+    """
+
+    def __init__(self, shape: tuple[int, int], params: D | None, kind: type[D]) -> None:
+        super().__init__(shape, params, kind)
+        self._count = 0
+
+    @abstractmethod
+    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+        """Return the potential, from 0.5 at rest up to 1, and the spikes of the next frame, (R, C) grey levels."""
+
+    @abstractmethod
+    def _forget(self) -> None:
+        """Bring the layers to the state before the first frame."""
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._forget()
+        self._count = 0
+
+    @property
+    def collision(self) -> bool:
+        """Tell whether the frames up to the last one mean a collision."""
+        return self._count >= self.params.n_sp
+
+    def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
+        potential, spikes = self._answer(luminance)
+        self._count = self._count + spikes if spikes else 0
+        return Response(looming=potential, looming_spikes=spikes)
+
+
+class Adaptation:
+    """Spike-frequency adaptation: a potential that does not rise fades, and spikes are those of what is left.
+
+    With ``h = tau / (tau + dt)`` and dk the change of k, ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else
+    ``h k``; at least `REST`. There are ``floor(exp(k_sp (s - t_sp)))`` spikes in a frame.
+    """
+
+    def __init__(self, tau: float, dt: float, t_sfa: float, k_sp: float, t_sp: float) -> None:
+        self._hold, self._t_sfa, self._k_sp, self._t_sp = tau / (tau + dt), t_sfa, k_sp, t_sp
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to rest."""
+        self._k = self._adapted = REST
+
+    def step(self, k: float) -> tuple[float, int]:
+        """Return the adapted potential of this frame's k, and its spikes."""
+        rise, self._k = k - self._k, k
+        held = self._adapted + rise if rise <= self._t_sfa else k
+        self._adapted = max(REST, self._hold * held)
+        return self._adapted, math.floor(exp(self._k_sp * (self._adapted - self._t_sp)))
+
+
+class Grouping:
+    """Favours excitation that comes in clusters, then gives the potential of what is left (Yue and Rind 2006).
+
+    ``Ce`` is the 3x3 mean of S, cells outside the field counting as 0; ``G = S Ce / (delta_c + max Ce / c_w)``,
+    kept where it reaches ``t_g``; ``k = 1 / (1 + exp(-sum G / N))`` for N cells.
+    """
+
+    def __init__(self, shape: tuple[int, int], c_w: float, delta_c: float, t_g: float) -> None:
+        self._c_w, self._delta_c, self._below = c_w, delta_c, below(t_g)
+        self._ce, self._g = np.zeros((2, *shape), np.float32)
+
+    def potential(self, s: Floats) -> float:
+        """Return the membrane potential k, from `REST` up to 1, for the summed cells S, (R, C), none negative."""
+        cv2.blur(s, (3, 3), dst=self._ce, borderType=cv2.BORDER_CONSTANT)
+        scale = self._delta_c + float(self._ce.max()) / self._c_w
+        cv2.multiply(s, self._ce, dst=self._g, scale=1.0 / scale)
+        cv2.threshold(self._g, self._below, 0.0, cv2.THRESH_TOZERO, dst=self._g)
+        return sigmoid(total(self._g) / s.size)
+
+
+def below(threshold: float) -> float:
+    """Return the number just below a threshold: OpenCV keeps what is above its own, the sources what reaches it."""
+    return float(np.nextafter(np.float32(threshold), np.float32(-1.0)))
+
+
+def sigmoid(drive: float) -> float:
+    """Return the membrane potential of a drive of 0 or more: `REST` at 0, 1 at infinity."""
+    return 1.0 / (1.0 + exp(-drive))
+
+
+def ring(side: float, corner: float, centre: float = 0.0) -> Floats:
+    """Return a 3x3 kernel of its centre's, its sides' and its corners' weights."""
+    return np.array([[corner, side, corner], [side, centre, side], [corner, side, corner]], np.float32)
+
+
+def convolve(image: Floats, kernel: Floats, out: Floats) -> Floats:
+    """(R, C) by a symmetric 3x3 ``kernel``, cells outside the field counting as 0; written to ``out``."""
+    cv2.filter2D(image, -1, kernel, dst=out, borderType=cv2.BORDER_CONSTANT)
+    return out
+
+
+def by_quadrant(
+    x: Sequence[Floats], y: Sequence[Floats], rows: npt.NDArray[np.float64], columns: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return the sums over the quadrants, in a fixed order of additions.
+
+    Parameters
+    ----------
+    x, y
+        What counts as outward to the left and to the right; upward and downward. Each two of (R, C).
+    rows, columns
+        The share of each row in the upper and in the lower half, (2, R); of each column in the left and right, (2, C).
+
+    Returns
+    -------
+    numpy.ndarray
+        (2, 2): upper and lower, left and right.
+    """
+    along_x = [((rows[:, :, np.newaxis] * factor).sum(axis=1) * half).sum(axis=1)
+               for factor, half in zip(x, columns, strict=True)]  # fmt: skip
+    along_y = [((half[:, np.newaxis] * factor).sum(axis=0) * columns).sum(axis=1)
+               for factor, half in zip(y, rows, strict=True)]  # fmt: skip
+    return np.asarray(np.stack(along_x, axis=1) + np.stack(along_y))
