@@ -1,20 +1,19 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
+from .bench.api import Claim as Claim
+from .bench.api import fit as fit
+from .bench.api import run as run
 from .bench.behave import score as score
+from .bench.compare import compare as compare
 from .bench.fit import Fit as Fit
 from .bench.fit import Fitted as Fitted
-from .bench.public.claims import Claim as Claim
-from .bench.public.comparison import Comparison as Comparison
-from .bench.public.comparison import compare as compare
-from .bench.public.fit import fit as fit
 from .bench.public.footage import Watched as Watched
 from .bench.public.footage import watch as watch
-from .bench.public.listing import runs as runs
-from .bench.public.result import Run as Run
-from .bench.public.result import load as load
-from .bench.public.run import run as run
-from .bench.public.version import __version__ as __version__
+from .bench.result import Run as Run
+from .bench.result import load as load
+from .bench.result import runs as runs
 from .bench.run.errors import UsageError as UsageError
+from .bench.run.provenance import __version__ as __version__
 from .bench.sources.behaviour import Behaviour as Behaviour
 from .bench.sources.behaviour import Wheels as Wheels
 from .bench.sources.clip_claims import ClipClaim as ClipClaim
@@ -56,7 +55,6 @@ __all__ = [
     "Clip",
     "ClipClaim",
     "Clutter",
-    "Comparison",
     "Condition",
     "Contrast",
     "Egomotion",

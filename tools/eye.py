@@ -13,8 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.bench.figures.plotting import STYLE, TYPE, WIDTH
-from experiments.bench.report.style import shades
+from experiments.bench.report.style import LOOK, TYPE, WIDTH, shades
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3
@@ -85,7 +84,7 @@ def drawn() -> Figure:
 
 def main(folder: Path) -> None:
     """Draw the picture into ``folder``."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(LOOK):
         drawn().savefig(folder / "eye.png", dpi=160)
 
 

@@ -31,14 +31,15 @@ import polars as pl
 from experiments.bench import registry
 from experiments.bench.cli.main import command
 from experiments.bench.reproduce import Scale, design, planned, rate
+from experiments.bench.run import provenance
+from experiments.bench.run.description import read_description
+from experiments.bench.run.files import read_parquet
+from experiments.bench.run.provenance import UNREPEATABLE, tables_of
 from experiments.bench.run.runs import Enough, first
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count, count_of, totals
 from experiments.bench.stats.verdict import Outcome, Verdict
-from experiments.bench.store import provenance
-from experiments.bench.store.description import read_description
-from experiments.bench.store.files import UNREPEATABLE, read_parquet, tables_of
 from experiments.bench.study import stored as studies
 from experiments.studies.fidelity import EYE, STUDY, WHEELS
 

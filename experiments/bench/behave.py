@@ -19,9 +19,13 @@ from colias_sim.arena import Arena
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
-from experiments.bench.engine.terminal import count, progress
+from experiments.bench.report.terminal import count, progress
+from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import TABLE
 from experiments.bench.run.folder import RunFolder
+from experiments.bench.run.provenance import drawn_from
+from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, recording_of
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.user_code import is_own
@@ -41,10 +45,6 @@ from experiments.bench.sources.episodes import (
 from experiments.bench.stats import stored
 from experiments.bench.stats.scores import Score
 from experiments.bench.stats.verdict import Verdict
-from experiments.bench.store import provenance
-from experiments.bench.store.drawing import drawn_here
-from experiments.bench.store.files import TABLE, drawn_from
-from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 from scenes import is_arena_file
 
 MAPPINGS = ("camera", "robot", "randomise")

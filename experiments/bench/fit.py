@@ -21,11 +21,16 @@ from pydantic import Field, SkipValidation
 from pydantic.dataclasses import dataclass as validated
 
 from experiments.bench import leaderboard, registry, sweep, sweep_plan, tune
-from experiments.bench.engine.terminal import error_console
 from experiments.bench.grid import ENDS, apart, keys_of
 from experiments.bench.measures import SPIKES
+from experiments.bench.report.terminal import error_console
+from experiments.bench.run import provenance
+from experiments.bench.run.description import KIND, begun, reconciled, write_new
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import Files
 from experiments.bench.run.models import PRESET, ask, look_up
+from experiments.bench.run.provenance import drawn_from, tables_of
+from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import changed, check_counts, collect, schema_of, unit_of
 from experiments.bench.run.streams import stream
@@ -35,11 +40,6 @@ from experiments.bench.stats.checks import MARGIN, Check
 from experiments.bench.stats.count import LEAST_JUDGED, Count, count
 from experiments.bench.stats.tests import summarise
 from experiments.bench.stats.verdict import Outcome, together
-from experiments.bench.store import provenance
-from experiments.bench.store.description import KIND, begun, reconciled, write_new
-from experiments.bench.store.files import Files, drawn_from, tables_of
-from experiments.bench.store.kinds import FIT
-from experiments.bench.store.rows import Failure
 from experiments.bench.study import Axis, Level, Study, make_tuples
 from experiments.bench.sweep import TOGETHER
 
@@ -1089,7 +1089,7 @@ def write(fitted: Fitted, folder: Path) -> None:
     from experiments.bench.report import style
 
     files = Files(folder)
-    files.write_rows(FIT.summary, fitted.table().to_dicts())
+    files.write_rows("fit.csv", fitted.table().to_dicts())
     files.write_rows("anew.csv", fitted.judged_anew().to_dicts())
     files.write_json("fit.json", fitted.described())
     style.save(report.draw(fitted), folder / "fit", drawn_from(tables_of(folder)))
@@ -1101,7 +1101,7 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
 
     fit = plan.fit
     description: dict[str, Any] = {
-        KIND: FIT.name, "experiment": FIT.name, "over": [str(part) for part in plan.box],
+        KIND: "fit", "experiment": "fit", "over": [str(part) for part in plan.box],
         "box": [asdict(part) for part in plan.box], "share": fit.share, "seed": plan.seed,
         "replicates per setting": fit.study.replicates, "held_out": fit.held_out, "sampler": fit.sampler,
         "optuna": str(optuna.__version__), "study": fit.study.name, "versions": provenance.versions(),

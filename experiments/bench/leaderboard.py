@@ -21,10 +21,13 @@ from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
 from dsnn.stimuli.looming import Looming
 from experiments.bench import offline, trials
-from experiments.bench.engine.alarms import alarm_count, first_alarm_s, poisson_interval
-from experiments.bench.engine.terminal import count, error_console
+from experiments.bench.report.terminal import count, error_console
+from experiments.bench.run.description import begin_whole
+from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import ModelRunner
+from experiments.bench.run.provenance import drawn_from, tables_of
+from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
@@ -33,12 +36,9 @@ from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Angular, Translation
 from experiments.bench.sources.experiment import Design, Experiment
+from experiments.bench.stats.alarms import alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.stats.scores import Score
 from experiments.bench.stats.tests import area_under_roc, effective_number, median_interval, proportion_interval
-from experiments.bench.store.files import Files, drawn_from, tables_of
-from experiments.bench.store.kinds import LEADERBOARD
-from experiments.bench.store.record import begin_whole
-from experiments.bench.store.rows import Failure
 from experiments.clean import GREYS, LONG_EDGE_AHEAD
 from experiments.clutter_depth import GREYS as EXTREMES
 
@@ -249,7 +249,7 @@ def play(
     UsageError
         The folder holds other trials.
     """
-    begin_whole(folder, LEADERBOARD)
+    begin_whole(folder, "leaderboard")
     responses: dict[str, pl.DataFrame] = {}
     failures: list[Failure] = []
     for part, batches in planned.items():

@@ -13,13 +13,13 @@ from typing import Any
 from dsnn.stimuli import ClipParams
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.rows import group, known
 from experiments.bench.sources import judging
 from experiments.bench.sources.clip_claims import POTENTIALS
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.robot_claims import flaws
 from experiments.bench.stats.checks import unreadable
 from experiments.bench.stats.tests import summarise
-from experiments.bench.store.rows import group, known
 
 Rows = Sequence[Mapping[str, Any]]
 

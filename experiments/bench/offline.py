@@ -11,24 +11,25 @@ from typing import Any
 import polars as pl
 
 from experiments import OFFLINE
-from experiments.bench.engine.pictures import Pictures
+from experiments.bench.run import provenance
+from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import TABLE
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Showing, Trial, play
+from experiments.bench.run.provenance import drawn_from
+from experiments.bench.run.rows import Failure, TrialRecord, mixture
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clip_claims import ClipClaim, find, judge
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
+from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
 from experiments.bench.stats.summary import summary_rows
 from experiments.bench.stats.verdict import Outcome, Verdict
-from experiments.bench.store import provenance
-from experiments.bench.store.description import THRESHOLDS
-from experiments.bench.store.files import TABLE, drawn_from
-from experiments.bench.store.parameters import Parameters, differing
-from experiments.bench.store.rows import Failure, TrialRecord, mixture
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,30 +21,28 @@ from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
 from experiments.bench.behave import BehaviourPlan, BehaviourReport
-from experiments.bench.engine.pictures import Pictures
-from experiments.bench.engine.terminal import error_console
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflinePlan, OfflineReport
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
+from experiments.bench.report.terminal import error_console
+from experiments.bench.run import provenance
+from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import Files, plain
 from experiments.bench.run.models import look_up, shown_models
+from experiments.bench.run.rows import Failure, mixture
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clip_claims, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
 from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
+from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import LEAST_JUDGED, count
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
-from experiments.bench.store import provenance
-from experiments.bench.store.description import THRESHOLDS, plain
-from experiments.bench.store.files import Files
-from experiments.bench.store.kinds import REPRODUCTION
-from experiments.bench.store.record import begin_whole
-from experiments.bench.store.rows import Failure, mixture
 from experiments.bench.study import WHOLE, Study, shipped
 from experiments.bench.sweep import Sweep
 from experiments.bench.sweep_plan import EVERY_MODEL
@@ -360,7 +358,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     """
     if not resources.quiet:
         error_console.print(f"{plans.amount()}, {resources.where()}, into {folder}", soft_wrap=True, markup=False)
-    begin_whole(folder, REPRODUCTION)
+    begin_whole(folder, "reproduction")
     counts, failures = {}, {}
     with ExitStack() as locks:  # a run with the robot stays locked until it is judged
         with resources.pool() as pool:

@@ -18,8 +18,11 @@ from experiments.bench import offline, trials
 from experiments.bench.grid import Point
 from experiments.bench.measures import Measure
 from experiments.bench.replicates import Replicate, judged, of_clips, of_model
+from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import Files, new_folder
 from experiments.bench.run.play import FRAMES, Trial, show, tabulate
+from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources, worker_count
 from experiments.bench.sources import clips
 from experiments.bench.sources.clip_claims import ClipClaim
@@ -27,10 +30,6 @@ from experiments.bench.sources.robot_claims import RobotClaim
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.count import count, count_columns
 from experiments.bench.stats.verdict import Outcome, together
-from experiments.bench.store.description import check_own
-from experiments.bench.store.drawing import drawn_here
-from experiments.bench.store.files import Files, new_folder
-from experiments.bench.store.rows import Failure, TrialRecord, group
 from experiments.bench.study import Study, called
 from experiments.bench.sweep_plan import EVERY_MODEL, Plan, Share, planned
 

@@ -17,21 +17,21 @@ import polars as pl
 from experiments import NAMES
 from experiments.bench import measures as measuring
 from experiments.bench import registry, trials
-from experiments.bench.engine.pictures import Pictures
 from experiments.bench.grid import Base, Point, axes_of, check_keys, knows, moves, points_of, sets
 from experiments.bench.measures import Measure
 from experiments.bench.replicates import MODEL, asked_models
+from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import Trial
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clip_claims, clips, robot_claims
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim
-from experiments.bench.store import provenance
-from experiments.bench.store.parameters import Parameters, differing
 from experiments.bench.study import Axis, Study
 from scenes.hints import nearest
 

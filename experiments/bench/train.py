@@ -23,9 +23,12 @@ import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.reference import reference_hash
 from experiments.behaviours import FIXATION, OPTOMOTOR
 from experiments.bench import behave
-from experiments.bench.engine.terminal import count, progress
+from experiments.bench.report.terminal import count, progress
 from experiments.bench.run import interrupts
+from experiments.bench.run.description import begun
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import TABLE, Files
+from experiments.bench.run.provenance import drawn_from, versions
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
@@ -43,9 +46,6 @@ from experiments.bench.sources.behaviour import (
 from experiments.bench.sources.episode_scores import SUMMARY
 from experiments.bench.sources.episodes import env_id, short_name
 from experiments.bench.stats.scores import Score
-from experiments.bench.store.description import begun
-from experiments.bench.store.files import TABLE, Files, drawn_from
-from experiments.bench.store.provenance import versions
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO

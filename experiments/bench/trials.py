@@ -13,11 +13,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from experiments.bench.engine.pictures import Pictures
+from experiments.bench.run import provenance
+from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import TABLE
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import look_up
+from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
+from experiments.bench.run.provenance import drawn_from
+from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group, mixture, origin
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
@@ -26,6 +31,7 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED, ST
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.excitation import NEEDED, WHOLE, Course, without_parts
 from experiments.bench.sources.experiment import Design, Drawing, Experiment, Settings
+from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.sources.robot_claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE, find, flaws, judge
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable
@@ -34,13 +40,6 @@ from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.summary import summary_rows
 from experiments.bench.stats.tests import holm, paired
 from experiments.bench.stats.verdict import Verdict
-from experiments.bench.store import provenance
-from experiments.bench.store.description import THRESHOLDS
-from experiments.bench.store.drawing import drawn_here
-from experiments.bench.store.files import TABLE, drawn_from
-from experiments.bench.store.origin import origin
-from experiments.bench.store.parameters import Parameters, differing
-from experiments.bench.store.rows import Failure, TrialRecord, group, mixture
 from scenes import arena_name
 
 QUANTITIES = (
@@ -361,7 +360,7 @@ class Report:
     """Courses of a run whose figure is about excitation; else empty."""
     open_loop: str = ""
     provenance: str = ""
-    """Origin of the trials, as `experiments.bench.store.origin` says it; empty: they are simulated."""
+    """Origin of the trials, as `experiments.bench.run.rows` says it; empty: they are simulated."""
     counted: Mapping[str, str] = dataclasses.field(default_factory=dict)
     """Model -> the channel that it is told of by: `experiments.bench.run.models.ConfiguredModel.counted`."""
 

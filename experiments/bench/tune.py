@@ -17,19 +17,19 @@ import polars as pl
 
 from dsnn.stimuli import StimulusEntry
 from dsnn.stimuli.looming import Looming
-from experiments.bench.run import settings
+from experiments.bench.run import provenance, settings
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import TABLE
 from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
+from experiments.bench.run.provenance import drawn_from
+from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip, place_of
 from experiments.bench.stats import curves
 from experiments.bench.stats.curves import Axis
-from experiments.bench.store import provenance
-from experiments.bench.store.files import TABLE, drawn_from
-from experiments.bench.store.parameters import differing
-from experiments.bench.store.rows import Failure
 from scenes.hints import nearest
 
 EXPERIMENT = "tuning"

@@ -15,10 +15,10 @@ from experiments.bench.cli import main
 from experiments.bench.fit import MOST_SLACK, RESULTS, Fit, planned, scored, slack
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
+from experiments.bench.run.provenance import tables_hash, tables_of
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
-from experiments.bench.store.files import tables_hash, tables_of
 from experiments.bench.study import Study, fits, shipped
 from tests.helpers.processes import CLI, start, wait_until
 

@@ -11,13 +11,13 @@ from scipy import stats
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
 from experiments.bench import leaderboard as board
-from experiments.bench.engine.alarms import alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.leaderboard import DIRECTION, LOOMING, PANELS, RESPONSES, TIMES
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.clip_claims import SIGNED, answer
 from experiments.bench.sources.designs import Translation
+from experiments.bench.stats.alarms import alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.stats.tests import median_interval
 from tests.helpers import user_files
 

@@ -17,9 +17,9 @@ from experiments.bench import registry, sweep, sweep_plan
 from experiments.bench.cli import main
 from experiments.bench.report.sweep import place
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import Files
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import DEPTH
-from experiments.bench.store.files import Files
 from experiments.bench.sweep import TOGETHER, Sweep, drawn
 from experiments.bench.trials import plan as robot_plan
 from tests.bench.stats.test_replicates import rows_of as answers_of

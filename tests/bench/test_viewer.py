@@ -16,12 +16,12 @@ import rerun as rr
 
 import experiments
 from dsnn import Response
-from experiments.bench import viewer
 from experiments.bench.cli import main
 from experiments.bench.cli.beside import side_by_side
-from experiments.bench.figures.palette import marks
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
+from experiments.bench.report.palette import marks
+from experiments.bench.run import viewer
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, rgb
 from tests.bench.robot.test_trial import spec

@@ -32,8 +32,8 @@ from pathlib import Path
 
 import pytest
 
+from experiments.bench import api as public_run
 from experiments.bench.cli import main
-from experiments.bench.public import run as public_run
 from experiments.bench.run import runs as batch
 from experiments.bench.sources.robot import forget_simulations
 from tests.helpers.envs import end_after

@@ -12,6 +12,8 @@ from experiments import Check
 from experiments.bench import leaderboard
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
+from experiments.bench.run.files import read_parquet, to_json
+from experiments.bench.run.provenance import rows_hash
 from experiments.bench.run.runs import Enough, first
 from experiments.bench.sources.robot_claims import paper_claims
 from experiments.bench.stats import tests as statistics
@@ -19,8 +21,6 @@ from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import SIGNS, Count
 from experiments.bench.stats.stored import document, plain
 from experiments.bench.stats.verdict import Outcome, Verdict, Words
-from experiments.bench.store.description import to_json
-from experiments.bench.store.files import read_parquet, rows_hash
 from experiments.bench.tune import FAMILIES
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool

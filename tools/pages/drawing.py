@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dsnn.stimuli import StimulusFrame
-from experiments.bench.figures.plotting import STYLE
+from experiments.bench.report.style import LOOK
 
 INCHES = 4.4
 """Width of a picture: 420 px of a browser."""
@@ -56,5 +56,5 @@ def place(drawn: Figure, left: float, top: float, width: float, height: float) -
 
 def save(drawn: Figure, path: Path) -> None:
     """Write a picture as PNG. Equal figures give equal bytes."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(LOOK):
         drawn.savefig(path, dpi=DPI, metadata={"Software": None})

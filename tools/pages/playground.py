@@ -30,9 +30,9 @@ import experiments
 from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
+from experiments.bench.run.recordings import pictures
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.claim import words
-from experiments.bench.store.pictures import pictures
 from experiments.claims.robot import PAIRS
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dsnn.stimuli import SCENES, Contrasts, amplitude_spectrum, contrasts, scene, spectrum_slope, stimulus
-from experiments.bench.figures.plotting import STYLE
+from experiments.bench.report.style import LOOK
 from tools.pages import docstring_text, drawing, markdown
 from tools.pages.drawing import INCHES, SIZE
 from tools.pages.markdown import code, table
@@ -92,7 +92,7 @@ def draw(pictures: Mapping[str, npt.NDArray[np.uint8]], path: Path) -> None:
     """Draw pictures one below another, and their spectra below them."""
     wide = INCHES - 0.04
     high = wide * SHAPE[0] / SHAPE[1]
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(LOOK):
         drawn = Figure(figsize=(INCHES, len(pictures) * (high + GAP) + SPECTRUM_HIGH + 0.62))
         for number, (kind, picture) in enumerate(pictures.items()):
             axes = drawing.place(drawn, 0.02, GAP + number * (high + GAP), wide, high)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dsnn.stimuli import StimulusEntry, StimulusFrame
-from experiments.bench.figures.plotting import STYLE
+from experiments.bench.report.style import LOOK
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SHOWN, SIZE, Frames
 
@@ -34,7 +34,7 @@ def draw(entry: StimulusEntry, path: Path) -> int:
     down = -(-SHOWN // ACROSS)
     row = slice_row(frames)
     below = down * (high + 0.22) + 0.12
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(LOOK):
         drawn = Figure(figsize=(INCHES, below + SLICE_HIGH + 0.42))
         indices = drawing.shown_frames(frames)
         for number, index in enumerate(indices):

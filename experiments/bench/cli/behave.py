@@ -19,7 +19,6 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
-from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.behave import BehaviourReport
@@ -57,7 +56,7 @@ def behave(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
-    medium: For = Medium.WEB,
+    medium: For = "web",
     quiet: Quiet = False,
 ) -> int:
     """Play behaviours' episodes, and those of their baselines in the same worlds, and print a table with intervals.
@@ -84,8 +83,8 @@ def behave(
 def show(report: BehaviourReport, recorded: bool) -> None:
     """Print the scores, the verdicts, and where everything is."""
     from colias_sim.envs import ENVS
-    from experiments.bench.engine.terminal import count, show_files, show_line, show_verdicts
     from experiments.bench.report import behaviours
+    from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
 
     if report.trials.is_empty():
         return

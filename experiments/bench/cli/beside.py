@@ -14,9 +14,8 @@ from colias_sim.config import SceneConfig
 from dsnn.model import CHANNELS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.record import Content, Model, encoded, model_part, packed, page, views
+from experiments.bench.run.recordings import CAMERA, chunks, recording, recordings_in
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.store.pictures import CAMERA, chunks
-from experiments.bench.store.record import recording, recordings_in
 
 PROPERTIES = "__properties/"
 EQUAL = {"trial": ("seed", *CONDITION_COLUMNS), "episode": ("reset seed", "env")}

@@ -43,7 +43,7 @@ def stimulus(
     What is there already is never overwritten.
     """
     from experiments.bench.cli.listing import show_parameters
-    from experiments.bench.engine.terminal import out_console
+    from experiments.bench.report.terminal import out_console
     from experiments.bench.run import settings
     from experiments.bench.sources import clip_file as export
     from experiments.bench.sources.clips import find_stimulus as find
@@ -82,7 +82,7 @@ def play(
     The command's own model is dsnn. A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set
     says otherwise.
     """
-    from experiments.bench.engine.terminal import error_console, out_console
+    from experiments.bench.report.terminal import error_console, out_console
     from experiments.bench.run import settings
     from experiments.bench.run.models import rate_notes, shown_models
     from experiments.bench.run.play import Showing
@@ -118,7 +118,7 @@ def play(
 
 def _check_outputs(record: Path | None, view: bool) -> None:
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.viewer import require_screen
+    from experiments.bench.run.viewer import require_screen
 
     if not view and record is None:
         raise UsageError("--no-view: give a file to --record too, or nothing comes of it")
@@ -130,9 +130,9 @@ def _check_outputs(record: Path | None, view: bool) -> None:
 
 def _show(name: str, recording: bytes, record: Path | None, view: bool) -> int:
     """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
-    from experiments.bench.cli import viewer
-    from experiments.bench.engine.terminal import out_console
-    from experiments.bench.store.places import replacing
+    from experiments.bench.report.terminal import out_console
+    from experiments.bench.run import viewer
+    from experiments.bench.run.files import replacing
 
     with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         place = record or Path(folder) / f"{name}.rrd"
@@ -166,7 +166,7 @@ def _clip(
 @contextmanager
 def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
     """Show the progress of frames. Ctrl-C waits for the end of a frame, so that half-written files are removed."""
-    from experiments.bench.engine.terminal import progress
+    from experiments.bench.report.terminal import progress
 
     with interrupts.held(), progress(name, total, quiet=False, things="frames") as advance:
 

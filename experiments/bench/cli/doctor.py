@@ -16,7 +16,7 @@ def doctor() -> int:
     from rich.text import Text
 
     from experiments.bench.doctor import examine
-    from experiments.bench.engine.terminal import show_line
+    from experiments.bench.report.terminal import show_line
 
     states = []
     for state, name, message in examine():

@@ -71,10 +71,10 @@ def budget(
     paper's range: N_con 4, 6 and 8, d 1 and 2, delay states and LA of 8 and 16 bits. Writes budget.csv, budget.svg
     and budget.png.
     """
-    from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.firmware import settings, table
     from experiments.bench.firmware.budget import measure_all
     from experiments.bench.firmware.export import check_folder
+    from experiments.bench.report.terminal import error_console, progress, show_places
 
     means = resources(workers, None, quiet, False)
     grid = DEFAULT_GRID if over is None and not assignments else over or ()
@@ -90,12 +90,12 @@ def budget(
         error_console.print(message, soft_wrap=True, markup=False)
     with progress("budget", len(points), quiet, "programs") as advance:
         budgets = measure_all(points, tools, means.workers, advance)
-    from experiments.bench.figures.plotting import save
     from experiments.bench.firmware import figure
+    from experiments.bench.report.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
     table.write(budgets, folder / "budget.csv")
-    drawn = save(figure.draw(budgets), folder, "budget")
+    drawn = save(figure.draw(budgets), folder / "budget")
     if not quiet:
         table.show(budgets)
         show_places({"table": folder / "budget.csv", "figure": drawn})
@@ -114,9 +114,9 @@ def check(
     The frames: a still scene, noise, 0/255 flicker, a moving grating, a crossing, the golden clips where there is a
     checkout, the camera's frames of a trial, and noise again after a reset. Exit status 1: an answer differs.
     """
-    from experiments.bench.engine.terminal import error_console, out_console, progress
     from experiments.bench.firmware import check as checking
     from experiments.bench.firmware import clips, settings
+    from experiments.bench.report.terminal import error_console, out_console, progress
 
     wanted = settings.firmware(assignments or ())
     tools = _tools(which)
@@ -163,10 +163,10 @@ def loop(
     parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
     """
     from experiments.bench import registry
+    from experiments.bench.api import perform
     from experiments.bench.cli import robot_table as table
-    from experiments.bench.engine.terminal import out_console
     from experiments.bench.firmware import loop as looping
-    from experiments.bench.public.run import RunRequest, perform
+    from experiments.bench.report.terminal import out_console
     from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.experiment import Experiment
     from experiments.bench.trials import Report
@@ -174,10 +174,10 @@ def loop(
     declared = registry.find(experiment)
     if not isinstance(declared, Experiment):
         raise UsageError(f"{experiment}: shows clips; legal is an experiment with a robot, such as speed")
-    asked = RunRequest(looping.models(), True, looping.assignments(assignments or ()), repeats, seed)
     folder = run_folder(out, f"firmware-{declared.name}")
     means = resources(workers, None, quiet, False)
-    report = perform(declared, asked, folder, means, recordings=recordings)
+    report = perform(declared, folder, means, recordings=recordings, models=looping.models(), only=True,
+                     settings=looping.assignments(assignments or ()), repeats=repeats, seed=seed)  # fmt: skip
     if not quiet and isinstance(report, Report):
         table.show(report, recordings)
     if report.failures:
@@ -206,10 +206,10 @@ def export(
 
     The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
     """
-    from experiments.bench.engine.terminal import error_console, show_places
     from experiments.bench.firmware import export as exporting
     from experiments.bench.firmware import settings
     from experiments.bench.firmware.budget import measure_all
+    from experiments.bench.report.terminal import error_console, show_places
     from experiments.bench.run.errors import UsageError
 
     wanted = settings.firmware(assignments or ())
@@ -247,9 +247,9 @@ def decode(
     Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
     has no counter. A damaged line is skipped. Exit status 1: lines are damaged, or frames are missing.
     """
-    from experiments.bench.engine.terminal import count, error_console, out_console, show_places
     from experiments.bench.firmware import serial as line
     from experiments.bench.firmware.export import check_folder
+    from experiments.bench.report.terminal import count, error_console, out_console, show_places
     from experiments.bench.run.errors import UsageError
 
     folder = results_folder(out, "firmware-serial")
@@ -274,13 +274,13 @@ def log(
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="A new folder.")],
 ) -> int:
     """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
-    from experiments.bench.engine.terminal import show_places
     from experiments.bench.firmware.export import check_folder
+    from experiments.bench.report.terminal import show_places
+    from experiments.bench.result import load
     from experiments.bench.robot_side import import_log
-    from experiments.bench.store.record import Record
 
     check_folder(out)
-    command = import_log.write(Record.read(run), out)
+    command = import_log.write(load(run), out)
     show_places({"log": out / import_log.LOG, "import by": command})
     return 0
 
@@ -297,8 +297,8 @@ def parameters() -> None:
 
 def _notes(programs: Iterable[Firmware]) -> None:
     """Print what the programs' formats cannot follow, each line once."""
-    from experiments.bench.engine.terminal import error_console
     from experiments.bench.firmware.settings import dead_zone_notice
+    from experiments.bench.report.terminal import error_console
 
     for line in dict.fromkeys(filter(None, (dead_zone_notice(program.network) for program in programs))):
         error_console.print(f"note: {line}", markup=False, soft_wrap=True)

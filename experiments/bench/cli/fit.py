@@ -19,7 +19,6 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
-from experiments.bench.figures.media import Medium
 
 
 def fit(
@@ -84,7 +83,7 @@ def fit(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
-    medium: For = Medium.WEB,
+    medium: For = "web",
     quiet: Quiet = False,
 ) -> int:
     r"""Search a box of parameters for settings under which all claims are kept together, or measures are largest.

@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from experiments.bench.cli import options
-from experiments.bench.figures.media import Medium
 
 
 def leaderboard(
@@ -19,7 +18,7 @@ def leaderboard(
     other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = Medium.WEB,
+    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
@@ -33,8 +32,8 @@ def leaderboard(
     trials failed; the others count.
     """
     from experiments.bench import leaderboard as board
-    from experiments.bench.engine.terminal import show_line, show_places
     from experiments.bench.report import scoreboard
+    from experiments.bench.report.terminal import show_line, show_places
     from experiments.bench.run.models import COMPARED, shown_models
 
     planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)

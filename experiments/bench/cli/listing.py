@@ -34,7 +34,7 @@ for _kind in KINDS:
 
 
 def _show(kind: str, items: Mapping[str, str]) -> None:
-    from experiments.bench.engine.terminal import out_console, show_line
+    from experiments.bench.report.terminal import out_console, show_line
 
     out_console.print(kind, style="b")
     for name, summary in items.items():
@@ -97,7 +97,7 @@ def show_parameters(rows: Iterable[Parameter]) -> None:
     """Print parameters: key, value, legal range, unit, meaning."""
     from rich.text import Text
 
-    from experiments.bench.engine.terminal import show_line
+    from experiments.bench.report.terminal import show_line
 
     for row in rows:
         notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
@@ -117,8 +117,8 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     from rich.table import Table
     from rich.text import Text
 
-    from experiments.bench.engine.terminal import error_console, show_table
-    from experiments.bench.public.listing import runs as listed
+    from experiments.bench.report.terminal import error_console, show_table
+    from experiments.bench.result import runs as listed
 
     rows = listed(folder).to_dicts()
     table = Table(box=None, header_style="bold", pad_edge=False)

@@ -53,8 +53,8 @@ def live(
     """
     import webbrowser
 
-    from experiments.bench.engine.terminal import error_console, out_console
     from experiments.bench.live import run
+    from experiments.bench.report.terminal import error_console, out_console
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import check_counts

@@ -32,7 +32,6 @@ from experiments.bench.cli import (
     view,
     watch,
 )
-from experiments.bench.store import commands
 
 GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     "run": {
@@ -156,7 +155,7 @@ def _tell_version(wanted: bool) -> None:
         return
     from importlib.metadata import version
 
-    from experiments.bench.store.provenance import checkout
+    from experiments.bench.run.provenance import checkout
 
     commit, dirty = checkout()
     changed = " with changes" if dirty else ""
@@ -183,9 +182,11 @@ def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     # What it says of folders and fonts that it would like is no matter of a run's.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    from experiments.bench.run.description import begun_by
+
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
-        with commands.noting(lambda: commands.typed(arguments)):
+        with begun_by({"line": list(arguments)}):
             return int(parser()(args=arguments, standalone_mode=False) or 0)
     except (_Interrupted, typer.Abort):
         raise KeyboardInterrupt from None

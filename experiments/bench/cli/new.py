@@ -20,8 +20,8 @@ def new(
 
     Nothing is overwritten.
     """
-    from experiments.bench.engine.terminal import show_line
     from experiments.bench.new.write import write
+    from experiments.bench.report.terminal import show_line
 
     path = write(kind, name, Path())
     show_line(f"{path}: {KINDS[kind].summary}; its first lines say what to do next. Try it as it is:", 4)

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from experiments.bench.figures.media import Medium, choose
-
 if TYPE_CHECKING:
-    from experiments.bench.engine.pictures import Pictures
     from experiments.bench.run.runs import Resources
+    from experiments.bench.sources.pictures import Pictures
+
+
+def _figures_for(medium: str) -> str:
+    """Have all figures of the command written for a medium."""
+    if medium != "web":
+        from experiments.bench.report import style
+
+        style.medium.set(medium)
+    return medium
+
 
 EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
@@ -32,12 +40,7 @@ Assignments = Annotated[
 Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 Cluster = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, tcp://HOST:PORT.")]
 For = Annotated[
-    Medium,
-    typer.Option(
-        "--for",
-        callback=choose,
-        help="Medium of the figures.",
-    ),
+    Literal["paper", "talk", "web"], typer.Option("--for", callback=_figures_for, help="Medium of the figures.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
 Seed = Annotated[int, typer.Option(help="Seed of the run.")]
@@ -76,7 +79,7 @@ def resources(workers: int | None, cluster: str | None, quiet: bool, other_code:
 
 def own_pictures(folder: Path | None) -> Pictures | None:
     """Return the pictures of a folder, where one is given; `UsageError` in one line for a bad one."""
-    from experiments.bench.engine.pictures import folder_pictures
+    from experiments.bench.sources.pictures import folder_pictures
 
     return None if folder is None else folder_pictures(folder)
 
@@ -86,7 +89,7 @@ def results_folder(out: Path | None, name: str) -> Path:
 
     The folder is not made.
     """
-    from experiments.bench.store import files
+    from experiments.bench.run import files
 
     return files.new_folder(name) if out is None else out
 
@@ -99,7 +102,7 @@ def run_folder(out: Path | None, name: str) -> Path:
     UsageError
         It holds other files and no run.
     """
-    from experiments.bench.store import description, files
+    from experiments.bench.run import description, files
 
     folder = files.new_folder(name) if out is None else out
     description.check_own(folder, f"--out {folder}")

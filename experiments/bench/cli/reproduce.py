@@ -22,7 +22,6 @@ from experiments.bench.cli.options import (
     resources,
     results_folder,
 )
-from experiments.bench.figures.media import Medium
 
 
 def reproduce(
@@ -60,7 +59,7 @@ def reproduce(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
-    medium: For = Medium.WEB,
+    medium: For = "web",
     quiet: Quiet = False,
 ) -> int:
     """Run replicates of the paper's experiments, and one with each thing moved; write one page about it.
@@ -87,8 +86,8 @@ def reproduce(
     check_counts(seed)
     means = resources(workers, cluster, quiet, other_code)
     from experiments.bench import reproduce as whole
-    from experiments.bench.engine.terminal import out_console, show_places, show_verdict
     from experiments.bench.report import page
+    from experiments.bench.report.terminal import out_console, show_places, show_verdict
     from experiments.bench.stats.count import totals
 
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL

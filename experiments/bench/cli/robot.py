@@ -52,7 +52,7 @@ def camera(
     gain: Annotated[float, typer.Option(min=0.1, max=16.0, help="The camera's gain; 1.5 on Colias.")] = 1.0,
 ) -> int:
     """Measure a camera from frames that it took, and print the settings that make the simulated eye like it."""
-    from experiments.bench.engine.terminal import error_console, out_console, show
+    from experiments.bench.report.terminal import error_console, out_console, show
     from experiments.bench.robot_side.calibrate import measure
 
     measured, notes = measure(folder, fps, gain)

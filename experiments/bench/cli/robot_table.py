@@ -10,12 +10,12 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.engine.terminal import count, out_console, show_files, show_table, show_verdicts
+from experiments.bench.report.terminal import count, out_console, show_files, show_table, show_verdicts
+from experiments.bench.run.rows import RECORDING, group
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.rows import varying
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import LEVEL, Summary, least_of_pairs, summarise
-from experiments.bench.store.rows import RECORDING, group
 from experiments.bench.trials import Report
 
 SHORT = {

@@ -26,7 +26,6 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
-from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.offline import OfflineReport
@@ -68,7 +67,7 @@ def run_experiment(
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
-    medium: For = Medium.WEB,
+    medium: For = "web",
     quiet: Quiet = False,
 ) -> int:
     """Run an experiment, and write tables, figure, verdicts and recordings into a folder.
@@ -77,8 +76,8 @@ def run_experiment(
     when a run is interrupted; the same command with that folder as --out does the rest.
     """
     from experiments.bench import registry
-    from experiments.bench.engine.terminal import tell_troubles
-    from experiments.bench.public.run import RunRequest, perform
+    from experiments.bench.api import perform
+    from experiments.bench.report.terminal import tell_troubles
     from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.clips import OfflineExperiment
 
@@ -95,8 +94,10 @@ def run_experiment(
     declared = registry.find(experiment)
     means = resources(workers, cluster, quiet, other_code)
     folder = run_folder(out, declared.name)
-    asked = RunRequest(model or (), only, assignments or (), repeats, seed, eyes, own_pictures(pictures))
-    report = perform(declared, asked, folder, means, recordings=recordings, live=viewer or live)
+    report = perform(
+        declared, folder, means, recordings=recordings, live=viewer or live, models=model or (), only=only,
+        settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes, pictures=own_pictures(pictures),
+    )  # fmt: skip
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))
     broken = tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
@@ -118,7 +119,7 @@ def _show_clips(report: OfflineReport, recorded: bool) -> None:
     """Print the peaks of every clip at the first seed, the verdicts, and where everything is."""
     from rich.table import Table
 
-    from experiments.bench.engine.terminal import count, out_console, show_files, show_table, show_verdicts
+    from experiments.bench.report.terminal import count, out_console, show_files, show_table, show_verdicts
 
     table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
                   pad_edge=False)  # fmt: skip

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.bench.cli import options
-from experiments.bench.figures.media import Medium
 
 if TYPE_CHECKING:
     from experiments.bench.run.runs import Resources
@@ -68,7 +67,7 @@ def sweep(
     other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = Medium.WEB,
+    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Run replicates of experiments at every point of a grid, and count in how many each claim holds.
@@ -82,7 +81,7 @@ def sweep(
 
     from experiments.bench import sweep as sweeps
     from experiments.bench import sweep_plan
-    from experiments.bench.engine.terminal import tell_troubles
+    from experiments.bench.report.terminal import tell_troubles
     from experiments.bench.run.errors import UsageError
     from experiments.bench.study import called
 
@@ -117,7 +116,7 @@ def sweep(
 
 def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.bench.engine.terminal import out_console, show_places, show_verdict
+    from experiments.bench.report.terminal import out_console, show_places, show_verdict
     from experiments.bench.reproduce import judge_models
 
     verdicts, failures = judge_models(folder, names, seed, means)

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from experiments.bench.cli.options import EXIT_FAILED, For, OtherCode, Quiet, Seed, Workers, resources, results_folder
-from experiments.bench.figures.media import Medium
 
 
 def train(
@@ -36,7 +35,7 @@ def train(
     ] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
-    medium: For = Medium.WEB,
+    medium: For = "web",
     quiet: Quiet = False,
 ) -> int:
     """Train a small network on what the vision model says, and hold it against the reflexes, rest, chance and truth.
@@ -48,8 +47,8 @@ def train(
     policies. A policy's file is plain numbers: reading one runs nothing, and colias behave FILE plays it.
     """
     from experiments.bench import train as training
-    from experiments.bench.engine.terminal import count, show_files
     from experiments.bench.report import behaviours
+    from experiments.bench.report.terminal import count, show_files
 
     abouts = training.plan(env, steps, seed, envs, seeds, assignments or ())
     folder = results_folder(out, f"train-{env}")

@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from experiments.bench.cli import options
-from experiments.bench.figures.media import Medium
 
 ONE_OF = "Only this one: speed, size, contrast, frequency, direction, l-over-v or disc"
 ALONG = "The curve of this stimulus, or of a .py file's, along --over; of --curve too."
@@ -27,7 +26,7 @@ def tune(
     other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = Medium.WEB,
+    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
@@ -44,8 +43,8 @@ def tune(
     mean velocity of its object, or else of its background; on rightward where its truth gives none.
     """
     from experiments.bench import tune as curves
-    from experiments.bench.engine.terminal import show_places
     from experiments.bench.report import tuning
+    from experiments.bench.report.terminal import show_places
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import COMPARED, shown_models
     from experiments.bench.sources.clips import find_stimulus

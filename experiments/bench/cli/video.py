@@ -55,16 +55,14 @@ def video(
 
         raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
     from experiments.bench.report.video import film_times, make, read, require_encoder, strip
-    from experiments.bench.store.record import recording
+    from experiments.bench.run.recordings import recording
 
     if out.suffix not in ("", ".png"):
         require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
     if not out.suffix:
         return _frames(path, out, quiet)
-    from experiments.bench.engine.terminal import error_console, progress, show_places
-    from experiments.bench.figures.plotting import without_glyph
-    from experiments.bench.run.errors import printable
+    from experiments.bench.report.terminal import error_console, progress, show_places
 
     reel = read(path).with_models(model or ())
     if out.suffix == ".png":
@@ -76,19 +74,15 @@ def video(
     if not quiet:
         if reel.hidden:
             error_console.print(f"note: {reel.not_shown()}: --model chooses", markup=False, soft_wrap=True)
-        if missing := without_glyph(caption or ""):
-            listed = " ".join(printable(character) or ascii(character)[1:-1] for character in missing)
-            note = f"note: --caption: the font has no {listed}: an empty box stands there"
-            error_console.print(note, markup=False, soft_wrap=True)
         show_places({"video" if out.suffix != ".png" else "strip": out})
     return 0
 
 
 def _frames(recording: Path, out: Path, quiet: bool) -> int:
     """Write what each camera saw as pictures into a folder."""
-    from experiments.bench.engine.terminal import show_places
+    from experiments.bench.report.terminal import show_places
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.store.pictures import pictures, write_pictures
+    from experiments.bench.run.recordings import pictures, write_pictures
 
     seen = pictures(recording)
     if not seen:

@@ -36,10 +36,10 @@ def view(
 
     The viewer, or with --web its server, ends with this command. --screenshot needs no screen.
     """
-    from experiments.bench.cli import viewer
+    from experiments.bench.run import viewer
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.store.record import recording, recordings_in
-    from experiments.bench.viewer import require_screen
+    from experiments.bench.run.recordings import recording, recordings_in
+    from experiments.bench.run.viewer import require_screen
     from scenes import ARENA_ENDINGS, ARENAS
 
     if len(paths) > MOST_RUNS:
@@ -64,10 +64,10 @@ def view(
 
 def _screenshot(paths: list[Path], trial: int | None, place: Path) -> int:
     """Save a picture of a recording, or of two side by side."""
-    from experiments.bench.cli import viewer
     from experiments.bench.cli.beside import side_by_side
+    from experiments.bench.run import viewer
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.store.record import recording
+    from experiments.bench.run.recordings import recording
 
     if place.suffix != ".png":
         raise UsageError(f"--screenshot {place}: the file's name should end in .png")
@@ -83,11 +83,10 @@ def _screenshot(paths: list[Path], trial: int | None, place: Path) -> int:
 
 def _view_both(first: Path, second: Path, trial: int | None, web: bool) -> int:
     """Show a trial of a run beside the equal trial of another."""
-    from experiments.bench.cli import viewer
     from experiments.bench.cli.beside import side_by_side
-    from experiments.bench.engine.terminal import error_console
-    from experiments.bench.run import interrupts
-    from experiments.bench.viewer import require_screen
+    from experiments.bench.report.terminal import error_console
+    from experiments.bench.run import interrupts, viewer
+    from experiments.bench.run.viewer import require_screen
 
     title, data = side_by_side(first, second, trial)
     if not web:

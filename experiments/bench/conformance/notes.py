@@ -10,7 +10,7 @@ from typing import Any
 from dsnn.frames import frozen
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.conformance.laws import approach, crossing
-from experiments.bench.engine.terminal import count
+from experiments.bench.report.terminal import count
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.user_code import is_file
 

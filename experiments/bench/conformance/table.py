@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from experiments.bench.conformance.laws import Finding
-from experiments.bench.engine.terminal import count, out_console, show_line
+from experiments.bench.report.terminal import count, out_console, show_line
 
 MOST_US = 1000.0
 """Largest cost of a model for a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a

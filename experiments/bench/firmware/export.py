@@ -12,7 +12,6 @@ import numpy as np
 
 from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
-from experiments.bench.engine.templates import render
 from experiments.bench.firmware import clips
 from experiments.bench.firmware.budget import Budget
 from experiments.bench.firmware.build import (
@@ -31,7 +30,8 @@ from experiments.bench.firmware.build import (
 from experiments.bench.firmware.settings import MODEL, STACKED, Firmware, dead_zone_notice, plain_key
 from experiments.bench.robot_side.import_log import FRAMES
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store.pictures import write_pictures
+from experiments.bench.run.recordings import write_pictures
+from experiments.bench.run.templates import render
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""

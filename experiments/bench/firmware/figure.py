@@ -8,13 +8,14 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.figures.palette import HUES
-from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, WIDTH, plain
 from experiments.bench.firmware.budget import MOST_WAITS, Budget, label
+from experiments.bench.report.palette import HUES
+from experiments.bench.report.style import LOOK, WIDTH
 
 LIMIT = "#383838"
 BAD = "#c0392b"
 KB = 1024.0
+INCHES_A_ROW = 0.34
 
 
 def draw(budgets: Sequence[Budget]) -> Figure:
@@ -34,12 +35,12 @@ def draw(budgets: Sequence[Budget]) -> Figure:
         dotted, what it would wait more if the tables were in flash.
     """
     height = max(INCHES_A_ROW * len(budgets), 0.7) + 1.3
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(LOOK):
         drawn = Figure(figsize=(WIDTH, height), layout="constrained")
         memory, time = drawn.subplots(1, 2, sharey=True, width_ratios=(3, 2))
         _memory(memory, budgets)
         _time(time, budgets)
-        memory.set_yticks(range(len(budgets)), [plain(label(budget)) for budget in budgets])
+        memory.set_yticks(range(len(budgets)), [label(budget) for budget in budgets])
         memory.set_ylim(len(budgets) - 0.5, -0.5)
         memory.tick_params(axis="y", length=0)
         time.tick_params(axis="y", length=0)

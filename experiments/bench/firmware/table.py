@@ -10,10 +10,10 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.engine.terminal import out_console, show_line, show_table
 from experiments.bench.firmware.budget import MOST_WAITS, Budget, label
 from experiments.bench.firmware.settings import STACKED
-from experiments.bench.store.places import replacing
+from experiments.bench.report.terminal import out_console, show_line, show_table
+from experiments.bench.run.files import replacing
 
 NOTES = (
     "Instructions were counted in QEMU, which knows no cycles: times are of the worst frame, over an assumed range of "

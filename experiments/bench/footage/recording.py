@@ -20,14 +20,14 @@ from rerun.chunk import Chunk
 
 from colias_sim.gl import has_screen
 from dsnn import Response, ResponseSeries
-from experiments.bench import viewer
-from experiments.bench.figures.palette import colours
 from experiments.bench.footage.video import Picture
+from experiments.bench.report.palette import colours
 from experiments.bench.run import record as rerun
+from experiments.bench.run import viewer
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import part
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.record import Content, Frames, Model, Stream
-from experiments.bench.store.places import part
 
 QUALITY = 80
 CHUNK_FRAMES = 64

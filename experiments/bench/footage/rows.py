@@ -10,8 +10,8 @@ import polars as pl
 
 from dsnn import Response
 from experiments.bench.footage.video import Picture
-from experiments.bench.store.places import part
-from experiments.bench.store.rows import ResponseRow, schema_of
+from experiments.bench.run.files import part
+from experiments.bench.run.rows import ResponseRow, schema_of
 
 SCHEMA = pl.Schema({"frame": int, "time_s": float, "model": str}) | schema_of(ResponseRow)
 FIELDS = tuple(ResponseRow.__annotations__)

@@ -19,22 +19,15 @@ from rich.text import Text
 from threadpoolctl import threadpool_limits
 
 from dsnn import forms
-from experiments.bench.engine.terminal import (
-    coloured,
-    error_console,
-    out_console,
-    show_line,
-    show_outcome,
-    show_table,
-)
 from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
+from experiments.bench.report.terminal import coloured, error_console, out_console, show_line, show_outcome, show_table
+from experiments.bench.run import provenance
 from experiments.bench.run.models import ConfiguredModel, rate_notes
 from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import count
-from experiments.bench.store import provenance
 
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05

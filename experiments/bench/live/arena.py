@@ -15,10 +15,11 @@ from colias_sim.pose import WheelSpeeds
 from experiments import NAMES
 from experiments.behaviours import BEHAVIOURS
 from experiments.bench import registry
+from experiments.bench.api import run
 from experiments.bench.live.session import Session, View
-from experiments.bench.public.result import Run
-from experiments.bench.public.run import run
+from experiments.bench.result import Run
 from experiments.bench.run.errors import TrialError, UsageError, short
+from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import choose
 from experiments.bench.run.play import ModelRunner, Showing
 from experiments.bench.run.streams import stream
@@ -29,7 +30,6 @@ from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
 from experiments.bench.sources.robot import RobotSource
 from experiments.bench.sources.visit import visit
-from experiments.bench.store.files import new_folder
 from experiments.bench.trials import plan
 from scenes import ARENA_RADIUS_CM
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from experiments.bench.footage.video import Footage, Picture, ahead, usual_size
 from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.live.session import Session, View
-from experiments.bench.public.result import Run
+from experiments.bench.result import Run
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.models import ConfiguredModel, rate_notes
 from experiments.bench.run.settings import watchers

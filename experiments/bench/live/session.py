@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from colias_sim import Pose
 from dsnn import Response
-from experiments.bench.public.result import Run
+from experiments.bench.result import Run
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import look_up
 from experiments.bench.run.play import ModelRunner, change

@@ -14,8 +14,8 @@ import viser
 from viser import uplot
 
 from dsnn.model import SPIKING
-from experiments.bench.figures.palette import marks
 from experiments.bench.live.session import Session, View
+from experiments.bench.report.palette import marks
 from experiments.bench.run.record import mixed, rgb, to_hex
 
 SHOWN_FRAMES = 180

@@ -7,9 +7,9 @@ import keyword
 import re
 from pathlib import Path
 
-from experiments.bench.engine.templates import render
 from experiments.bench.new.kinds import KINDS
 from experiments.bench.run.errors import LONGEST_NAME, UsageError, short
+from experiments.bench.run.templates import render
 from experiments.bench.run.user_code import is_users
 from scenes.hints import nearest
 

@@ -13,16 +13,15 @@ import numpy as np
 import polars as pl
 from threadpoolctl import threadpool_limits
 
-from experiments.bench.engine.terminal import progress
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher
 from experiments.bench.footage.watch import watch as watch_pictures
-from experiments.bench.public.run import model_texts
+from experiments.bench.report.terminal import progress
 from experiments.bench.run.errors import UsageError, short
-from experiments.bench.run.models import rate_notes, shown_models
+from experiments.bench.run.models import model_texts, rate_notes, shown_models
+from experiments.bench.run.rows import table
 from experiments.bench.run.settings import assignments, watchers
-from experiments.bench.store.rows import table
 
 MOTION_SCHEMA = pl.Schema(
     {"model": str, "direction": str, "start_s": float, "end_s": float, "frames": int, "peak": float, "spikes": int}

@@ -13,8 +13,8 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from colias_sim.envs import ENVS, RETURN
-from experiments.bench.engine.terminal import count
 from experiments.bench.report import scoreboard, style
+from experiments.bench.report.terminal import count
 from experiments.bench.sources.episode_scores import summary as summarise
 from experiments.bench.stats.scores import written
 from scenes import ARENA_RADIUS_CM

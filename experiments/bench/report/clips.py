@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from experiments.bench.report import style
+from experiments.bench.run.parameters import in_title
 from experiments.bench.sources.clips import Figure as Drawing
-from experiments.bench.store.parameters import in_title
 
 Thresholds = Mapping[str, float | None]
 Part = tuple[str, pl.DataFrame, str, str]

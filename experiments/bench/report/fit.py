@@ -13,9 +13,9 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.engine.terminal import show_line, show_places
 from experiments.bench.report import style
 from experiments.bench.report.sweep import DEFAULT, SCALE, SHADES, show_rows
+from experiments.bench.report.terminal import show_line, show_places
 
 PAIRS = 3
 """Pairs of parameters that are drawn: of those on which the goal turns most."""

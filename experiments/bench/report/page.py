@@ -11,19 +11,20 @@ import polars as pl
 
 from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
-from experiments.bench.engine.templates import render
 from experiments.bench.report import style
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
+from experiments.bench.run import provenance
+from experiments.bench.run.description import PIXELS, RENDERERS, read_description
+from experiments.bench.run.files import NAME, TABLE, Files
+from experiments.bench.run.provenance import drawn_from
+from experiments.bench.run.rows import Failure, in_words
+from experiments.bench.run.templates import render
 from experiments.bench.sources.clip_claims import ASSUMED, paper_claims
 from experiments.bench.sources.excitation import described
 from experiments.bench.stats.claim import title_of, words
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
 from experiments.bench.stats.verdict import Verdict
-from experiments.bench.store import provenance
-from experiments.bench.store.description import NAME, PIXELS, RENDERERS, read_description
-from experiments.bench.store.files import TABLE, Files, drawn_from
-from experiments.bench.store.rows import Failure, in_words
 from experiments.bench.study import WHOLE, stored
 from experiments.bench.sweep import drawn
 from experiments.claims.readings import READINGS, used_to_choose

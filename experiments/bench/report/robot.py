@@ -17,12 +17,12 @@ from matplotlib.figure import Figure, SubFigure
 from scipy.special import stdtrit
 
 from experiments.bench.report import style
+from experiments.bench.run.parameters import in_title
+from experiments.bench.run.rows import origin
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import BALANCED, MOTION, PARTS, WHOLE
 from experiments.bench.sources.rows import varying
 from experiments.bench.stats.tests import LEAST_FOR_INTERVAL, summarise
-from experiments.bench.store.origin import origin
-from experiments.bench.store.parameters import in_title
 
 Row = Mapping[str, Any]
 Thresholds = Mapping[str, float | None]

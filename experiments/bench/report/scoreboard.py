@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from rich.table import Table
 
-from experiments.bench.engine.terminal import out_console, show_table, stacked
 from experiments.bench.report import style
+from experiments.bench.report.terminal import out_console, show_table, stacked
 from experiments.bench.stats.scores import written
 
 ACROSS, ROW, AROUND = 4, 0.26, 1.1

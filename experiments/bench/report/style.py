@@ -8,6 +8,7 @@ import re
 import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
-from experiments.bench.figures.media import sheet
+from experiments.bench.run.files import replacing
 from experiments.bench.stats.tests import summarise
-from experiments.bench.store.places import replacing
 
 WIDTH, PAGE = 7.16, 11.0
 """Width of a figure (both columns of IEEE's page) and the most that it is high, inches."""
@@ -47,6 +47,11 @@ HUES = ("#1f3f94", "#dd7a00", "#7b1050", "#2a8fd0", "#0b5226", "#e0559a", "#5a32
 contrast of at least 3:1 on white."""
 DIVERGING = "RdBu_r"
 """Colour map of signed quantities: red is right or down."""
+SHEETS = {"paper": (7.16, 300.0), "talk": (13.33, 144.0), "web": (8.95, 160.0)}
+"""Medium -> width of a figure, inches, and dots per inch of its PNG: both columns of IEEE's page, a wide slide, 860
+pixels of a web page. Type grows with the width."""
+medium: ContextVar[str] = ContextVar("medium", default="web")
+"""The medium that figures are written for."""
 HALO = (withStroke(linewidth=2.0, foreground="white"),)
 """White around text that may lie on a line."""
 
@@ -188,7 +193,8 @@ def save(figure: Figure, path: Path, source: str = "") -> Path:
     pathlib.Path
         That of the PNG file.
     """
-    scale, noted = sheet().inches / WIDTH, {"Source": source} if source else {}
+    (inches, dpi), noted = SHEETS[medium.get()], {"Source": source} if source else {}
+    scale = inches / WIDTH
     with look():
         if engine := figure.get_layout_engine():
             engine.execute(figure)  # whose last bits differ from run to run, and with them the names of clip paths
@@ -197,7 +203,7 @@ def save(figure: Figure, path: Path, source: str = "") -> Path:
                 axes.set_position(tuple(round(side, 6) for side in axes.get_position(original=True).bounds))
         for kind, metadata in (("svg", {"Date": None} | noted), ("png", noted)):
             with replacing(path.with_name(f"{path.name}.{kind}")) as partial:
-                figure.savefig(partial, format=kind, dpi=sheet().dpi * scale, metadata=metadata)
+                figure.savefig(partial, format=kind, dpi=dpi * scale, metadata=metadata)
                 if kind == "svg":
                     svg = re.sub(r'(?<=th="|ht=")[\d.]+(?=pt")', lambda side: f"{scale * float(side[0]):.6g}",
                                  partial.read_text(encoding="utf-8"), count=2)  # fmt: skip

@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from rich.table import Table
 
-from experiments.bench.engine.terminal import out_console, show_places, show_table
 from experiments.bench.report import style
+from experiments.bench.report.terminal import out_console, show_places, show_table
 from experiments.bench.stats.count import count_of
 from experiments.bench.study import Axis
 

@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from rich.table import Table
 
-from experiments.bench.engine.terminal import out_console, show_line, show_table
 from experiments.bench.report import style
+from experiments.bench.report.terminal import out_console, show_line, show_table
+from experiments.bench.run.parameters import in_title
 from experiments.bench.stats import curves
 from experiments.bench.stats.curves import Axis
-from experiments.bench.store.parameters import in_title
 
 Row = Mapping[str, Any]
 """A model's preferences: `experiments.bench.tune.preferences`."""

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
@@ -24,12 +25,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 
 from dsnn.model import SPIKING
-from experiments.bench.figures.palette import colours
-from experiments.bench.figures.plotting import STYLE, drawing, plain
+from experiments.bench.report.palette import colours
+from experiments.bench.report.style import look
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import replacing
 from experiments.bench.run.record import OFF, ON, STILL, channel_title, model_part
-from experiments.bench.store.pictures import CAMERA, chunks
-from experiments.bench.store.places import replacing
+from experiments.bench.run.recordings import CAMERA, chunks
 from scenes import ARENA_RADIUS_CM
 from scenes.hints import nearest
 
@@ -237,16 +238,19 @@ class Canvas:
     def __init__(self, reel: Reel, size: tuple[int, int], caption: str, moments: Sequence[float] = ()) -> None:
         self._reel, self._size, count = reel, size, max(len(moments), 1)
         self._shapes = [next(pictures(reel.path, eye))[1].shape for eye in reel.eyes]
-        style = {**STYLE, "font.size": size[1] / 45 if count == 1 else size[0] / 110}
+        type_size = size[1] / 45 if count == 1 else size[0] / 110
+        type_sizes: Any = dict.fromkeys(
+            ("font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize"), type_size
+        )
         figsize = size[0] / 72, size[1] / 72
         self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")  # a point is a pixel
         canvas = FigureCanvasAgg(figure)
-        with drawing(style):
+        with look(), mpl.rc_context(type_sizes | {"axes.titlesize": 1.2 * type_size}):
             kinds = [*reel.eyes, *(["change"] if reel.eyes else []), *(["plan"] if reel.tracks else [])]
             heights = [1.3 * len(kinds) if count > 1 else 1.0, 0.75 + 0.25 * min(len(reel.values), 4)]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             top, lanes = parts
-            figure.suptitle(plain(caption), x=0.01, ha="left")
+            figure.suptitle(caption, x=0.01, ha="left")
             grid = top.subplots(*((len(kinds), count) if count > 1 else (1, max(len(kinds), 1))), squeeze=False)
             self._panels = [
                 self._panel(kind, grid[(row, k) if count > 1 else (0, row)], titled=k == 0)
@@ -316,7 +320,7 @@ class Canvas:
             spiking = any("/" in name and series[1].any() for name, series in channels.items())
             limits = f"; threshold {', '.join(f'{level:.3g}' for level in levels if level > 0)}" if levels else ""
             edges = "; spikes at the edges, above of right or down, below of left or up" if columns == 1 else ""
-            axes.set_title(plain(f"{model}: {looks}{limits}{edges if spiking else ''}"), loc="left")
+            axes.set_title(f"{model}: {looks}{limits}{edges if spiking else ''}", loc="left")
             for time_s in moments:
                 axes.axvline(time_s, color="#787878", lw=1)
         for axes in grid[-1]:

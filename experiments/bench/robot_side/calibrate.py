@@ -21,8 +21,8 @@ from colias_sim.calibrate import (
     unsteadiness,
 )
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.recordings import Images
 from experiments.bench.sources.log import PICTURES, in_order, read_frames
-from experiments.bench.store.pictures import Images
 
 MEASURED = pl.Schema([("measured", pl.String()), ("value", pl.String()), ("settings", pl.List(pl.String()))])
 """``settings`` are ``camera.NAME=VALUE`` texts that ``--set`` takes; empty where the value is not certain."""

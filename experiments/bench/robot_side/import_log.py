@@ -12,9 +12,20 @@ from typing import Any
 import polars as pl
 
 from dsnn import MODELS
+from experiments.bench.result import Run
+from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, ask, look_up
 from experiments.bench.run.play import play
+from experiments.bench.run.recordings import pictures, write_pictures
+from experiments.bench.run.rows import (
+    COLUMN,
+    FRAMES_MEASURED,
+    FRAMES_OF_SIMULATION,
+    LOG_OF_SIMULATION,
+    MEASURED,
+    TrialRecord,
+)
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.run.user_code import sha256
@@ -23,11 +34,6 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.log import CHANNELS, TIME, LogTrial
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
-from experiments.bench.store.description import THRESHOLDS
-from experiments.bench.store.origin import COLUMN, FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
-from experiments.bench.store.pictures import pictures, write_pictures
-from experiments.bench.store.record import Record
-from experiments.bench.store.rows import TrialRecord
 from experiments.bench.trials import Plan, Report, conclude, configure, describe
 
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
@@ -170,7 +176,7 @@ def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, qui
         return conclude(planned, folder, folder.failures())
 
 
-def write(recorded: Record, out: Path) -> str:
+def write(recorded: Run, out: Path) -> str:
     """Write a run as the log that a robot would have sent: `LOG`, and `FRAMES` of the trials that have a recording.
 
     Parameters
@@ -190,8 +196,8 @@ def write(recorded: Record, out: Path) -> str:
     UsageError
         The run is not of the robot.
     """
-    if not recorded.kind.robot:
-        raise UsageError(f"{recorded.folder}: a log is of trials with the robot, not of {recorded.kind.what}")
+    if recorded.kind not in ("trials", "measured"):
+        raise UsageError(f"{recorded.folder}: a log is of trials with the robot, not of {recorded.kind}")
     conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
     table = recorded.frames.join(conditions, on=["trial", "model"], maintain_order="left")
     of_robot = COLUMN in recorded.trials.columns and "simulat" not in recorded.provenance
@@ -218,7 +224,7 @@ def _declared(description: Mapping[str, Any]) -> list[pl.Expr]:
     return expressions
 
 
-def _import(recorded: Record, out: Path) -> list[str]:
+def _import(recorded: Run, out: Path) -> list[str]:
     """Return the words of the command that imports a log of a run, with the parameters that it changed."""
     words = ["colias", "import", str(out / LOG), "--experiment", recorded.name]
     if (out / FRAMES).is_dir():

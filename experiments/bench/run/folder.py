@@ -16,9 +16,8 @@ from typing import Any
 import polars as pl
 from filelock import FileLock, Timeout
 
-from experiments.bench.run.errors import UsageError
-from experiments.bench.store import provenance
-from experiments.bench.store.description import (
+from experiments.bench.run import provenance
+from experiments.bench.run.description import (
     ENDED,
     PIXELS,
     RENDERERS,
@@ -29,10 +28,11 @@ from experiments.bench.store.description import (
     reconciled,
     write_new,
 )
-from experiments.bench.store.description import NAME as DESCRIPTION
-from experiments.bench.store.files import Files, read_parquet
-from experiments.bench.store.parameters import Parameters, of_model, with_columns
-from experiments.bench.store.rows import RECORDING, Failure, TrialRecord, mixture, recording_name, table
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import NAME as DESCRIPTION
+from experiments.bench.run.files import Files, read_parquet
+from experiments.bench.run.parameters import Parameters, of_model, with_columns
+from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, mixture, recording_name, table
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -306,3 +307,8 @@ def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
             raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
         names.append(name)
     return names
+
+
+def model_texts(models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
+    """Return models, one or several names and paths, as ``--model`` takes them."""
+    return [os.fspath(model) for model in ([models] if isinstance(models, str | os.PathLike) else models)]

@@ -19,9 +19,9 @@ from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.models import ConfiguredModel, family
+from experiments.bench.run.rows import Failure, FrameRow, ResponseRow, TrialRecord, recording_of, schema_of
 from experiments.bench.run.settings import changed, collect
 from experiments.bench.run.user_code import traced
-from experiments.bench.store.rows import Failure, FrameRow, ResponseRow, TrialRecord, recording_of, schema_of
 
 FRAMES = schema_of(FrameRow, ResponseRow)
 """Columns of ``frames.parquet``: a row per frame and model."""

@@ -37,7 +37,7 @@ from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import Shape, robot_shapes
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
-from experiments.bench.figures.palette import HUES, colours
+from experiments.bench.report.palette import HUES, colours
 from experiments.bench.run.models import ConfiguredModel
 from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM
 

@@ -21,14 +21,14 @@ import polars as pl
 
 from colias_sim import GLUnavailable
 from dsnn import forms
-from experiments.bench.engine.terminal import count, error_console, progress
+from experiments.bench.report.terminal import count, error_console, progress
+from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, rate_notes
+from experiments.bench.run.parameters import Parameters
+from experiments.bench.run.rows import Failure, TrialRecord, in_words
 from experiments.bench.run.workers import Workers, finished, open_workers
-from experiments.bench.store import provenance
-from experiments.bench.store.parameters import Parameters
-from experiments.bench.store.rows import Failure, TrialRecord, in_words
 
 SHOWN_FAILURES = 10
 """Failures that are named on the terminal; failures.json has all."""

@@ -17,7 +17,7 @@ from colias_sim.envs import ENVS, NEURAL, State
 from dsnn import Response, model_entry
 from dsnn.exponential import exp
 from experiments.bench.run.errors import UsageError, check_name, short
-from experiments.bench.store.places import replacing
+from experiments.bench.run.files import replacing
 
 Wheels = tuple[float, float]
 """A type: speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""

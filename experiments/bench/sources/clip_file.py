@@ -12,7 +12,7 @@ import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store.places import replacing
+from experiments.bench.run.files import replacing
 
 COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",

@@ -13,13 +13,13 @@ import polars as pl
 
 from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, StimulusEntry, StimulusFrame, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
-from experiments.bench.engine.pictures import Pictures
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
+from experiments.bench.run.rows import JobRow, ModelRow, schema_of
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
+from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats.claim import Claim, check_claims
-from experiments.bench.store.rows import JobRow, ModelRow, schema_of
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -193,7 +193,7 @@ class ShownRow(ClipRow, ModelRow):
     wall_s: float
     """Time that the clip took to show."""
     code: str
-    """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
+    """Digest of the code that computed the row: see `experiments.bench.run.provenance`."""
 
 
 TRIALS = schema_of(ShownRow)

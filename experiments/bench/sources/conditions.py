@@ -24,7 +24,7 @@ BY_HAND = "by-hand"
 SCRIPTED = ("path", "observer", "movers", "hand")
 """The fields of a condition that are no columns: its paths, which the name in ``motion`` stands for."""
 WHERE_SET = {"where_set": True}
-"""Metadata of fields that descriptions have only where they are set: `experiments.bench.store.description.plain`."""
+"""Metadata of fields that descriptions have only where they are set: `experiments.bench.run.files.plain`."""
 START_CM_S2 = 100.0
 """The acceleration with which a stimulus starts where its condition does not say."""
 _PLACES = 400

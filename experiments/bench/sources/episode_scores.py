@@ -16,13 +16,13 @@ import polars as pl
 from scipy import special
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
-from experiments.bench.engine.alarms import poisson_interval
+from experiments.bench.run.rows import known, mixture
+from experiments.bench.stats.alarms import poisson_interval
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import Claim, of_kind
 from experiments.bench.stats.scores import Score
 from experiments.bench.stats.tests import proportion_interval, summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
-from experiments.bench.store.rows import known, mixture
 
 COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for entry in ENVS.values() for column in entry.columns}
 """Every column that an env declares, by name."""

@@ -25,14 +25,14 @@ from dsnn import Response, ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import replacing
 from experiments.bench.run.models import ConfiguredModel, beside, choose
 from experiments.bench.run.play import FIELDS, FRAMES
+from experiments.bench.run.rows import OBSERVER, JobRow, schema_of
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import declared, is_own
 from experiments.bench.sources.behaviour import ENDING, Behaviour, Policy, load_policy
 from experiments.bench.sources.episode_scores import COLUMNS
-from experiments.bench.store.places import replacing
-from experiments.bench.store.rows import OBSERVER, JobRow, schema_of
 from scenes.hints import nearest
 
 EPISODES = schema_of(JobRow) | pl.Schema(

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from experiments.bench.store.rows import group
+from experiments.bench.run.rows import group
 
 Floats = npt.NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]

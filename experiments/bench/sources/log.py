@@ -25,13 +25,12 @@ from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Sample, Showing, Trial
+from experiments.bench.run.recordings import Images
+from experiments.bench.run.rows import COLUMN, OBSERVER
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.measures import away_cm, responses, windows
 from experiments.bench.sources.rows import FRAME_SCHEMA
-from experiments.bench.store.origin import COLUMN
-from experiments.bench.store.pictures import Images
-from experiments.bench.store.rows import OBSERVER
 from scenes.hints import nearest
 
 TIME, LINE = "time_s", "line"

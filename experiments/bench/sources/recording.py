@@ -14,8 +14,8 @@ import polars as pl
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import MAP_SCALES
-from experiments.bench import viewer
 from experiments.bench.run import record as rerun
+from experiments.bench.run import viewer
 from experiments.bench.run.play import Showing
 from experiments.bench.run.record import Colour, Content, Frames, Model, Stream
 from experiments.bench.sources.media import Media, collect

@@ -20,6 +20,7 @@ from colias_sim.simulation import TRIAL_ROBOTS
 from experiments.bench.run.errors import TrialError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Sample, Trial
+from experiments.bench.run.rows import OBSERVER
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import sha256
 from experiments.bench.sources.conditions import Condition
@@ -29,7 +30,6 @@ from experiments.bench.sources.hand import HandDrive, changes_at
 from experiments.bench.sources.measures import Windows, away_cm, responses, windows
 from experiments.bench.sources.room import files
 from experiments.bench.sources.rows import FRAME_SCHEMA
-from experiments.bench.store.rows import OBSERVER
 
 MARK = "@"
 TRUE = "ov7670"

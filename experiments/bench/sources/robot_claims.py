@@ -12,13 +12,12 @@ from typing import Any, ClassVar, Literal, get_args
 
 from experiments.bench.run.errors import short
 from experiments.bench.run.models import NO_SPIKES
+from experiments.bench.run.rows import group, is_imported
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Motion
 from experiments.bench.sources.judging import ACROSS, DEPTH, DSNN, Rows, paper_trials
 from experiments.bench.stats.checks import Check, is_number, unreadable
 from experiments.bench.stats.claim import Claim, find_claim, of_kind
 from experiments.bench.stats.verdict import Outcome, Verdict
-from experiments.bench.store.origin import is_imported
-from experiments.bench.store.rows import group
 from scenes.hints import nearest
 
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0

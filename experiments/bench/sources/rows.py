@@ -5,17 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
+from experiments.bench.run.rows import FrameRow, JobRow, ModelRow, ResponseRow, is_imported, schema_of
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Drawing
 from experiments.bench.stats.checks import is_number
-from experiments.bench.store.origin import is_imported
-from experiments.bench.store.rows import (
-    FrameRow,
-    JobRow,
-    ModelRow,
-    ResponseRow,
-    schema_of,
-)
 
 
 class RobotRow(JobRow):
@@ -66,7 +59,7 @@ class TrialRow(ModelRow):
     wall_s: float
     """Time that the trial took to compute."""
     code: str
-    """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
+    """Digest of the code that computed the row: see `experiments.bench.run.provenance`."""
 
 
 class PoseRow(TypedDict):

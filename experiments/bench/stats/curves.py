@@ -25,8 +25,8 @@ import polars as pl
 from scipy import special
 
 from dsnn.looming.layers import REST
-from experiments.bench.engine.alarms import first_alarm_s
 from experiments.bench.run.streams import stream
+from experiments.bench.stats.alarms import first_alarm_s
 from experiments.bench.stats.tests import LEVEL, PERMUTATIONS, SEED
 
 Floats = npt.NDArray[np.float64]

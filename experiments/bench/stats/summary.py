@@ -7,9 +7,9 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
+from experiments.bench.run.rows import group, known
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import summarise
-from experiments.bench.store.rows import group, known
 
 
 def summary_rows(

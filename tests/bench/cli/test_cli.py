@@ -14,8 +14,8 @@ import pytest
 import rerun as rr
 from PIL import Image
 
+from experiments.bench.run.provenance import rows_hash
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
-from experiments.bench.store.files import rows_hash
 from tests.helpers import user_files
 from tests.helpers.inside import inside
 from tests.helpers.processes import CLI, WITHOUT_GL
@@ -245,7 +245,7 @@ def test_a_run_is_never_overwritten(finished, colias):
     before = files()
     other = colias("run", "speed", *QUICK, "--out", "copy")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1)
-    assert "--seed is 3 there and 0 now" in other.stderr and "choose another --out" in other.stderr
+    assert "seed is 3 there and 0 now" in other.stderr and "choose another --out" in other.stderr
     assert files() == before
     del before[copy / "run.json"]
     (copy / "run.json").unlink()

@@ -10,13 +10,14 @@ import pytest
 from dsnn.stimuli import SCENES
 from experiments import Clip, Study
 from experiments.bench import registry, sweep_plan
-from experiments.bench.engine.pictures import folder_pictures
 from experiments.bench.offline import plan, play_clip
 from experiments.bench.reproduce import replicates_plan
+from experiments.bench.run.description import differences
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import to_json
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import clips_of
-from experiments.bench.store.description import differences, to_json
+from experiments.bench.sources.pictures import folder_pictures
 from experiments.bench.trials import plan as robot_plan
 
 DEPTH = registry.find("clutter-depth")

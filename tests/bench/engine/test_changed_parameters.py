@@ -8,8 +8,8 @@ import polars as pl
 import experiments
 from experiments.bench import registry
 from experiments.bench.offline import plan as clips_plan
+from experiments.bench.run.parameters import in_words, of_model, with_columns
 from experiments.bench.sources.rows import TRIAL_SCHEMA
-from experiments.bench.store.parameters import in_words, of_model, with_columns
 from experiments.bench.trials import describe, plan
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))

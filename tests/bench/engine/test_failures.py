@@ -8,12 +8,12 @@ import polars as pl
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from experiments.bench.engine.templates import render
 from experiments.bench.footage.video import Picture
 from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.offline import play_clip
 from experiments.bench.run.models import choose
 from experiments.bench.run.play import Trial, play
+from experiments.bench.run.templates import render
 from experiments.bench.sources.clips import Clip
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Settings

@@ -153,7 +153,7 @@ def test_settings_work_on_clips_footage_and_curves(colias):
 
 
 def test_models_without_a_colour_of_their_own_get_different_ones():
-    from experiments.bench.figures.palette import colours
+    from experiments.bench.report.palette import colours
 
     given = colours(["dsnn", "dsnn:w_i=1", "mine", "dsnn:w_i=0", "emd"])
     assert len(set(given.values())) == 5 and given["dsnn"] == colours(["dsnn"])["dsnn"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import matplotlib as mpl
 import pytest
 
-from experiments.bench.figures.plotting import PAGE, WIDTH
+from experiments.bench.report.style import PAGE, WIDTH
 from tests.helpers.figure_list import FIGURES, OF_ONE_MODEL, shown
 from tests.helpers.figure_rows import MODELS_SHOWN as MODELS
 from tests.helpers.figure_texts import drawn_texts

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 from dsnn import MODELS
-from experiments.bench.figures.palette import (
-    BASELINES,
-    DARK,
-    GREYS,
-    HUES,
-    WHITE,
-    marks,
-)
+from experiments.bench.report.palette import BASELINES, DARK, GREYS, HUES, WHITE, marks
 
 # Machado, Oliveira and Fernandes 2009, severity 1, on linear RGB.
 VISIONS = {

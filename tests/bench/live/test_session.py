@@ -9,10 +9,10 @@ import pytest
 from experiments.bench.cli.main import command
 from experiments.bench.live.arena import START
 from experiments.bench.live.arena import ArenaSession as Session
+from experiments.bench.result import load
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources import visit
 from experiments.bench.sources.hand import Command, Hand
-from experiments.bench.store.record import Record
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""
@@ -48,10 +48,10 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
     rows = done.frames.to_dicts()
     assert [row["hs"] for row in rows if row["model"] == "dsnn"] == seen
     assert done.description["paths"], "commands and changes by frame"
-    assert Record.read(tmp_path / "run").kind.robot
+    assert load(tmp_path / "run").kind == "trials"
     repetition = ["--out", str(tmp_path / "again"), "--workers", "0", "-q"]
     assert command(["run", "--again", str(tmp_path / "run"), *repetition]) == 0
-    assert Record.read(tmp_path / "again").frames.equals(Record.read(tmp_path / "run").frames)
+    assert load(tmp_path / "again").frames.equals(load(tmp_path / "run").frames)
 
 
 def test_another_command_is_no_equal_repetition(tmp_path: Path):

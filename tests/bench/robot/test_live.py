@@ -12,9 +12,9 @@ import pyarrow as pa
 import rerun as rr
 
 import experiments
-from experiments.bench import viewer
-from experiments.bench.engine.terminal import program
+from experiments.bench.run import viewer
 from experiments.bench.run.models import choose
+from experiments.bench.run.viewer import program
 from experiments.bench.sources.recording import LiveTrial
 from experiments.bench.trials import Keep, work
 from tests.bench.robot.test_trial import same, spec

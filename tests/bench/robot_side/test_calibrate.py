@@ -27,7 +27,7 @@ from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
 from experiments.bench.robot_side.calibrate import leaning
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store.pictures import write_pictures
+from experiments.bench.run.recordings import write_pictures
 
 LENS = CameraConfig().forward_cm / 100
 AWAY = Pose(-0.3, 0.0, 0.0)

@@ -14,10 +14,9 @@ from rerun.chunk import RrdReader
 
 from colias_sim.envs import ENVS
 from dsnn import MODELS, Response, ResponseSeries
-from experiments.bench.engine.terminal import program
-from experiments.bench.figures.palette import marks
 from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
 from experiments.bench.footage.video import Picture
+from experiments.bench.report.palette import marks
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import (
     APPLICATION,
@@ -33,6 +32,7 @@ from experiments.bench.run.record import (
     views,
     write,
 )
+from experiments.bench.run.viewer import program
 from experiments.bench.sources.episodes import record
 from tests.helpers.episodes import episode
 

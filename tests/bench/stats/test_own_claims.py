@@ -3,7 +3,7 @@
 import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
-from experiments.bench.public.run import RunRequest, missing_models, planned
+from experiments.bench.api import RunRequest, missing_models, planned
 from experiments.bench.sources import clip_claims
 from experiments.bench.sources.robot_claims import judge
 from experiments.bench.stats.checks import strength

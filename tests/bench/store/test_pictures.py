@@ -7,7 +7,7 @@ import pytest
 from experiments.bench.cli import main
 from experiments.bench.run import record
 from experiments.bench.run.errors import UsageError
-from experiments.bench.store.pictures import pictures
+from experiments.bench.run.recordings import pictures
 
 FRAMES = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
 

@@ -13,7 +13,7 @@ import pytest
 
 import hatch_build
 from colias_sim import reference
-from experiments.bench.store import provenance
+from experiments.bench.run import provenance
 from tests.conftest import Colias
 
 ROOT = Path(__file__).parents[3]

@@ -11,7 +11,7 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.store.rows import TrialRecord
+from experiments.bench.run.rows import TrialRecord
 
 CIRCLE = """
 from dataclasses import dataclass

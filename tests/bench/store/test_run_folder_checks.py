@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 from experiments.bench.cli import entry
-from experiments.bench.store import provenance
+from experiments.bench.run import provenance
 from tests.conftest import Colias
 
 TRIALS, FRAMES = "trials.parquet", "frames.parquet"
@@ -49,7 +49,7 @@ MODEL = ModelEntry("tiny", "the change of the mean", Tiny, Parameters())
 """
 GAINS = "GAIN = 0.01\n"
 ARGUMENTS = ("run", "mine.py", "--model", "emd", "--workers", "0")
-ADVICE = "repeat the first command's options, or choose another --out"
+ADVICE = "use the first command's options, or choose another --out"
 ROBOT = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0")
 
 
@@ -79,7 +79,7 @@ def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, st
 
 def test_recordings_are_asked_for_once_and_for_all(base, monkeypatch, capsys):
     code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", "whole", "--no-recordings")
-    assert (code, message) == (2, f"colias: whole: --recordings is true there and false now: {ADVICE}\n")
+    assert (code, message) == (2, f"colias: whole: recordings is true there and false now: {ADVICE}\n")
 
 
 # What computes: the user's files, the project's own.
@@ -119,7 +119,7 @@ def test_an_edited_file_of_one_s_own_is_refused(colias, kind):
         (colias.folder / name).write_text(text)
         other = colias(*arguments)
         assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
-        assert f"{name} has changed; --other-code goes on all the same" in other.stderr
+        assert f"{name} has changed; --other-code resumes all the same" in other.stderr
         (colias.folder / name).write_text(there)
     assert {path.name: path.read_bytes() for path in (colias.folder / "out").iterdir() if path.is_file()} == before
 
@@ -149,7 +149,7 @@ def test_other_claims_are_judged_on_the_trials_that_are_done(monkeypatch, capsys
     changed = EXPERIMENT.replace('("C2",)', '("C2", "C3")')
     (tmp_path / "mine.py").write_text(changed)
     code, message = goes_on(monkeypatch, capsys, tmp_path, *arguments)
-    assert (code, message.count("\n")) == (2, 1) and "--other-code judges the trials that are done" in message
+    assert (code, message.count("\n")) == (2, 1) and "experiment.claims is" in message
     code, _ = goes_on(monkeypatch, capsys, tmp_path, *arguments, "--other-code")
     assert code == 0 and pl.read_parquet(out / TRIALS).equals(rows)
     judged = {claim["id"] for claim in json.loads((out / "claims.json").read_text())["claims"]}

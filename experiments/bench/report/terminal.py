@@ -5,7 +5,6 @@ The time left is estimated from a run's own first jobs, on this machine.
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import re
 import shlex
@@ -263,11 +262,3 @@ def progress(
                 error_console.print(f"{done} of {total} {things}, {left}", markup=False)
 
         yield advance
-
-
-def program() -> list[str]:
-    """Rerun's viewer as a command: the program itself, which its Python package would leave running when ended."""
-    spec = importlib.util.find_spec("rerun_cli")
-    path = os.environ.get("RERUN_CLI_PATH")
-    binary = Path(path) if path else Path(spec.origin).parent / "rerun" if spec and spec.origin else None
-    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

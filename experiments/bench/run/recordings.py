@@ -1,4 +1,4 @@
-"""The pictures of a recording, read back from its .rrd file, and pictures as files."""
+"""Recordings read back: which a run has, their chunks, and the pictures in them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,39 @@ from experiments.bench.run.errors import UsageError
 Images = npt.NDArray[np.uint8]
 CAMERA = re.compile(r"world/observer/(camera(?:_(\w+))?)/image")
 """Entity of what an eye saw; further eyes have a name of their own."""
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the paths of the recordings in a folder, a run's or any other."""
+    return sorted([*folder.glob("*.rrd"), *folder.glob("recordings/*.rrd")])
+
+
+def recording(source: Path, trial: int | None) -> Path:
+    """Find the recording that is meant.
+
+    Parameters
+    ----------
+    source
+        An .rrd file, or the folder of a run.
+    trial
+        The number of a trial or episode; ``None`` for a file, and for the first one that a folder has.
+
+    Raises
+    ------
+    UsageError
+        If there is none, in one line.
+    """
+    if source.is_file() and trial is None:
+        return source
+    found = recordings_in(source)
+    if not found:
+        raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings")
+    if trial is None:
+        return found[0]
+    numbers = {int("".join(filter(str.isdigit, path.stem)) or -1): path for path in found}
+    if trial not in numbers:
+        raise UsageError(f"--trial must be one of {', '.join(map(str, numbers))}, got {trial}")
+    return numbers[trial]
 
 
 def chunks(path: Path, content: str = "") -> Iterator[tuple[str, Any]]:

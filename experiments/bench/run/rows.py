@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
 
 from experiments.bench.run.user_code import traced
@@ -186,3 +186,32 @@ def listed_trials(trials: Iterable[int]) -> str:
     numbers = sorted(trials)
     more = f" and {len(numbers) - MOST_LISTED} more" if len(numbers) > MOST_LISTED else ""
     return f"trials {', '.join(map(str, numbers[:MOST_LISTED]))}{more}"
+
+
+COLUMN = "provenance"
+MEASURED = "measured"
+"""The robot measured everything: its own network answered."""
+FRAMES_MEASURED = "frames measured, network simulated"
+"""The robot's camera took the frames; a model of this bench answered to them."""
+LOG_OF_SIMULATION = "log of a simulated run"
+"""``colias firmware log`` wrote the log: nothing of it was measured."""
+FRAMES_OF_SIMULATION = "frames from the log of a simulated run"
+
+
+def origin(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return where rows come from, in words; empty: they are simulated."""
+    return "; ".join(dict.fromkeys(row[COLUMN] for row in rows if row.get(COLUMN)))
+
+
+def is_imported(row: Mapping[str, Any]) -> bool:
+    """Return whether a row is from a log: of the stimulus's speed and path nothing is known then."""
+    return bool(row.get(COLUMN))
+
+
+def drawn_here(record: TrialRecord) -> TrialRecord:
+    """Return a record that names what draws in this process, and the hash of its reference frame."""
+    from colias_sim import gl  # not before: declarations of claims import this module
+    from colias_sim.reference import reference_hash
+
+    renderer = gl.renderer()  # empty before anything was drawn, as by a policy that senses the state
+    return replace(record, renderer=renderer, pixels=reference_hash() if renderer else "")

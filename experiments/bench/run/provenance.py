@@ -10,12 +10,13 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dsnn import forms
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import NAME, TABLE, read_parquet
 from experiments.bench.run.user_code import digests, is_own, is_users, package_folders, sha256
 from experiments.bench.stats.claim import Claim
 
@@ -30,10 +31,15 @@ KEYS = ("files", "versions", "source", "code")
 and has to be the same wherever the run is continued."""
 SHOWS = (".pyc", ".j2")
 """Endings of the packages' files that no number depends on."""
+UNREPEATABLE = ("wall_s", "code")
+"""Columns that differ between runs of equal numbers."""
 BUILT = "commit.json"
 """The file of a wheel's metadata with the commit that it was built from."""
 GIT_S = 20.0
 """Longest time that git may take to answer."""
+
+
+__version__ = importlib.metadata.version("colias-sim")
 
 
 class OtherCode(UsageError):
@@ -234,3 +240,46 @@ def check(record: Mapping[str, Any]) -> None:
     for path, expected in record["files"].items():
         if sha256(Path(path)) != expected:
             raise OtherCode(f"{path}: was edited after the run was begun")
+
+
+def rows_hash(table: Path) -> str:
+    """Return the SHA-256 of a table's rows, columns of `UNREPEATABLE` aside."""
+    digest = hashlib.sha256()
+    for column in read_parquet(table).drop(UNREPEATABLE, strict=False):
+        digest.update(json.dumps([column.name, column.to_list()], default=str).encode())
+    return digest.hexdigest()
+
+
+def tables_of(run: Path) -> list[Path]:
+    """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
+    whole = run / TABLE
+    if whole.is_file():
+        return [whole]
+    return sorted(run.glob(f"*/{TABLE}"), key=lambda path: path.stat().st_mtime)
+
+
+def tables_hash(tables: Sequence[Path]) -> str:
+    """Return the `rows_hash` of a run's only table; of several that of their hashes, by the names of their folders."""
+    if len(tables) == 1:
+        return rows_hash(tables[0])
+    hashes = {table.parent.name: rows_hash(table) for table in tables}
+    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
+
+
+def drawn_from(tables: Sequence[Path]) -> str:
+    """Say which rows a figure is drawn from, and which commit computed them; empty where there are none.
+
+    Parameters
+    ----------
+    tables
+        Tables of a run's trials, each in the folder that describes it: see `tables_of`.
+
+    Returns
+    -------
+    str
+        ``rows SHA-256 of trials.parquet, commit NAME``: what the figure's file notes as its source.
+    """
+    if not tables or not tables[0].is_file():
+        return ""  # a folder of a report, or of a run that is not over
+    source = json.loads((tables[0].parent / NAME).read_text(encoding="utf-8"))["source"]
+    return f"rows {tables_hash(tables)} of {TABLE}, commit {commit(source) or 'unknown'}"

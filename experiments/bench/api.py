@@ -1,0 +1,311 @@
+"""Run and fit from Python; the commands do it by the same functions."""
+
+from __future__ import annotations
+
+import operator
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from experiments.bench import fit as fits
+from experiments.bench import registry
+from experiments.bench.offline import OfflinePlan
+from experiments.bench.offline import plan as clips_plan
+from experiments.bench.report.terminal import error_console, tell_troubles
+from experiments.bench.result import Run, load
+from experiments.bench.run import viewer
+from experiments.bench.run.description import begun_by, check_own
+from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.files import new_folder
+from experiments.bench.run.models import model_texts, shown_models
+from experiments.bench.run.runs import Resources, worker_count
+from experiments.bench.run.settings import assignments
+from experiments.bench.sources import visit
+from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.pictures import Pictures, folder_pictures
+from experiments.bench.sources.robot_claims import RobotClaim as Claim
+from experiments.bench.stats.claim import Claim as AnyClaim
+from experiments.bench.study import shipped
+from experiments.bench.trials import Plan, both
+from experiments.bench.trials import plan as robot_plan
+
+if TYPE_CHECKING:
+    from experiments.bench.offline import OfflineReport
+    from experiments.bench.trials import Report
+
+__all__ = ["Claim", "fit", "perform", "planned", "run"]
+
+ONE_EYE, BOTH_EYES = "one", "both"
+
+
+def planned(
+    experiment: Experiment | OfflineExperiment,
+    *,
+    models: Sequence[str] = (),
+    only: bool = False,
+    settings: Sequence[str] = (),
+    repeats: int | None = None,
+    seed: int = 0,
+    eyes: str = ONE_EYE,
+    pictures: Pictures | None = None,
+) -> Plan | OfflinePlan:
+    """Check what is asked for, and list its trials or clips; nothing is written.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    models, only, repeats, seed, eyes
+        As of `run`.
+    settings
+        ``SECTION.NAME=VALUE`` texts.
+    pictures
+        A user's own, behind the objects of clips in place of the scenes, or on the arena's wall.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+    """
+    if eyes not in (ONE_EYE, BOTH_EYES):
+        raise UsageError(f"--eyes must be {ONE_EYE} or {BOTH_EYES}, got {eyes}")
+    shown = shown_models(experiment.models, models, only)
+    if isinstance(experiment, OfflineExperiment):
+        if eyes == BOTH_EYES:
+            raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
+        if pictures and not any(clip.takes_scene() for clip in experiment.clips):
+            raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
+        return clips_plan(experiment, shown, settings, repeats, seed, pictures)
+    trials = robot_plan(experiment, shown, settings, repeats, seed, pictures)
+    return both(trials) if eyes == BOTH_EYES else trials
+
+
+def perform(
+    experiment: Experiment | OfflineExperiment, folder: Path, resources: Resources, *, recordings: bool = True,
+    live: bool | str = False, **asked: Any,
+) -> Report | OfflineReport:  # fmt: skip
+    """Run an experiment of either kind into a folder, and judge its claims.
+
+    Parameters
+    ----------
+    experiment, folder, resources
+        What to run, into which folder, on what.
+    recordings
+        Whether to write a recording of each trial.
+    live
+        The address of a viewer that trials are streamed to, HOST:PORT; true for the one at Rerun's own port, or a new
+        one.
+    **asked
+        As of `planned`.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so; nothing is written then.
+    """
+    plan = planned(experiment, **asked)
+    for note in _missing_models(plan):
+        error_console.print(note, soft_wrap=True)
+    if isinstance(plan, OfflinePlan):
+        from experiments.bench import offline  # not before: it draws, and a wrong use should be quick
+
+        if live:
+            raise UsageError(f"--live: {experiment.name} shows clips; it needs an experiment with the robot")
+        with resources.pool(rendering=False) as pool:
+            return offline.run(plan, folder, pool, resources, recordings=recordings and plan.experiment.recorded)
+    from experiments.bench import trials as robot_run
+
+    address = _viewer_for(live, resources)
+    return robot_run.run(plan, folder, resources, recordings=recordings, viewer=address)
+
+
+def _viewer_for(live: bool | str, resources: Resources) -> str | None:
+    """Return the address of the viewer that trials are streamed to, which is opened where none listens."""
+    if live is False:
+        return None
+    if resources.cluster is not None:
+        raise UsageError("--live: a viewer listens on this machine alone: use --workers, not --cluster")
+    address = f"{viewer.HOST}:{viewer.PORT}" if live is True else viewer.parsed(live)
+    if not viewer.listens(address):
+        instead = "leave --live out and use colias view RUN --web, or give the address of one elsewhere to --viewer"
+        if live is not True:
+            raise UsageError(f"--viewer {address}: no Rerun viewer listens there; start one with: rerun --bind HOST")
+        viewer.require_screen("--live: ", instead)
+        _, address = viewer.opened(f"--live: Rerun's viewer did not open on this screen: {instead}")
+    if not resources.quiet:
+        error_console.print(f"live: each trial is a recording of the viewer at {address}", soft_wrap=True)
+    return address
+
+
+def _missing_models(plan: Plan | OfflinePlan) -> list[str]:
+    """Return a line for each claim of a user's own that compares models of which some are not shown."""
+    models = plan.models if isinstance(plan, OfflinePlan) else plan.settings.models
+    labels, notes = [model.label for model in models], []
+    for claim in plan.experiment.claims:
+        missing = sorted(getattr(claim, "models", frozenset()) - set(labels))
+        if missing and isinstance(claim, AnyClaim) and claim.own:
+            needs = f"needs the models {', '.join(missing)}, which are not shown"
+            notes.append(f"note: claim {claim.id} {needs}; shown are {', '.join(labels)}")
+    return notes
+
+
+def run(
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
+    *,
+    seed: int = 0,
+    repeats: int | None = None,
+    eyes: str = ONE_EYE,
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    only: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    pictures: str | os.PathLike[str] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    recordings: bool = True,
+    live: bool | str = False,
+    workers: int | None = None,
+    cluster: str | None = None,
+    other_code: bool = False,
+    quiet: bool = False,
+) -> Run:
+    """Run an experiment, with progress, as ``colias run`` does: equal arguments give equal rows.
+
+    It works in a script with or without ``if __name__ == "__main__":``, in a notebook, and from standard input:
+    worker processes do not import the script.
+
+    Parameters
+    ----------
+    experiment
+        A name (`NAMES`, `OFFLINE`), the path of a .py file that declares ``EXPERIMENT``, or the experiment itself.
+    seed
+        Of the whole run, 0 or more.
+    repeats
+        Trials of each condition; otherwise the experiment's own number.
+    eyes
+        ``"both"``: each model sees the same physics through the model of the robot's eye too, as ``dsnn@ov7670``.
+    models
+        Models to show beside those that the experiment declares, which is ``dsnn`` for most: names, or paths of .py
+        files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
+    only
+        Whether to show just those of ``models``.
+    settings
+        Parameter -> value, as ``{"dsnn.n_con": 6, "experiment.speeds_cm_s": [4, 6]}``. ``colias list parameters`` lists
+        them all.
+    pictures
+        A folder of your own pictures. Repeat r of a clip has picture r behind its object; of trials with the robot,
+        which are one replicate, the arena's wall has the first.
+    out
+        The folder for the results; otherwise a new one, ``runs/NAME-TIME``. Where this run was begun there, only what
+        is missing is done.
+    recordings
+        Whether to write a Rerun recording of each trial.
+    live
+        Whether to stream trials into a Rerun viewer while they run; or the viewer's address, ``"127.0.0.1:9876"``.
+    workers
+        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    cluster
+        Address of a Dask scheduler, used instead.
+    other_code
+        Whether to resume a run that other code began; the column ``code`` marks its rows.
+    quiet
+        Whether to print neither plan nor progress.
+
+    Returns
+    -------
+    Run
+        What is in the folder: tables, verdicts, figure, recordings. Trials that failed are in ``Run.failures``.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be run so, in one line; nothing was written. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import run
+    >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
+    >>> speed.claims.select("id", "model", "count")
+    """
+    if isinstance(experiment, Experiment | OfflineExperiment):
+        declared: Experiment | OfflineExperiment = experiment
+        source: Any = visit.described(declared) or {"object": declared.name}
+        registry.check_claims(declared, f"experiment {declared.name}")
+    else:
+        declared, source = registry.find(str(experiment)), str(experiment)
+    asked = {
+        "models": model_texts(models), "only": only, "settings": assignments(settings), "seed": operator.index(seed),
+        "repeats": None if repeats is None else operator.index(repeats), "eyes": eyes,
+        "pictures": None if pictures is None else folder_pictures(pictures),
+    }  # fmt: skip
+    place = new_folder(declared.name) if out is None else Path(out)
+    check_own(place, f"out={place}")
+    arguments = {
+        **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in assignments(settings)),
+        "pictures": None if pictures is None else os.fspath(pictures), "recordings": recordings,
+    }  # fmt: skip
+    resources = Resources(worker_count(workers), cluster, quiet, other_code)
+    with begun_by({"call": "experiments.run", "arguments": arguments}):
+        report = perform(declared, place, resources, recordings=recordings, live=live, **asked)
+    tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
+    return load(place)
+
+
+def fit(
+    fit: str | fits.Fit,
+    *,
+    seed: int = 0,
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    other_code: bool = False,
+    quiet: bool = False,
+) -> fits.Fitted:
+    """Search a box of parameters for settings under which all claims hold, or measures are largest.
+
+    The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
+    Equal arguments give equal numbers, on any number of workers. ``colias fit`` does the same.
+
+    Parameters
+    ----------
+    fit
+        The fit, or the name of one that ships.
+    seed
+        Of the search, 0 or more. Those of the second judging and of the sample follow from it.
+    out
+        The folder for the results; otherwise a new one, ``runs/NAME-TIME``. Where this fit was begun there, only what
+        is missing is done; more settings may be searched than before.
+    workers
+        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    cluster
+        Address of a Dask scheduler, used instead.
+    other_code
+        Whether to resume a fit that other code began.
+    quiet
+        Whether to print neither plan nor progress.
+
+    Returns
+    -------
+    Fitted
+        The scores of all settings, the winner judged again, and the answer in sentences: of claims, or of measures.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be run so, in one line, or Optuna is not installed (the extra ``[fit]``). It is a
+        ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import Fit, Study, fit
+    >>> threshold = Study("threshold", "C14 and C15 at some threshold", claims=("C14", "C15"))
+    >>> fitted = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
+    >>> print(*fitted.sentences(), sep="\\n")
+    """
+    asked = shipped(fit, "FIT") if isinstance(fit, str) else fit
+    if not isinstance(asked, fits.Fit):
+        raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
+    plan = fits.planned(asked, operator.index(seed))
+    place = new_folder(asked.study.name) if out is None else Path(out)
+    check_own(place, f"out={place}")
+    return fits.run(plan, place, Resources(worker_count(workers), cluster, quiet, other_code))

@@ -1,0 +1,137 @@
+"""Two runs held against each other: the parameters that differ, and paired tests of spikes on equal trials."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import polars as pl
+
+from experiments.bench.result import Run, load
+from experiments.bench.run.description import DERIVED, differences
+from experiments.bench.run.provenance import UNREPEATABLE
+from experiments.bench.run.rows import group, table
+from experiments.bench.sources.clips import SHOWN, TRIALS
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.bench.sources.rows import TRIAL_SCHEMA
+from experiments.bench.stats.tests import contrast, holm, paired
+
+CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
+PARAMETERS = pl.Schema(dict.fromkeys(("parameter", "first", "second"), str))
+TESTED = pl.Schema({
+    "model": str, "against": str, "n": int, "mean_first": float, "mean_second": float, "mean_difference": float,
+    "rank_biserial": float, "test": str, "p": float, "p_holm": float,
+})  # fmt: skip
+
+
+def compare(
+    first: Run | str | os.PathLike[str], second: Run | str | os.PathLike[str]
+) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """Return the parameters in which two runs differ, and tests of their spikes on equal trials.
+
+    Equal trials have the same seed and the same condition: runs of one experiment and one seed under other settings
+    have them all. Models are paired by label; where the runs share none and each has one model, these two are paired.
+
+    Parameters
+    ----------
+    first, second
+        Runs, or their folders.
+
+    Returns
+    -------
+    parameters : polars.DataFrame
+        A row per parameter that differs: ``parameter``, as ``--set`` names it, and its value in ``first`` and
+        ``second``, as JSON. ``code``, the digest of what computed the rows, is among them.
+    results : polars.DataFrame
+        A row per model and condition of which both runs have equal trials: ``n`` of them, ``mean_first`` and
+        ``mean_second`` spikes a trial, ``mean_difference`` (the first less the second), the rank-biserial correlation,
+        and Wilcoxon's signed-rank test; ``p_holm`` is corrected for the number of rows. Where a run was imported from
+        a log and no seeds pair its trials, those of a condition are independent: the test is Mann-Whitney's,
+        ``rank_biserial`` is Cliff's delta, and ``n`` is the smaller number of trials. No rows where no trials are
+        equal.
+
+    Raises
+    ------
+    UsageError
+        A folder holds no run, or no finished trial.
+
+    Examples
+    --------
+    >>> from experiments import compare, run
+    >>> usual, changed = run("speed"), run("speed", settings={"dsnn.n_con": 6})
+    >>> parameters, results = compare(usual, changed)
+    """
+    one, other = (run if isinstance(run, Run) else load(run) for run in (first, second))
+    found = [entry for entry in differences(one.description, other.description)
+             if entry[0].split(".")[0] not in DERIVED]  # fmt: skip
+    codes = [run.description.get("code") for run in (one, other)]
+    if codes[0] != codes[1]:
+        found.append(("code", codes[0], codes[1]))
+    texts = [{"parameter": name, "first": json.dumps(here), "second": json.dumps(there)} for name, here, there in found]
+    columns, kinds = (CLIP_COLUMNS, TRIALS) if one.kind == "clips" else (CONDITION_COLUMNS, TRIAL_SCHEMA)
+    results = _results(one, other, columns) if one.kind in ("clips", "trials", "measured") else []
+    for row, p in zip(results, holm([row["p"] for row in results]), strict=True):
+        row["p_holm"] = p
+    return table(texts, PARAMETERS), table(results, pl.Schema({name: kinds[name] for name in columns}) | TESTED)
+
+
+def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any]]:
+    """Return a row per model and condition."""
+    shared = {*one.trials.columns} & {*other.trials.columns}
+    if not {"seed", "spikes", *columns[:2]} <= shared:
+        return []
+    columns = [name for name in columns if name in shared]
+    pairs = [(label, label) for label in one.models if label in other.models]
+    if not pairs and len(one.models) == len(other.models) == 1:
+        pairs = [(one.models[0], other.models[0])]
+    measured = {one.provenance, other.provenance} != {"simulated"}
+    equal = [row for pair in pairs for row in _tested(one, other, pair, columns, paired_by_seed=True)]
+    if equal or not measured:
+        return equal
+    return [row for pair in pairs for row in _tested(one, other, pair, columns, paired_by_seed=False)]
+
+
+def _tested(
+    one: Run, other: Run, pair: tuple[str, str], columns: Sequence[str], *, paired_by_seed: bool
+) -> Iterator[dict[str, Any]]:
+    """Yield a row per condition that two models, one of each run, were both shown."""
+    ours, theirs = (
+        group(run.trials.filter(pl.col("model") == model).drop_nulls("spikes").to_dicts(), *columns)
+        for run, model in zip((one, other), pair, strict=True)
+    )
+    for condition in (condition for condition in ours if condition in theirs):
+        if paired_by_seed:
+            by_seed = {row["seed"]: row["spikes"] for row in theirs[condition] if row["seed"] is not None}
+            both = [(row["spikes"], by_seed[row["seed"]]) for row in ours[condition] if row["seed"] in by_seed]
+            first, second = ([float(spikes[side]) for spikes in both] for side in (0, 1))
+        else:
+            first, second = ([float(row["spikes"]) for row in rows] for rows in (ours[condition], theirs[condition]))
+        if not first:
+            continue
+        test = paired(first, second) if paired_by_seed else contrast(first, second)
+        means = sum(first) / len(first), sum(second) / len(second)
+        yield {
+            **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1],
+            "n": min(len(first), len(second)), "mean_first": means[0], "mean_second": means[1],
+            "mean_difference": means[0] - means[1], "rank_biserial": test.effect, "test": test.name, "p": test.p,
+        }  # fmt: skip
+
+
+def first_difference(there: Run, here: Run) -> str:
+    """Return where the tables of two runs differ first: table, trial, model, column, both values; empty if nowhere.
+
+    Columns that no two runs have alike (`UNREPEATABLE`) are left out.
+    """
+    for name in ("trials", "frames"):
+        before, after = (getattr(run, name).drop(UNREPEATABLE, strict=False) for run in (there, here))
+        if before.schema != after.schema or before.height != after.height:
+            return f"{name}.parquet has {before.shape} rows and columns there and {after.shape} here"
+        for column in before.columns:
+            odd = before[column].ne_missing(after[column]).arg_true()
+            if len(odd):
+                row = odd[0]
+                where = ", ".join(f"{key} {before[key][row]}" for key in ("trial", "model"))
+                return f"{name}.parquet, {where}: {column} is {before[column][row]} there and {after[column][row]} here"
+    return ""

@@ -1,1 +1,0 @@
-"""The engine that every kind of run uses: jobs, folders, models, settings, statistics, terminal."""

@@ -1,0 +1,442 @@
+"""A run of any kind as its folder has it: tables, verdicts, recordings and figure."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import html
+import io
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import polars as pl
+
+from dsnn.model import SPIKING
+from experiments.bench.run import parameters, provenance
+from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, read_description
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.folder import has_tables, read_table
+from experiments.bench.run.recordings import recordings_in
+from experiments.bench.run.rows import Failure, schema_of, table
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.stats import stored
+from experiments.bench.stats.tests import Summary
+from experiments.bench.stats.verdict import Verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WHOLES = ("leaderboard", "fit", "reproduction", "whole")
+"""Kinds of run whose folders are runs of their own."""
+SUMMARIES = {
+    "trials": "summary.csv", "measured": "summary.csv", "clips": "summary.csv", "tuning": "preferences.csv",
+    "episodes": "summary.csv", "sweep": "counts.csv", "leaderboard": "leaderboard.csv", "fit": "fit.csv",
+}  # fmt: skip
+"""Kind -> the table that sums up such a run."""
+DEEPEST = 3
+"""Levels of folders that are looked through for runs."""
+NUMBERS = schema_of(Condition, Summary) | pl.Schema({"p": float, "p_holm": float, "rank_biserial": float})
+"""Types of columns that can be empty in every row of a CSV file."""
+CLAIM_SCHEMA = pl.Schema(
+    {
+        **dict.fromkeys(("id", "model", "word", "count"), str),
+        **dict.fromkeys(("holds", "fails", "unjudged"), int),
+        "random": bool,
+        **dict.fromkeys(("interval_low", "interval_high"), float),
+        **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), str),
+        "n": int,
+        **dict.fromkeys(("trouble", "equal_terms", "provenance"), str),
+    }
+)
+RUNS_COLUMNS: dict[str, Any] = (
+    {
+        "run": str, "when": pl.Datetime("us", "UTC"), "experiment": str, "seed": int, "models": str, "changed": str,
+        "done": int, "planned": int, "failures": int, "verdicts": str, "provenance": str, "commit": str, "trouble": str,
+    }
+)  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Run:
+    """A run of any kind, finished or not, made by `run` and `load`.
+
+    The tables are polars ``DataFrame`` objects, and are read when they are first asked for; ``to_pandas()`` needs
+    pandas and PyArrow.
+
+    Attributes
+    ----------
+    folder
+        Where its files are.
+    description
+        ``run.json``: every parameter, the seed, and what computed it. Empty for a folder that only holds runs.
+
+    Examples
+    --------
+    >>> from experiments import load
+    >>> run = load("runs/speed-20260801-120000")
+    >>> run.trials.group_by("speed_cm_s").agg(pl.col("spikes").mean())
+    >>> run.claims.select("id", "count")
+    """
+
+    folder: Path
+    description: Mapping[str, Any]
+
+    @property
+    def kind(self) -> str:
+        """The kind of run: ``trials``, ``clips``, ``episodes``, ``sweep``, ...; ``whole`` for a folder of runs."""
+        return str(self.description.get(KIND, "whole"))
+
+    @cached_property
+    def trials(self) -> pl.DataFrame:
+        """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``.
+
+        Raises
+        ------
+        UsageError
+            No trial is finished, or the run is a whole of parts. The other tables raise it too.
+        """
+        return self._table("trials")
+
+    @cached_property
+    def frames(self) -> pl.DataFrame:
+        """A row per frame and model."""
+        return self._table("frames")
+
+    @cached_property
+    def summary(self) -> pl.DataFrame:
+        """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean.
+
+        Of other kinds the table that sums up the run, as ``leaderboard.csv`` or ``counts.csv``.
+        """
+        return self._csv(SUMMARIES.get(self.kind, "summary.csv"))
+
+    @cached_property
+    def comparisons(self) -> pl.DataFrame:
+        """A row per condition and pair of models that saw the same trials: a paired test of their spikes.
+
+        The condition's columns; ``model`` and ``against``; ``n`` trials; ``mean_difference``, spikes a trial of the
+        first less those of the second; ``rank_biserial``, -1 to 1; ``test``; ``p``, and ``p_holm``, corrected for the
+        number of rows. Only trials with the robot of several models have it.
+        """
+        return self._csv("comparisons.csv")
+
+    @cached_property
+    def claims(self) -> pl.DataFrame:
+        """A row per claim, and with the robot per model.
+
+        ``id``, ``model``; ``word`` and ``count``: what all replicates came to; ``holds``, ``fails``, ``unjudged``: in
+        how many replicates; ``random``: whether anything differs between them; ``interval_low``, ``interval_high``:
+        the exact 95 % interval of the share in which it holds; ``says``, ``source``, ``experiment``; ``outcome``,
+        ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``equal_terms``: the count
+        with the models that it compares with on equal terms, empty without; ``provenance``: of the run.
+        """
+        return table(
+            [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self._verdicts], CLAIM_SCHEMA
+        )
+
+    @cached_property
+    def failures(self) -> pl.DataFrame:
+        """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
+        return table(self._json("failures.json"), schema_of(Failure))
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The paths of its Rerun recordings, in order of trial: ``colias view PATH`` shows one."""
+        return recordings_in(self.folder)
+
+    @cached_property
+    def parts(self) -> list[Run]:
+        """The runs in its folders, of a leaderboard, a fit or a reproduction; none of others."""
+        return [load(folder) for folder in part_folders(self.folder)] if self.kind in WHOLES else []
+
+    @property
+    def name(self) -> str:
+        """The experiment's name."""
+        declared = self.description.get("experiment", self.kind)
+        return str(declared["name"] if isinstance(declared, Mapping) else declared)
+
+    @property
+    def seed(self) -> int | None:
+        """The seed of the whole run; ``None`` of a log and of a folder of runs."""
+        return None if self.kind == "measured" else self.description.get("seed")
+
+    @property
+    def planned(self) -> int:
+        """Number of trials that the run is to have."""
+        return sum(part.planned for part in self.parts) or int(self.description.get("trials", 0))
+
+    @property
+    def done(self) -> int:
+        """Number of trials that are finished."""
+        if self.kind in WHOLES:
+            return sum(part.done for part in self.parts)
+        return read_table(self.folder, "trials", ["trial"])["trial"].n_unique() if has_tables(self.folder) else 0
+
+    @property
+    def begun(self) -> datetime.datetime | None:
+        """The time at which it was begun, UTC; ``None`` of a folder that only holds runs."""
+        return datetime.datetime.fromisoformat(self.description[BEGUN]) if BEGUN in self.description else None
+
+    @property
+    def commit(self) -> str | None:
+        """The commit that it was begun with, and whether there were changes; ``None`` outside a git checkout."""
+        return provenance.commit(self.description.get("source", {}))
+
+    @property
+    def models(self) -> list[str]:
+        """The labels of its models, or of its behaviours."""
+        listed = self.description.get("models") or self.description.get("settings", {}).get("models", ())
+        behaviours = [Path(name).stem for name in self.description.get("behaviours", ())]
+        return behaviours or [str(model["label"]) for model in listed]
+
+    @property
+    def changed(self) -> str:
+        """The parameters that are not at their defaults: ``dsnn.n_con=6``; empty if none."""
+        return parameters.in_words(self.description.get("changed") or {})
+
+    @property
+    def provenance(self) -> str:
+        """The origin of its trials: ``simulated``, or of an imported log ``measured``, say."""
+        return str(self.description.get("measured", {}).get("provenance", "simulated"))
+
+    @property
+    def verdicts(self) -> str:
+        """Say what claims came to, by word, or by count without one: ``holds: C1, C2; held in 4 of 5: C5``.
+
+        Where a run has several models, each claim that is about one of them names it. Empty if no claim was judged.
+        """
+        several = len({verdict.model for verdict in self._verdicts if verdict.model}) > 1
+        labels: dict[str, list[str]] = {}
+        for verdict in self._verdicts:
+            model = f" ({verdict.model})" if several and verdict.model else ""
+            label = f"held in {verdict.count.label}" if verdict.count.kind == "counted" else verdict.count.label
+            labels.setdefault(label, []).append(f"{verdict.id}{model}")
+        return "; ".join(f"{label}: {', '.join(ids)}" for label, ids in labels.items())
+
+    def figure(self) -> Figure:
+        """Draw the run's figure from its tables.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            That of ``figure.svg``, to be changed or saved; a notebook shows it. Thresholds are those that the run has
+            stored: no file of a model is run.
+
+        Raises
+        ------
+        UsageError
+            The run has no trials yet, or is of a kind whose figure is not drawn from its tables: a sweep, say.
+        """
+        drawn = _draw(self)
+        setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
+        return drawn
+
+    @cached_property
+    def _verdicts(self) -> list[Verdict]:
+        content = self._json("claims.json")
+        return stored.verdicts(content) if content else []
+
+    def _table(self, name: str) -> pl.DataFrame:
+        if self.kind in WHOLES:
+            names = ", ".join(part.folder.name for part in self.parts) or "none"
+            raise UsageError(f"{self.folder}: a {self.kind} has no table of {name} itself; its parts are: {names}")
+        if not has_tables(self.folder):
+            raise UsageError(f"{self.folder}: no {name}.parquet there: no trial of it is finished")
+        return read_table(self.folder, name)
+
+    def _csv(self, name: str) -> pl.DataFrame:
+        path = self.folder / name
+        if not path.is_file():
+            raise UsageError(f"{self.folder}: no {name} there")
+        header = pl.read_csv(path, n_rows=0, glob=False).columns
+        types = {column: kind for column, kind in NUMBERS.items() if column in header}
+        return pl.read_csv(path, schema_overrides=types, infer_schema_length=None, glob=False)
+
+    def _json(self, name: str) -> Any:
+        path = self.folder / name
+        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+
+    def __str__(self) -> str:
+        changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, self.verdicts))
+        seed = "" if self.seed is None else f", seed {self.seed}"
+        return f"{self.folder}: {self.name}{seed}; {changed}{verdicts}{self.done} of {self.planned} trials"
+
+    def __repr__(self) -> str:
+        return f"<Run {self}>"
+
+    def _repr_html_(self) -> str:
+        shown = self.claims.select("id", "model", "word", "count", "says")
+        return f"<p>{html.escape(str(self))}</p>{shown._repr_html_() if shown.height else ''}"
+
+
+def load(folder: str | os.PathLike[str]) -> Run:
+    """Read a run that is in a folder already.
+
+    Parameters
+    ----------
+    folder
+        As a command or `run` left it, whole or interrupted, of any kind: trials, clips, tuning curves, episodes, a
+        leaderboard, a sweep, a reproduction or a part of one, a training, an imported log.
+
+    Returns
+    -------
+    Run
+        The run. Its tables are read when they are asked for.
+
+    Raises
+    ------
+    UsageError
+        There is no run, or another version made it, in one line. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> import polars as pl
+    >>> from experiments import load
+    >>> load("runs/speed-20260801-120000").trials.group_by("speed_cm_s").agg(pl.col("spikes").mean())
+    """
+    place = Path(folder)
+    if not begun(place) and place.is_dir() and next(part_folders(place), None) is not None:
+        return Run(place, {})
+    description = read_description(place)
+    made_by, here = description["versions"]["colias-sim"], provenance.versions()["colias-sim"]
+    if made_by.split(".")[:2] != here.split(".")[:2]:
+        raise UsageError(f"{place}: colias-sim {made_by} made this run and reads it; this is colias-sim {here}")
+    return Run(place, description)
+
+
+def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
+    """List the runs in a folder, oldest first.
+
+    Parameters
+    ----------
+    folder
+        Where runs are, or one run. Folders in it are looked through, down to the parts of reproductions.
+
+    Returns
+    -------
+    polars.DataFrame
+        ``run``: its folder. ``when``: when it was begun. ``experiment``, ``seed``, ``models``: what ran. ``changed``:
+        the parameters that are not at their defaults. ``done`` of ``planned`` trials are finished, ``failures`` are
+        listed. ``verdicts``: what claims came to, ``holds: C1, C2; held in 4 of 5: C5``. ``provenance``:
+        ``simulated``, or of an imported log ``measured``, say. ``commit``: what it was begun with. ``trouble``: why a
+        folder cannot be read, in one line; otherwise null.
+
+    Raises
+    ------
+    UsageError
+        There is no such folder.
+
+    Examples
+    --------
+    >>> import experiments
+    >>> experiments.runs("runs").select("run", "changed", "verdicts")
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise UsageError(f"{path}: no such folder")
+    return table([_runs_row(place) for place in _found(path)], pl.Schema(RUNS_COLUMNS)).sort("when", "run")
+
+
+def part_folders(folder: Path, levels: int = DEEPEST) -> Iterator[Path]:
+    """Yield the folders of the runs in a folder, down to so many levels, but not those inside of runs."""
+    for path in sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")):
+        if begun(path):
+            yield path
+        elif levels > 1:
+            yield from part_folders(path, levels - 1)
+
+
+def _found(folder: Path) -> Iterator[Path]:
+    """Yield the runs in a folder, and the parts of a whole after it."""
+    if begun(folder):
+        yield folder
+        if read_description(folder).get(KIND) not in WHOLES:
+            return
+    for path in part_folders(folder):
+        yield from _found(path)
+
+
+def _runs_row(folder: Path) -> dict[str, Any]:
+    try:
+        run = load(folder)
+    except UsageError as error:
+        return {"run": str(folder), "trouble": str(error)}
+    return {
+        "run": str(folder), "when": run.begun, "experiment": run.name, "seed": run.seed,
+        "models": ", ".join(run.models), "changed": run.changed, "planned": run.planned, "done": run.done,
+        "failures": run.failures.height, "verdicts": run.verdicts, "provenance": run.provenance, "commit": run.commit,
+    }  # fmt: skip
+
+
+def _claim_row(verdict: Verdict) -> dict[str, Any]:
+    count, outcome = verdict.count, verdict.outcome
+    low, high = count.interval or (None, None)
+    return {
+        "id": verdict.id, "model": verdict.model, "word": count.word, "count": str(count), "holds": count.holds,
+        "fails": count.fails, "unjudged": sum(count.unjudged.values()), "random": count.random, "interval_low": low,
+        "interval_high": high, "says": verdict.says, "source": verdict.source, "experiment": verdict.experiment,
+        "outcome": outcome.verdict, "measured": outcome.measured, "decided": outcome.decided,
+        "effect": outcome.effect, "n": outcome.n, "trouble": verdict.trouble,
+        "equal_terms": str(verdict.equal) if verdict.equal else "",
+    }  # fmt: skip
+
+
+def _draw(run: Run) -> Figure:
+    """Draw the figure of trials, clips or episodes, as the run's own command did."""
+    described, changed = run.description, run.description.get("changed") or {}
+    if run.kind == "clips":
+        from experiments.bench.report import clips  # not before: matplotlib takes its time to load
+        from experiments.bench.sources.clips import Figure as Drawing
+
+        declared = described["experiment"]
+        title = clips.title(declared["name"], described["seed"], changed)
+        thresholds = _thresholds(run, described["models"])
+        return clips.draw(Drawing(**declared["figure"]), run.trials, run.frames, thresholds, title)
+    if run.kind in ("trials", "measured"):
+        return _draw_robot(run, run.trials.to_dicts(), changed)
+    if run.kind == "episodes":
+        from experiments.bench.report import behaviours
+
+        caption = behaviours.caption(*(described[name] for name in ("env", "options", "episodes", "seed")))
+        return behaviours.of_episodes(run.trials, run.frames, caption)
+    raise UsageError(f"{run.folder}: the figure of a {run.kind} is not drawn from its tables; see the pictures there")
+
+
+def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure:
+    """Draw the figure of trials with the robot."""
+    from experiments.bench.report import robot  # not before: matplotlib takes its time to load
+    from experiments.bench.sources import excitation
+    from experiments.bench.sources.rows import drawable
+    from scenes import arena_name
+
+    declared, settings = run.description["experiment"], run.description["settings"]
+    models = {model["label"]: model for model in settings["models"]}
+    courses = []
+    if declared["figure"] == "excitation" and set(excitation.NEEDED) <= set(models):
+        courses = excitation.courses(rows, run.frames, float(models[excitation.WHOLE]["network"]["w_i"]))
+    title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
+                        open_loop=settings["robot"]["open_loop"])  # fmt: skip
+    return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
+                      _thresholds(run, settings["models"]), title, excitation.table(courses))  # fmt: skip
+
+
+def _thresholds(run: Run, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+    """Read the threshold of each model's counted channel, as ``run.json`` has it."""
+    stored_levels = {model["label"]: run.description[THRESHOLDS][model["label"]] for model in models}
+    return {
+        label: next((levels[channel] for channel in SPIKING if channel in levels), None)
+        for label, levels in stored_levels.items()
+    }
+
+
+def _png(drawn: Figure) -> bytes:
+    from experiments.bench.report import style
+
+    buffer = io.BytesIO()
+    with style.look():
+        drawn.savefig(buffer, format="png", dpi=110)
+    return buffer.getvalue()

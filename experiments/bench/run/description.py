@@ -1,0 +1,205 @@
+"""``run.json``: every parameter of a run, its seed, and what computed it; one form for every kind of run."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import json
+from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.run import provenance
+from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import NAME, replacing, to_json
+from experiments.bench.run.models import family
+
+KIND = "kind"
+"""The entry that says what kind of run it is: ``trials``, ``clips``, ..."""
+BEGUN, ENDED = "begun", "ended"
+"""The entries that say when the run was begun, and when the last of its trials was done: ISO 8601, UTC."""
+COMMAND = "command"
+"""The entry with the command line (``line``), or the call from Python (``call``, ``arguments``), and its folder."""
+RESUMED = "resumed_with"
+"""The entry that lists what computed the run after `--other-code` let it go on with something else."""
+RENDERERS = "renderers"
+"""The entry that lists what drew the frames (`colias_sim.gl.renderer`). It is no parameter: a run may be resumed with
+another renderer, as all that were tried drew equal pixels."""
+PIXELS = "reference_frames"
+"""The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn."""
+THRESHOLDS = "thresholds"
+"""The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
+NOTES = frozenset((KIND, BEGUN, ENDED, COMMAND, RESUMED, RENDERERS, PIXELS, THRESHOLDS, *provenance.KEYS))
+"""Entries that are no parameters."""
+DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
+"""Entries that follow from others."""
+OF_REPLICATES = ("replicates", "trials", "backgrounds")
+"""Entries of a study that grow where it goes on to more replicates: its trials are in the order of these."""
+OF_KILLED = {".lock", "recordings", f"{NAME}.part"}
+"""What a run leaves that was killed before it wrote its description."""
+MOST_NAMED, LONGEST = 3, 60
+"""Parameters, and characters of a value, that a refusal to resume names."""
+
+_command: ContextVar[Mapping[str, Any] | None] = ContextVar("command", default=None)
+
+
+@contextlib.contextmanager
+def begun_by(command: Mapping[str, Any]) -> Iterator[None]:
+    """Note a command, ``COMMAND`` of ``run.json``, in the runs that are begun in the block; the outermost counts."""
+    token = _command.set(_command.get() or {**command, "folder": str(Path.cwd())})
+    try:
+        yield
+    finally:
+        _command.reset(token)
+
+
+def command_note() -> dict[str, Any]:
+    """Return the entry `COMMAND`; none where the command is not known."""
+    command = _command.get()
+    return {} if command is None else {COMMAND: command}
+
+
+def now() -> str:
+    """Return the time as `BEGUN` has it."""
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def begun(folder: Path) -> bool:
+    """Return whether ``folder`` holds a run."""
+    return (folder / NAME).is_file()
+
+
+def check_own(folder: Path, asked: str) -> None:
+    """Raise `UsageError` where a folder holds other files and no run; ``asked`` is how it was given: ``--out x``."""
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{asked}: is a file, not a folder")
+    if not folder.exists() or begun(folder) or any(map(begun, folder.iterdir())):
+        return
+    if any(path.name not in OF_KILLED for path in folder.iterdir()):
+        raise UsageError(f"{asked}: holds other files; choose a new folder, or an empty one")
+
+
+def write_new(folder: Path, description: Mapping[str, Any]) -> None:
+    """Write the description, the time and the command, whole or not at all."""
+    with replacing(folder / NAME) as partial:
+        partial.write_text(to_json({BEGUN: now(), **command_note(), **description}), encoding="utf-8")
+
+
+def begin_whole(folder: Path, kind: str) -> None:
+    """Make the folder of a command whose parts are runs of their own, if it does not hold one of this kind yet.
+
+    Raises
+    ------
+    UsageError
+        The folder holds a run of another kind.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if not begun(folder):
+        write_new(folder, {KIND: kind, "experiment": kind, "versions": provenance.versions()})
+    elif (there := read_description(folder).get(KIND)) != kind:
+        raise UsageError(f"{folder}: holds a run of kind {there}, not {kind}; choose another --out")
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """Read the description in ``folder``; `UsageError` in one line if there is none."""
+    if not begun(folder):
+        if (folder / "experiment.json").is_file():
+            raise UsageError(f"{folder}: colias-sim 0.3 or earlier made this run, and reads it")
+        raise UsageError(f"{folder}: no {NAME} there, so it is no run's folder")
+    description: dict[str, Any] = json.loads((folder / NAME).read_text(encoding="utf-8"))
+    return description
+
+
+def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
+    """Return the description in ``folder``, for a run described by ``description`` that resumes there.
+
+    Where other code resumes, as ``other_code`` allows, it is among those listed, and the claims are those declared now:
+    no row depends on them. A study may go on to more replicates than it has.
+
+    Raises
+    ------
+    UsageError
+        Parameters differ, or what computes does; the line names the first.
+    """
+    there, here = read_description(folder), json.loads(to_json(description))
+    if here.get("replicates", 0) > there.get("replicates", 0) > 0:
+        there |= {name: here[name] for name in OF_REPLICATES if name in here}
+    if other_code and isinstance(there.get("experiment"), dict) and "claims" in there["experiment"]:
+        there["experiment"] = there["experiment"] | {"claims": here["experiment"]["claims"]}
+    differing = [f"{name} is {_short(before)} there and {_short(after)} now"
+                 for name, before, after in differences(there, here)]  # fmt: skip
+    if differing:
+        more = f"; {len(differing) - MOST_NAMED} more differ" if len(differing) > MOST_NAMED else ""
+        raise UsageError(f"{folder}: {'; '.join(differing[:MOST_NAMED])}{more}: use the first command's options, or"
+                         " choose another --out")  # fmt: skip
+    if "source" not in here:
+        return there
+    others = there.get(RESUMED, [])
+    changes = [provenance.difference(known, here) for known in (there, *others)]
+    if all(changes):
+        if not other_code:
+            raise UsageError(f"{folder}: {changes[0]}; --other-code resumes all the same, and marks the rows")
+        there[RESUMED] = [*others, {key: here[key] for key in provenance.KEYS}]
+    return there
+
+
+def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
+    """Return name and both values of every parameter that differs, as ``--set`` names it; `DERIVED` ones if all are so.
+
+    Of runs of two experiments, only that is returned; of models those that both runs have.
+    """
+    before, after = (dict(_parameters(description)) for description in (there, here))
+    ours, theirs = _networks(there), _networks(here)
+    for name in ours.keys() & theirs.keys():
+        before |= _leaves(ours[name], name)
+        after |= _leaves(theirs[name], name)
+    names = [*before, *(name for name in after if name not in before)]
+    found = [(name, before.get(name), after.get(name)) for name in names if before.get(name) != after.get(name)]
+    if other := [entry for entry in found if entry[0] == "experiment"]:
+        return other
+    return [entry for entry in found if entry[0].split(".")[0] not in DERIVED] or found
+
+
+def _parameters(description: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of every parameter, but those of models."""
+    left = {name: value for name, value in description.items() if name not in NOTES}
+    if isinstance(left.get("settings"), dict):
+        left |= left.pop("settings")
+    declared, models = left.pop("experiment", None), left.pop("models", [])
+    if isinstance(declared, dict):
+        rest = {name: value for name, value in declared.items() if name not in ("name", "design")}
+        yield "experiment", declared["name"]
+        yield from _leaves({**rest, **(declared.get("design") or {})}, "experiment")
+    else:
+        yield "experiment", declared
+    yield "models", [model["label"] if isinstance(model, dict) else model for model in models]
+    yield from _leaves(left, "")
+
+
+def _networks(description: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return source and parameters of each model, by its section of ``--set`` where no other model shares it."""
+    settings = description.get("settings")
+    listed = description.get("models") or (settings.get("models", []) if isinstance(settings, dict) else [])
+    models = [model for model in listed if isinstance(model, dict)]
+    families = [family(model["label"].partition("@")[0]) for model in models]
+    return {
+        name if families.count(name) == 1 else model["label"]: {
+            "source": model.get("source"),
+            **model.get("network", {}),
+        }
+        for name, model in zip(families, models, strict=True)
+    }
+
+
+def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for name, item in value.items():
+            yield from _leaves(item, f"{path}.{name}".lstrip("."))
+    else:
+        yield path, value
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

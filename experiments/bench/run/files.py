@@ -1,0 +1,141 @@
+"""Files that are whole at every moment: each is written beside its place, as NAME.part, then renamed into it."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import json
+import shutil
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from dsnn.stimuli import StimulusEntry
+from experiments.bench.stats.claim import Claim
+
+NAME, TABLE = "run.json", "trials.parquet"
+"""Files of a run: its description, and the table of its trials."""
+
+_naming = threading.Lock()
+_given: set[Path] = set()
+"""Folders that this process has named: another thread may not have made its own yet."""
+
+
+def new_folder(name: str) -> Path:
+    """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
+    first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    path, number = first, 1
+    with _naming:
+        while path.exists() or path.absolute() in _given:  # of another run begun in the same second
+            number += 1
+            path = first.with_name(f"{first.name}-{number}")
+        _given.add(path.absolute())
+    return path
+
+
+def part(place: Path, ending: str = "") -> Path:
+    """Return where a file or a folder is written until it is whole: NAME.part beside it, and an ``ending``."""
+    return place.with_name(f"{place.name}.part{ending}")
+
+
+@contextlib.contextmanager
+def replacing(path: Path, ending: str = "") -> Iterator[Path]:
+    """Write a file so that it has its name when it is whole, or not at all.
+
+    Parameters
+    ----------
+    path
+        The file.
+    ending
+        How the name of the part has to end, where a library chooses the format by that.
+
+    Yields
+    ------
+    Path
+        The part, NAME.part beside the file. The caller writes it; after an error it is removed.
+    """
+    partial = part(path, ending)
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def replacing_folder(folder: Path) -> Iterator[Path]:
+    """Yield a folder beside ``folder``, which it replaces when the block is done; when that fails it is removed."""
+    partial = part(folder)
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        yield partial
+        shutil.rmtree(folder, ignore_errors=True)
+        partial.rename(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def read_parquet(path: Path, columns: list[str] | None = None) -> pl.DataFrame:
+    """Read a Parquet file, or the named columns of it: ``*`` or ``a=1`` in its path are names like any other."""
+    return pl.read_parquet(path, columns=columns, glob=False, hive_partitioning=False)
+
+
+def to_json(value: Any) -> str:
+    """Return indented JSON; dataclasses become objects."""
+    return json.dumps(value, indent=2, default=plain) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
+    if isinstance(value, Claim):
+        return value.described()
+    if isinstance(value, StimulusEntry):
+        return value.name
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        # A field that makes no two values differ is no parameter; one that came later may be left out where it is not
+        # set, so that what was declared before it reads as it did.
+        return {
+            field.name: getattr(value, field.name)
+            for field in dataclasses.fields(value)
+            if field.compare and (getattr(value, field.name) or not field.metadata.get("where_set"))
+        }
+    return str(value)
+
+
+class Files:
+    """The files of a folder. Every method raises ``OSError`` where the folder cannot be written."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file in the folder."""
+        return self.folder / name
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a text file."""
+        self.write_bytes(self.path(name), text.encode())
+
+    def write_json(self, name: str, value: Any) -> None:
+        """Write a JSON file, indented for reading; dataclasses become objects."""
+        self.write_text(name, to_json(value))
+
+    def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Write rows as CSV."""
+        with replacing(self.path(name)) as partial:
+            pl.DataFrame(rows, infer_schema_length=None).write_csv(partial)
+
+    def write_table(self, name: str, table: pl.DataFrame) -> None:
+        """Write a table as Parquet."""
+        with replacing(self.path(name)) as partial:
+            table.write_parquet(partial)
+
+    def write_bytes(self, path: Path, data: bytes) -> None:
+        """Write a file at ``path``, in the folder or below it."""
+        with replacing(path) as partial:
+            partial.write_bytes(data)

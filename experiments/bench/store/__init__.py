@@ -1,1 +1,0 @@
-"""The files of a run: what they hold, and what computed them."""
