@@ -51,7 +51,7 @@ class Robot:
         joint = data.joint(f"{name}/free")
         self._forces = data.body(f"{name}/base").xfrc_applied
         self._qpos, self._qvel = joint.qpos, joint.qvel
-        self._left, self._right = data.actuator(f"{name}/left"), data.actuator(f"{name}/right")
+        self._left, self._right = data.actuator(f"{name}/left").ctrl, data.actuator(f"{name}/right").ctrl
 
     @property
     def pose(self) -> Pose:
@@ -199,8 +199,8 @@ class Robot:
         return WheelSpeeds(*self._board.at(now))
 
     def _turn(self, wheels: WheelSpeeds) -> None:
-        self._left.ctrl[:] = wheels.left / self._radius
-        self._right.ctrl[:] = wheels.right / self._radius
+        self._left[0] = wheels.left / self._radius
+        self._right[0] = wheels.right / self._radius
 
     def ease(self, wheels: WheelSpeeds, dt: float) -> None:
         """Command wheel speeds with limited acceleration: as `drive`, but changed by at most 2 m/s^2 times ``dt``.
@@ -214,7 +214,7 @@ class Robot:
         dt
             Length of the control interval, in seconds.
         """
-        left, right = float(self._left.ctrl[0]) * self._radius, float(self._right.ctrl[0]) * self._radius
+        left, right = self._left.item() * self._radius, self._right.item() * self._radius
         most = EASE * dt
         self._eased = True
         wanted = self._commanded(wheels)

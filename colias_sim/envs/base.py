@@ -348,7 +348,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     def _effort(self) -> float:
         """Return the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
-        return -0.05 * float(np.mean(self._wheels**2))
+        left, right = self._wheels
+        return -0.05 * float((left * left + right * right) / 2)
 
     def _wheels_of(self, action: Any) -> Wheels:
         """Convert an action to wheel speeds: (2,), left and right, as shares of the maximum, in [-1, 1]."""

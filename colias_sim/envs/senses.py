@@ -92,7 +92,7 @@ def neural_observation(answers: Sequence[Response]) -> npt.NDArray[np.float32]:
         sum(a.looming_spikes for a in answers),
         last.azimuth,
     )
-    return np.clip(np.array(values, np.float32), _LOWEST, _HIGHEST)
+    return np.minimum(np.maximum(np.array(values, np.float32), _LOWEST), _HIGHEST)
 
 
 def observation_space(observation: str, shape: tuple[int, int], robots: int) -> spaces.Space[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -80,14 +81,14 @@ class State:
         """
         observer = (
             self.speed / SPEED, self.turn_rate / TURN, self.slip / TURN, self.drift / TURN,
-            self.wall_distance / LENGTH, -np.sin(self.wall_bearing), np.cos(self.wall_bearing),
+            self.wall_distance / LENGTH, -math.sin(self.wall_bearing), math.cos(self.wall_bearing),
         )  # fmt: skip
         others = (
-            (o.distance / LENGTH, -np.sin(o.bearing), np.cos(o.bearing), o.ahead / SPEED, o.left / SPEED)
+            (o.distance / LENGTH, -math.sin(o.bearing), math.cos(o.bearing), o.ahead / SPEED, o.left / SPEED)
             for o in self.others
         )
         values = [*observer, *(value for other in others for value in other)]
-        return np.clip(np.array(values, np.float32), -1.0, 1.0)
+        return np.minimum(np.maximum(np.array(values, np.float32), -1.0), 1.0)
 
     @classmethod
     def read(cls, vector: Sequence[float] | Vector) -> State:
@@ -110,7 +111,7 @@ class State:
         """
         speed, turn, slip, drift, wall, sine, cosine, *rest = (float(value) for value in vector)
         others = tuple(
-            Other(d * LENGTH, -float(np.arctan2(s, c)), ahead * SPEED, left * SPEED)
+            Other(d * LENGTH, -math.atan2(s, c), ahead * SPEED, left * SPEED)
             for d, s, c, ahead, left in zip(*(rest[i::OTHER_ENTRIES] for i in range(OTHER_ENTRIES)), strict=True)
         )
         return cls(
@@ -119,6 +120,6 @@ class State:
             slip * TURN,
             drift * TURN,
             wall * LENGTH,
-            -float(np.arctan2(sine, cosine)),
+            -math.atan2(sine, cosine),
             others,
         )

@@ -132,7 +132,7 @@ class World:
 
     def _notice_touch(self) -> None:
         if not self._touched:
-            self._touched = bool((self._sim.data.contact.geom == self._hull).any())
+            self._touched = self._hull in self._sim.data.contact.geom.ravel().tolist()
 
 
 def parked_robots(count: int) -> dict[str, str]:
