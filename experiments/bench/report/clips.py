@@ -37,6 +37,8 @@ EDGES = {
     "off": "OFF edges (luminance falls): leading of dark objects, trailing of light ones",
     "on": "ON edges (luminance rises): trailing of dark objects, leading of light ones",
 }
+MOST_NAMED = 2
+"""Most models that a title names."""
 ACROSS, NAME_INCHES, LEAST_ROW = 12, 1.0, 0.42
 """Most clips side by side, with several models; inches: width of the names of models, least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
@@ -133,8 +135,9 @@ def counted(words: str, counts: Mapping[str, tuple[int, int]], of: str) -> str:
     so, cases = (sum(pair[place] for pair in counts.values()) for place in (0, 1))
     if len(counts) == 1 or so in (0, cases):
         return f"{words} in {so} of {cases} {of}"
-    whole = sum(k == n for k, n in counts.values())
-    return f"{words} in {so} of {cases} {of}, in all for {whole} of {len(counts)} models"
+    whole = [model for model, (k, n) in counts.items() if k == n]
+    which = " and ".join(whole) if 1 <= len(whole) <= MOST_NAMED else f"{len(whole)} of {len(counts)} models"
+    return f"{words} in {so} of {cases} {of}, in all for {which}"
 
 
 def course(x: Sequence[float], y: Sequence[float]) -> str:
