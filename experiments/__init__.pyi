@@ -36,8 +36,6 @@ from .bench.stats.checks import decide as decide
 from .bench.stats.scores import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
-from .bench.study import Axis as Axis
-from .bench.study import Level as Level
 from .bench.study import Study as Study
 from .bench.sweep import sweep as sweep
 
@@ -48,7 +46,6 @@ __all__ = [
     "NAMES",
     "OFFLINE",
     "Angular",
-    "Axis",
     "Behaviour",
     "Check",
     "Claim",
@@ -64,7 +61,6 @@ __all__ = [
     "Fitted",
     "General",
     "Leg",
-    "Level",
     "OfflineExperiment",
     "Outcome",
     "Path",

@@ -41,7 +41,7 @@ from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count, count_of, totals
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.study import stored as studies
-from experiments.studies.fidelity import EYE, STUDY, WHEELS
+from experiments.studies.robot import EYES, FIDELITY, WHEELS
 
 ROOT = Path(__file__).parents[1]
 SOURCES, RESULTS = Path("docs") / "sources.json", Path("docs") / "results.json"
@@ -60,7 +60,7 @@ SUMMARY: Mapping[str, str] = {
     "C21": "Two looming detectors spike most in a straight approach",
 }
 """Claim -> its words in the summary."""
-CELLS = tuple(product((level.label for level in EYE.levels), (level.label for level in WHEELS.levels)))
+CELLS = tuple(product(EYES, WHEELS))
 """Every eye and drive of the study `fidelity`; the first are those of a reproduction."""
 ROBOTS_EYE = CELLS.index(("ov7670", CELLS[0][1]))
 
@@ -167,9 +167,9 @@ def taken(run: Path) -> dict[str, Any]:
         "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},
         "claims": [_kept(verdict, pooled.get(verdict.id)) for verdict in verdicts],
         "eyes": [
-            {"eye": row["point"][EYE.name], "drive": row["point"][WHEELS.name], "claim": row["claim"],
+            {"eye": row["point"]["eye"], "drive": row["point"]["wheels"], "claim": row["claim"],
              "count": dataclasses.asdict(count_of(row))}
-            for row in studies(run)[STUDY.name]["counts"]
+            for row in studies(run)[FIDELITY.name]["counts"]
         ],
         "scores": pl.concat(scores, how="diagonal").to_dicts(),
     }  # fmt: skip

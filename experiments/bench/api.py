@@ -300,7 +300,7 @@ def fit(
     >>> from experiments import Fit, Study, fit
     >>> threshold = Study("threshold", "C14 and C15 at some threshold", claims=("C14", "C15"))
     >>> fitted = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
-    >>> print(*fitted.sentences(), sep="\\n")
+    >>> print(*fitted.sentences, sep="\\n")
     """
     asked = shipped(fit, "FIT") if isinstance(fit, str) else fit
     if not isinstance(asked, fits.Fit):

@@ -6,42 +6,38 @@ Each batch of settings is a sweep of one axis, a leaderboard or tuning curves, a
 from __future__ import annotations
 
 import importlib.util
-import itertools
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import polars as pl
-from polars.dataframe.group_by import GroupBy
 from pydantic import Field, SkipValidation
 from pydantic.dataclasses import dataclass as validated
 
 from experiments.bench import leaderboard, registry, sweep, sweep_plan, tune
-from experiments.bench.grid import ENDS, apart, keys_of
+from experiments.bench.box import Box, box_of, setting_at, spread
+from experiments.bench.grid import apart, keys_of
 from experiments.bench.measures import SPIKES
 from experiments.bench.report.terminal import error_console
 from experiments.bench.run import provenance
 from experiments.bench.run.description import KIND, begun, reconciled, write_new
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
-from experiments.bench.run.models import PRESET, ask, look_up
+from experiments.bench.run.models import ask, look_up
 from experiments.bench.run.provenance import drawn_from, tables_of
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
-from experiments.bench.run.settings import changed, check_counts, collect, schema_of, unit_of
-from experiments.bench.run.streams import stream
+from experiments.bench.run.settings import check_counts
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.stats.checks import MARGIN, Check
 from experiments.bench.stats.count import LEAST_JUDGED, Count, count
 from experiments.bench.stats.tests import summarise
-from experiments.bench.stats.verdict import Outcome, together
-from experiments.bench.study import Axis, Level, Study, make_tuples
-from experiments.bench.sweep import TOGETHER
+from experiments.bench.stats.verdict import together
+from experiments.bench.study import TOGETHER, Study, make_tuples
+from experiments.bench.sweep import MOST_SLACK
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
@@ -49,13 +45,7 @@ SLACK, KEPT = "slack", "kept"
 """Goals of claims: the least slack over claims and replicates, or the number of claims kept."""
 LEADERBOARD, TUNING = "leaderboard", "tuning"
 """What may stand in place of experiments: the leaderboard's scores, or the numbers of tuning curves."""
-BOARD_NAMES = {
-    LEADERBOARD: tuple(
-        name for panels in leaderboard.PANELS.values() for names in panels.values() for name in names
-        if name not in leaderboard.TIMES
-    ),
-    TUNING: tune.NUMBERS,
-}  # fmt: skip
+BOARD_NAMES: Mapping[str, tuple[str, ...]] = {LEADERBOARD: leaderboard.SCORES, TUNING: tune.NUMBERS}
 """The numbers that a fit may make large there: no times, which another run would not repeat."""
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
@@ -63,14 +53,8 @@ NEXT_BEST = 10
 """Settings that are judged anew beside the winner."""
 TEST, SAMPLE, APART = 1_000_000, 2_000_000, 1000
 """Added to the seed of the search for the judging anew and for the sample; distance of a board's replicates."""
-MOST_SLACK = 100.0
-"""Slack at which each claim is clipped, in smallest differences. A claim that cannot be judged has it below 0."""
 AS_IS = "as it is"
 """Name of the model without a setting."""
-LOG_FROM = 100.0
-"""Ratio of the ends of a range from which it is searched by its logarithm."""
-TO = ".."
-
 
 AtLeastOne = Annotated[int, Field(ge=1)]
 
@@ -82,8 +66,8 @@ class Fit:
     Parameters
     ----------
     study
-        Claims or measures, experiments, one model, what holds at every point, and the replicates that each setting is
-        searched by. It has no axes. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
+        Claims, experiments, one model, what holds at every point, and the replicates that each setting is searched by.
+        It has neither axes nor measures. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
     over
         The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter, or for several of one value with
         ``+`` between their keys. ``KEY`` alone is its whole legal range. A range of positive numbers whose ends are 100
@@ -102,7 +86,7 @@ class Fit:
         Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
         anew always has. Fewer make a search quicker, and its slack rougher.
     maximise, minimise
-        The goals, made large, and small: ``slack`` or ``kept`` of claims, the study's measures, columns of the
+        The goals, made large, and small: ``slack`` or ``kept`` of claims, measures of sweeps, columns of the
         leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
 
     Raises
@@ -134,14 +118,12 @@ class Fit:
     def __post_init__(self) -> None:
         make_tuples(self, f"fit {self.study.name}", ("over", "maximise", "minimise"))
         study, goals = self.study, list(self.goals)
-        if study.axes or study.over or study.measures or study.as_run or len(study.models) != 1:
+        if study.axes or study.over or study.measures or study.read_off or len(study.models) != 1:
             raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
         if not goals or (len(goals) > 1 and {SLACK, KEPT} & {*goals}) or {SLACK, KEPT} & {*self.minimise}:
             raise UsageError(f"--maximise {','.join(goals)}: slack and kept are made large, each as the only goal")
-        if self.board and len(study.experiments) > 1:
-            raise UsageError(f"{self.board}: it is fitted to alone, without {', '.join(study.experiments)}")
-        if study.claims and not self.of_claims:
-            raise UsageError(f"--claims: {goals[0]} is no number of claims; leave out --claims, or --maximise")
+        if (self.board and len(study.experiments) > 1) or (study.claims and not self.of_claims):
+            raise UsageError(f"fit {study.name}: {self.board or goals[0]} is fitted to without claims and experiments")
 
     @property
     def goals(self) -> dict[str, int]:
@@ -159,267 +141,70 @@ class Fit:
         return next((name for name in self.study.experiments if name in BOARD_NAMES), "")
 
 
-# The box.
+# The search: Optuna asks for settings batch by batch.
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
-    """The values that one parameter may take, or several together: those between two ends, or some by name.
-
-    Parameters
-    ----------
-    key
-        As ``--over`` has it: ``dsnn.t_sp``, or ``dsnn.tau_s.first`` for an end of several values, or
-        ``plain.fps+cluttered.fps`` for parameters that have one value.
-    low, high
-        The ends, which belong to it.
-    whole
-        Whether it takes whole numbers alone.
-    choices
-        The values by name; empty where there are ends.
-    unit
-        Of the values; empty where none is known.
-    network
-        Whether it is a parameter of the model, so that its values can share their frames.
-    """
-
-    key: str
-    low: float = 0.0
-    high: float = 1.0
-    whole: bool = False
-    choices: tuple[str, ...] = ()
-    unit: str = ""
-    network: bool = False
-
-    @property
-    def log(self) -> bool:
-        """True if it is searched by its logarithm: both ends are above 0, and their ratio is `LOG_FROM` or more."""
-        return not self.choices and self.low > 0.0 and self.high / self.low >= LOG_FROM
-
-    def text(self, value: float | str) -> str:
-        """Return a value as ``--set`` takes it, a number to six digits."""
-        return value if isinstance(value, str) else str(int(value)) if self.whole else f"{value:.6g}"
-
-    def at(self, share: float) -> str:
-        """Return the value below which a share of the range lies, 0 up to below 1; whole numbers have equal shares."""
-        if self.choices:
-            return self.choices[int(share * len(self.choices))]
-        if self.log:
-            value = math.exp(math.log(self.low) + share * math.log(self.high / self.low))
-            return self.text(round(value) if self.whole else value)
-        if self.whole:
-            return self.text(int(self.low) + int(share * (round(self.high - self.low) + 1)))
-        return self.text(self.low + share * (self.high - self.low))
-
-    def __str__(self) -> str:
-        """Return the text of ``--over``."""
-        return f"{self.key}={','.join(self.choices) or f'{self.text(self.low)}{TO}{self.text(self.high)}'}"
-
-
-Box = tuple[Range, ...]
-"""All ranges of a fit."""
-
-
-def setting_at(box: Box, shares: Sequence[float]) -> dict[str, str]:
-    """Return the setting at a place of the unit cube, one share for each range."""
-    return {part.key: part.at(share) for part, share in zip(box, shares, strict=True)}
-
-
-def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box:
-    """Return the box of ``KEY=A..B``, ``KEY=V1,V2`` and ``KEY`` texts, checked against the experiments that they move.
-
-    Parameters
-    ----------
-    over
-        One text for each parameter, or for several of one value with ``+`` between their keys.
-    study
-        Says the models and what holds at every point.
-    experiments
-        Declarations of one kind; empty where models alone are moved.
-
-    Raises
-    ------
-    UsageError
-        A text is not of these forms, its key is of no experiment or model or is there twice, an end is not legal, or
-        ``--set`` settles the key.
-    """
-    sections: dict[str, Any] = {model.section: model.chosen.network for model in look_up(study.models)}
-    networks = set(sections)
-    free = replace(study, assignments=())
-    for experiment in experiments:
-        on_clips = isinstance(experiment, OfflineExperiment)
-        part = (sweep_plan.clips_part(experiment, free, 0, (), None) if on_clips
-                else sweep_plan.robot_part(experiment, study.models, free, 0, None))  # fmt: skip
-        sections |= {section: values[0] for section, values in part.bases()[0].items()}
-    settled = {text.partition("=")[0] for text in study.assignments}
-    ranges: list[Range] = []
-    taken: set[str] = set()
-    for text in over:
-        name, equals, ends = text.partition("=")
-        parts = [_range(f"{key}{equals}{ends}", sections, networks) for key in keys_of(name)]
-        for key in keys_of(name):
-            if key in taken or apart(key)[0] in settled:
-                raise UsageError(f"--over {text}: {key} is there twice, or --set settles it")
-            taken.add(key)
-        if len({replace(part, key=name, unit="") for part in parts}) > 1:
-            raise UsageError(f"--over {text}: {' and '.join(keys_of(name))} take no one value")
-        ranges.append(replace(parts[0], key=name))
-    if not ranges:
-        raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
-    return tuple(ranges)
-
-
-def _range(text: str, sections: Mapping[str, Any], networks: set[str]) -> Range:
-    key, equals, ends = text.partition("=")
-    parameter, end = apart(key)
-    collect([f"{parameter}={ends}"], sections, option="--over")  # the key is known
-    section, _, name = parameter.partition(".")
-    value, network = sections[section], section in networks
-    if name == PRESET and network:
-        raise UsageError(f"--over {text}: a preset of a model is not searched; its parameters are")
-    schema, unit, present = schema_of(value, name), unit_of(value, name), getattr(value, name, None)
-    if isinstance(present, tuple) != bool(end):
-        raise UsageError(f"--over {text}: KEY.first or KEY.last is for a parameter of several values, and only for one")
-    if end:
-        schema = (schema.get("prefixItems") or [schema["items"]])[0]
-    choices: tuple[str, ...] = ()
-    low = high = 0.0
-    if equals and TO not in ends:
-        choices = tuple(dict.fromkeys(filter(None, ends.split(","))))
-        if len(choices) < 2:
-            raise UsageError(f"--over {text}: expected KEY=A{TO}B, or two values or more as KEY=V1,V2; --set sets one")
-    elif not equals and ("enum" in schema or schema.get("type") == "boolean"):
-        choices = tuple(map(str, schema["enum"])) if "enum" in schema else ("false", "true")
-    else:
-        low, high = _ends(text, ends, schema)
-    for one in choices or (f"{low:.6g}", f"{high:.6g}"):
-        parts = [str(part) for part in present or ()] if end else [one]
-        parts[ENDS.get(end, 0)] = one
-        changed("", value, {name: ",".join(parts)}, lambda _name, _text: f"--over {text}")
-    return Range(key, low, high, schema.get("type") == "integer" and not choices, choices, unit, network)
-
-
-def _ends(text: str, ends: str, schema: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the ends that were typed, or those of the legal range."""
-    if schema.get("type") not in ("number", "integer"):
-        raise UsageError(f"--over {text}: it is no number; list its values as KEY=V1,V2")
-    if not ends:
-        if not {"minimum", "maximum"} <= schema.keys():
-            raise UsageError(f"--over {text}: its legal range has no two ends; give them as KEY=A{TO}B")
-        return float(schema["minimum"]), float(schema["maximum"])
-    try:
-        low, high = (float(part) for part in ends.split(TO))
-    except ValueError:
-        low = high = math.nan
-    if not -math.inf < low < high < math.inf:
-        raise UsageError(f"--over {text}: expected two numbers as KEY=A{TO}B, the lower first")
-    if schema["type"] == "integer" and not (low.is_integer() and high.is_integer()):
-        raise UsageError(f"--over {text}: the parameter takes whole numbers, and so do its ends")
-    return low, high
-
-
-def spread(box: Box, number: int, seed: int) -> list[dict[str, str]]:
-    """Return settings that fill a box evenly: the first points of a scrambled Sobol sequence.
-
-    References
-    ----------
-    Owen 1998, Scrambling Sobol' and Niederreiter-Xing points.
-    """
-    from scipy.stats import qmc
-
-    sequence = qmc.Sobol(len(box), scramble=True, rng=stream("fit.sample", seed))
-    points = sequence.random_base2((number - 1).bit_length())[:number]
-    return [setting_at(box, [min(float(share), np.nextafter(1.0, 0.0)) for share in point]) for point in points]
-
-
-# The search.
-
-
-class Search:
-    """Ask Optuna for settings, batch by batch, and tell it their values.
+def ask_for(search: Any, plan: FitPlan, number: int) -> list[Any]:
+    """Return Optuna's trials of a batch; those that share a rendering one after another.
 
     The sampler is made anew for each batch, seeded by the seed of the fit and the batch's number. So equal seeds give
     equal settings, whatever plays them; and a fit that was cut short asks again for what it had, and finds it played.
-
-    Parameters
-    ----------
-    box, seed
-        Where to search, and the seed of the fit.
-    renderings, share
-        Settings of the renderings in a batch, and settings of the network that share each.
-    fit
-        Says sampler and goals.
     """
+    from optuna import distributions as kinds
+    from optuna.samplers import RandomSampler, TPESampler
 
-    def __init__(self, box: Box, seed: int, renderings: int, share: int, fit: Fit) -> None:
-        import optuna
+    state = int(np.random.SeedSequence(plan.seed, spawn_key=(number,)).generate_state(1)[0])
+    tpe = plan.fit.sampler == "tpe"
+    search.sampler = TPESampler(seed=state, constant_liar=True) if tpe else RandomSampler(seed=state)
+    free: dict[str, Any] = {
+        part.key: kinds.CategoricalDistribution(part.choices) if part.choices
+        else kinds.IntDistribution(int(part.low), int(part.high), log=part.log) if part.whole
+        else kinds.FloatDistribution(part.low, part.high, log=part.log)
+        for part in plan.box
+    }  # fmt: skip
+    asked = []
+    for _ in range(plan.renderings):
+        first = search.ask(free)
+        asked.append(first)
+        outside = {part.key: first.params[part.key] for part in plan.box if not part.network}
+        for _ in range(plan.share - 1):
+            if outside:
+                search.enqueue_trial(outside)
+            asked.append(search.ask(free))
+    return asked
 
-        optuna.logging.set_verbosity(optuna.logging.WARNING)
-        self._optuna: Any = optuna
-        self._box, self._seed, self._renderings, self._share, self._fit = box, seed, renderings, share, fit
-        self.study: Any = optuna.create_study(directions=["maximize"] * len(fit.goals))
-        self._free = {part.key: self._distribution(part) for part in box}
-        self._asked: list[Any] = []
-        self._batch = 0
 
-    def _distribution(self, part: Range) -> Any:
-        distributions = self._optuna.distributions
-        if part.choices:
-            return distributions.CategoricalDistribution(part.choices)
-        if part.whole:
-            return distributions.IntDistribution(int(part.low), int(part.high), log=part.log)
-        return distributions.FloatDistribution(part.low, part.high, log=part.log)
+def tell(search: Any, asked: Sequence[Any], scores: pl.DataFrame, fit: Fit) -> None:
+    """Tell Optuna the `scored` values of a batch; a setting without a value counts as failed."""
+    from optuna.trial import TrialState
 
-    def ask(self) -> list[dict[str, str]]:
-        """Return the settings of the next batch; those that share a rendering one after another."""
-        state = int(np.random.SeedSequence(self._seed, spawn_key=(self._batch,)).generate_state(1)[0])
-        samplers = self._optuna.samplers
-        if self._fit.sampler == "tpe":
-            self.study.sampler = samplers.TPESampler(seed=state, constant_liar=True)
-        else:
-            self.study.sampler = samplers.RandomSampler(seed=state)
-        self._asked = []
-        for _ in range(self._renderings):
-            first = self.study.ask(self._free)
-            self._asked.append(first)
-            outside = {part.key: first.params[part.key] for part in self._box if not part.network}
-            for _ in range(self._share - 1):
-                if outside:
-                    self.study.enqueue_trial(outside)
-                self._asked.append(self.study.ask(self._free))
-        self._batch += 1
-        return [{part.key: part.text(trial.params[part.key]) for part in self._box} for trial in self._asked]
+    for trial, row in zip(asked, scores.iter_rows(named=True), strict=True):
+        for name in names_of(row):
+            trial.set_user_attr(name, row[name])
+        values = worth(row, fit)
+        known = all(map(math.isfinite, values))
+        search.tell(trial, values if known else None, state=None if known else TrialState.FAIL)
 
-    def tell(self, scores: pl.DataFrame) -> None:
-        """Tell the `scored` values of the last batch; a setting without a value counts as failed."""
-        failed = self._optuna.trial.TrialState.FAIL
-        for trial, row in zip(self._asked, scores.iter_rows(named=True), strict=True):
-            for name in names_of(row):
-                trial.set_user_attr(name, row[name])
-            values = worth(row, self._fit)
-            known = all(map(math.isfinite, values))
-            self.study.tell(trial, values if known else None, state=None if known else failed)
 
-    def importance(self, name: str = "") -> dict[str, float]:
-        """Return the share of each parameter in whether the first goal, a claim or a measure is among the best tenth.
+def importance(search: Any, plan: FitPlan, name: str = "") -> dict[str, float]:
+    """Return the share of each parameter in whether the first goal, a claim or a measure is among the best tenth.
 
-        By PED-ANOVA (Watanabe, Bansal and Hutter 2023); all 0 where every setting came to the same.
-        """
-        sign = self._fit.goals.get(name, 1)
+    By PED-ANOVA (Watanabe, Bansal and Hutter 2023); all 0 where every setting came to the same.
+    """
+    from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 
-        def number(trial: Any) -> float:
-            return sign * float(trial.user_attrs[name] if name else trial.values[0])
+    sign = plan.fit.goals.get(name, 1)
 
-        known = [trial for trial in self.study.get_trials(deepcopy=False) if trial.values]
-        if len({number(trial) for trial in known}) < 2:
-            return dict.fromkeys(self._free, 0.0)
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)  # it is given the slack below 0
-            shares = self._optuna.importance.get_param_importances(
-                self.study, evaluator=self._optuna.importance.PedAnovaImportanceEvaluator(),
-                target=lambda trial: -number(trial),
-            )  # fmt: skip
-        return {key: float(shares.get(key, 0.0)) for key in self._free}
+    def less(trial: Any) -> float:
+        return -sign * float(trial.user_attrs[name] if name else trial.values[0])
+
+    known = [trial for trial in search.get_trials(deepcopy=False) if trial.values]
+    if len(set(map(less, known))) < 2:
+        return {part.key: 0.0 for part in plan.box}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)  # it is given the slack below 0
+        shares = get_param_importances(search, evaluator=PedAnovaImportanceEvaluator(), target=less)
+    return {part.key: float(shares.get(part.key, 0.0)) for part in plan.box}
 
 
 # Results of settings: a table with a row for each setting, claim or measure, and replicate.
@@ -430,26 +215,7 @@ RESULTS = pl.Schema(
 """``value`` is the slack of a claim, or a measure, NaN where it has none; ``verdict`` is of claims alone."""
 
 
-def slack(outcome: Outcome) -> float:
-    """Return how far inside its bounds a claim lies in one replicate, in smallest differences.
-
-    Returns
-    -------
-    float
-        The least over its checks, from -`MOST_SLACK` to `MOST_SLACK`; -`MOST_SLACK` where it could not be judged, so
-        that a silent network gains nothing by silence.
-    """
-    if not outcome.judged or not outcome.checks:
-        return -MOST_SLACK
-    return float(np.clip(min(map(_differences, outcome.checks)), -MOST_SLACK, MOST_SLACK))
-
-
-def _differences(check: Check) -> float:
-    """Return slack over smallest difference: that of potentials where the reading has no unit, else 1 of the unit."""
-    return -MOST_SLACK if np.isnan(check.slack) else check.slack / MARGIN["spikes" if check.unit else "potential"]
-
-
-def names_of(columns: Iterable[str]) -> list[str]:
+def names_of(columns: Any) -> list[str]:
     """Return the claims or measures among the columns of a table of `scored`."""
     return [name for name in columns if name not in ("setting", "kept", "least", "mean")]
 
@@ -495,6 +261,27 @@ def front(values: Sequence[Sequence[float]]) -> list[int]:
     return chosen
 
 
+def best_of(scores: pl.DataFrame, settings: Sequence[Setting], fit: Fit) -> list[int]:
+    """Return the places of the winner and the next best, or of the front of several goals.
+
+    Of claims those that keep all come first, then the goal decides, then the mean slack.
+    """
+    rows = scores.to_dicts()
+    if len(fit.goals) > 1:
+        return front([worth(row, fit) for row in rows])[: NEXT_BEST + 1]
+
+    def rank(place: int) -> tuple[float, ...]:
+        row, (value,) = rows[place], worth(rows[place], fit)
+        if not fit.of_claims:
+            return (value if math.isfinite(value) else -math.inf,)
+        return float(row["kept"] == len(names_of(row))), value, row["mean"]
+
+    first: dict[tuple[tuple[str, str], ...], int] = {}  # a box of names alone has settings twice
+    for place in sorted(range(len(rows)), key=rank, reverse=True):
+        first.setdefault(tuple(settings[place].items()), place)
+    return list(first.values())[: NEXT_BEST + 1]
+
+
 # Playing settings.
 
 
@@ -503,18 +290,13 @@ def assigned(setting: Setting) -> tuple[str, ...]:
     return tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name))
 
 
-def settings_axis(settings: Sequence[Setting]) -> Axis:
-    """Return the axis of a study whose levels are settings, by their numbers."""
-    return Axis("setting", tuple(Level(str(number), assigned(setting)) for number, setting in enumerate(settings)))
-
-
-def study_of(fit: Fit, *, anew: bool = False) -> Study:
-    """Return the study that a fit plays, with the measures that are its goals; the search may have fewer trials."""
-    study = fit.study if anew or fit.search_repeats is None else replace(fit.study, repeats=fit.search_repeats)
-    if fit.of_claims:
-        return study
-    measures = [SPIKES if name.partition(":")[0] == SPIKES else name for name in fit.goals]
-    return replace(study, measures=tuple(dict.fromkeys(sorted(measures, key=SPIKES.__eq__))))
+def study_of(fit: Fit, settings: Sequence[Setting], *, anew: bool = False) -> Study:
+    """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
+    names = [SPIKES if name.partition(":")[0] == SPIKES else name for name in fit.goals]
+    measures = () if fit.of_claims else tuple(dict.fromkeys(sorted(names, key=SPIKES.__eq__)))
+    repeats = fit.study.repeats if anew or fit.search_repeats is None else fit.search_repeats
+    axes = {"setting": {str(number): assigned(setting) for number, setting in enumerate(settings)}}
+    return replace(fit.study, measures=measures, repeats=repeats, axes=axes)
 
 
 def text_of(fit: Fit, setting: Setting) -> str:
@@ -525,62 +307,60 @@ def text_of(fit: Fit, setting: Setting) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Player:
-    """Plays settings of a fit in folders of its own, and takes note of what fails."""
+class FitPlan:
+    """A fit, checked; a batch has ``renderings`` settings of these, and ``share`` of the network for each."""
 
     fit: Fit
-    out: Path
-    resources: Resources
-    failures: list[Failure]
+    box: Box
+    seed: int
+    renderings: int
+    share: int
 
-    def __call__(
-        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Workers, *, anew: bool = False
-    ) -> pl.DataFrame:
-        """Play what the folder ``name`` lacks of settings, and return their `RESULTS`."""
-        play = self._board if self.fit.board else self._sweep
-        return pl.DataFrame(list(play(name, settings, seed, replicates, pool, anew)), RESULTS, orient="row")
+    @property
+    def batches(self) -> int:
+        """The number of batches."""
+        return -(-self.fit.trials // (self.renderings * self.share))
 
-    def _sweep(
-        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Workers, anew: bool
-    ) -> Any:
-        study = replace(study_of(self.fit, anew=anew), axes=(settings_axis(settings),), replicates=replicates)
-        plan = sweep_plan.planned(study, seed)
-        with sweep.batch(plan, name).run(self.out / name, pool, self.resources) as folder:
-            result = sweep.Sweep(plan, folder.trials().to_dicts(), folder.failures())
-        self.failures.extend(result.failures)
-        measures = {measure.name: (measure, experiment) for measure, experiment in plan.measures}
-        for point, model in plan.judged:
-            number = int(point[0][1])
-            for claim, _ in plan.claims if self.fit.of_claims else ():
-                for place, outcome in enumerate(result.outcomes[point, model, claim.id]):
-                    yield number, claim.id, place, outcome.verdict, slack(outcome)
-            for goal in () if self.fit.of_claims else self.fit.goals:
-                for place, value in enumerate(result.values(*measures[goal], point, model)):
-                    yield number, goal, place, None, math.nan if value is None else value
 
-    def _board(
-        self, name: str, settings: Sequence[Setting], seed: int, replicates: int, pool: Workers, _anew: bool
-    ) -> Any:
-        texts = [text_of(self.fit, setting) for setting in settings]
-        shown = list(dict.fromkeys(texts))
-        for place in range(replicates):
-            folder, own = self.out / (f"{name}-{place}" if replicates > 1 else name), seed + APART * place
-            if self.fit.board == LEADERBOARD:
-                planned = leaderboard.plan(shown, None, own)
-                responses, failures = leaderboard.play(planned, folder, pool, self.resources)
-                tables = [board.to_dicts() for board in leaderboard.rank(planned, responses).values()]
-            else:
-                _, preferences, failures = tune.run(tune.plan(shown, (), (), own), folder, pool, self.resources)
-                tables = [list(preferences)]
-            self.failures.extend(failures)
-            rows: dict[str, dict[str, Any]] = {}
-            for row in itertools.chain(*tables):
-                rows.setdefault(row["model"], {}).update(row)
-            for number, text in enumerate(texts):
-                row = rows.get(look_up([text])[0].chosen.label, {})
-                for goal in self.fit.goals:
-                    value = row.get(goal)
-                    yield number, goal, place, None, math.nan if value is None else value
+def _played(
+    fit: Fit, study: Study, seed: int, place: Path, pool: Workers, resources: Resources, failures: list[Failure]
+) -> Iterator[tuple[Any, ...]]:
+    """Play what a folder lacks of a study whose points are settings, and yield the rows of `RESULTS`."""
+    result = sweep.play(sweep_plan.planned(study, seed), place, pool, resources, place.name)
+    failures += result.failures
+    if fit.of_claims:
+        for row in result.table.iter_rows(named=True):
+            slack = -MOST_SLACK if row["slack"] is None else row["slack"]  # so that silence gains nothing
+            yield int(row["setting"]), row["claim"], row["replicate"], row["verdict"], slack
+        return
+    for row in result.numbers.filter(pl.col("measure").is_in(list(fit.goals))).iter_rows(named=True):
+        for number, value in enumerate(row["each"]):
+            yield int(row["setting"]), row["measure"], number, None, math.nan if value is None else value
+
+
+def _on_board(
+    fit: Fit, settings: Sequence[Setting], replicates: int, seed: int, place: Path, pool: Workers,
+    resources: Resources, failures: list[Failure],
+) -> Iterator[tuple[Any, ...]]:  # fmt: skip
+    """Play what folders lack of a leaderboard or tuning curves for each setting, and yield the rows of `RESULTS`."""
+    texts = [text_of(fit, setting) for setting in settings]
+    shown = list(dict.fromkeys(texts))
+    for number in range(replicates):
+        folder, own = place.with_name(f"{place.name}-{number}") if replicates > 1 else place, seed + APART * number
+        if fit.board == LEADERBOARD:
+            planned = leaderboard.plan(shown, None, own)
+            responses, more = leaderboard.play(planned, folder, pool, resources)
+            rows = [row for board in leaderboard.rank(planned, responses).values() for row in board.to_dicts()]
+        else:
+            _, rows, more = tune.run(tune.plan(shown, (), (), own), folder, pool, resources)
+        failures += more
+        by_model: dict[str, dict[str, Any]] = {}
+        for row in rows:
+            by_model.setdefault(row["model"], {}).update(row)
+        for setting, text in enumerate(texts):
+            row = by_model.get(look_up([text])[0].chosen.label, {})
+            for goal in fit.goals:
+                yield setting, goal, number, None, math.nan if row.get(goal) is None else row[goal]
 
 
 # The result.
@@ -588,365 +368,179 @@ class Player:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The result of a fit: settings searched, the best of them judged anew, and a sample of the box.
+    """The result of a fit.
 
     Parameters
     ----------
-    fit
-        The fit that was asked for.
-    box
-        The parameters that are free, and their ranges.
-    seed
-        Seed of the whole run.
+    plan
+        The fit that was asked for, its box and its seed.
     settings
-        Every setting that was searched, in order.
-    searched
-        Their results: a row for each setting, claim or measure, and replicate.
-    best
-        Numbers of the winner and of the next best among these; of several goals those of the front.
+        The settings searched and those of the even sample, a row each: ``of``, ``number``, their values, ``kept`` and
+        the slacks of claims, or the means of measures.
     anew
-        The results of the best at seeds that the search never saw; of measures the model as it is comes after them.
-    even
-        The settings that fill the box evenly.
-    sample
-        Their results.
+        The settings judged anew, a row for each and each claim or goal, the winner's first: the count or the mean, the
+        ends of its 95 % interval, and the value in the search. Of measures the model as it is comes last.
+    word
+        The verdict on the winner: ``fitted``; ``not fitted``; or ``no word``, of too few replicates judged anew. Empty
+        of measures.
+    share
+        The count of the sample's settings in which every claim is kept: the share of the box. ``None`` of measures.
+    luck
+        Claims together (``all``) or goal -> by how much the search promised too much of its winner: its mean there less
+        that at fresh seeds; ``None`` where it is not known.
+    gain
+        Goal -> by how much the winner is better than the model as it is, both at fresh seeds.
+    importance
+        Claim or measure -> parameter -> its share of what varies; ``all`` is all claims together.
     looks
         Number of times that settings were judged at those seeds, this one included.
-    importance
-        Claim or measure -> parameter -> its share of what varies; empty is all claims together, or the first goal.
+    sentences
+        The answer in sentences: the winner judged anew, how much of it was luck, the even sample, what was searched.
     failures
         Everything that failed.
     """
 
-    fit: Fit
-    box: Box
-    seed: int
-    settings: tuple[Setting, ...]
-    searched: pl.DataFrame
-    best: tuple[int, ...]
+    plan: FitPlan
+    settings: pl.DataFrame
     anew: pl.DataFrame
-    even: tuple[Setting, ...]
-    sample: pl.DataFrame
+    word: str
+    share: Count | None
+    luck: Mapping[str, float | None]
+    gain: Mapping[str, float | None]
+    importance: Mapping[str, Mapping[str, float]]
     looks: int
-    importance: dict[str, dict[str, float]]
-    failures: tuple[Failure, ...] = ()
+    sentences: Sequence[str]
+    failures: Sequence[Failure] = ()
 
     @property
     def winner(self) -> Setting:
         """The best setting as the search saw it; of several goals the best in the first."""
-        return self.settings[self.best[0]]
-
-    @property
-    def names(self) -> list[str]:
-        """The claims, or the measures."""
-        return self.searched["name"].unique(maintain_order=True).to_list()
-
-    def values(self, results: pl.DataFrame, setting: int, name: str = "") -> list[float]:
-        """Return the values of a claim or a measure in each replicate.
-
-        Parameters
-        ----------
-        results
-            ``searched``, ``anew`` or ``sample``.
-        setting
-            Number of the setting there.
-        name
-            A claim or a measure; empty: the least slack of all claims.
-
-        Returns
-        -------
-        list of float
-            Slack in smallest differences, or the measure; NaN where it has no value.
-        """
-        return _replicates(results, setting, name).agg(pl.col("value").min())["value"].to_list()
-
-    def goal(self, results: pl.DataFrame) -> list[float]:
-        """Return the first goal of each setting.
-
-        Parameters
-        ----------
-        results
-            ``searched`` or ``sample``.
-
-        Returns
-        -------
-        list of float
-            Least slack, claims kept, or the mean of a measure.
-        """
-        sign = next(iter(self.fit.goals.values()))
-        return [sign * worth(row, self.fit)[0] for row in scored(results).to_dicts()]
-
-    def kept(self, results: pl.DataFrame, setting: int, claim: str = "") -> Count:
-        """Count the replicates in which a claim is kept.
-
-        Parameters
-        ----------
-        results
-            ``searched``, ``anew`` or ``sample``.
-        setting
-            Number of the setting there.
-        claim
-            Its id; empty: all claims together.
-
-        Returns
-        -------
-        Count
-            How often it is kept, fails, and cannot be judged.
-        """
-        verdicts = _replicates(results, setting, claim).agg("verdict")["verdict"].to_list()
-        return count(together(each) for each in verdicts)
-
-    @property
-    def share(self) -> Count:
-        """The count of the sample's settings in which every claim is kept: the share of the box, with its interval."""
-        kept = int((scored(self.sample)["kept"] == len(self.names)).sum())
-        return Count(kept, len(self.even) - kept)
-
-    @property
-    def word(self) -> str:
-        """The verdict on the winner: ``fitted``; ``not fitted``; or ``no word``, of too few replicates judged anew."""
-        anew, before = self.kept(self.anew, 0), self.kept(self.searched, self.best[0])
-        if before.holds < before.replicates:
-            return "not fitted"
-        if anew.word == "holds":
-            return "fitted"
-        return "no word" if anew.kind == "counted" and not anew.fails else "not fitted"
-
-    def luck(self, goal: str = "") -> float | None:
-        """Return by how much the search promised too much of its winner: its goal there less that at fresh seeds.
-
-        Parameters
-        ----------
-        goal
-            A measure; empty: the mean of the least slack of all claims.
-
-        Returns
-        -------
-        float or None
-            Above 0 where the search promised too much; ``None`` where it is not known.
-        """
-        before = _mean(self.values(self.searched, self.best[0], goal), whole=True)
-        after = _mean(self.values(self.anew, 0, goal))
-        if before is None or after is None:
-            return None
-        return 0.0 if math.isclose(before, after, rel_tol=1e-12) else self.fit.goals.get(goal, 1) * (before - after)
-
-    def gain(self, goal: str) -> float | None:
-        """Return by how much the winner is better than the model as it is, both at fresh seeds.
-
-        Parameters
-        ----------
-        goal
-            A measure.
-
-        Returns
-        -------
-        float or None
-            Above 0 where the winner is better; ``None`` where a value is not known.
-        """
-        after, start = (_mean(self.values(self.anew, place, goal)) for place in (0, len(self.best)))
-        return None if after is None or start is None else self.fit.goals[goal] * (after - start)
-
-    def pairs(self) -> pl.DataFrame:
-        """Count in how many settings of search and sample two claims are kept, each and both together.
-
-        Returns
-        -------
-        polars.DataFrame
-            ``claim``, ``other``, ``kept``, ``other kept``, ``both``, ``settings``.
-        """
-        held: dict[str, set[tuple[str, int]]] = {}
-        for of, results in (("search", self.searched), ("sample", self.sample)):
-            holds = results.group_by("setting", "name", maintain_order=True).agg((pl.col("verdict") == "holds").all())
-            for setting, name, kept in holds.iter_rows():
-                held.setdefault(name, set()).update([(of, setting)] if kept else [])
-        return pl.DataFrame([
-            {"claim": one, "other": other, "kept": len(held[one]), "other kept": len(held[other]),
-             "both": len(held[one] & held[other]), "settings": len(self.settings) + len(self.even)}
-            for one, other in itertools.combinations(self.names, 2)
-        ])  # fmt: skip
-
-    def table(self) -> pl.DataFrame:
-        """Return the settings of search and sample.
-
-        Returns
-        -------
-        polars.DataFrame
-            A row for each: ``of``, ``number``, its values, and the slacks of claims or the means of measures.
-        """
-        parts = []
-        for of, settings, results in (("search", self.settings, self.searched), ("sample", self.even, self.sample)):
-            scores = scored(results)
-            if self.fit.of_claims:
-                scores = scores.select(
-                    "kept", pl.lit(len(self.names)).alias("claims"), pl.col("least").alias("least slack"),
-                    *(pl.col(name).alias(f"slack {name}") for name in self.names),
-                )  # fmt: skip
-            own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
-            parts.append(
-                pl.concat([own, pl.DataFrame(settings), scores.select(pl.exclude("setting"))], how="horizontal")
-            )
-        return pl.concat(parts)
-
-    def judged_anew(self) -> pl.DataFrame:
-        """Return the settings that were judged anew.
-
-        Returns
-        -------
-        polars.DataFrame
-            A row for each and each claim or goal: the count or the mean, the ends of its 95 % interval, and the value
-            in the search.
-        """
-        rows: list[dict[str, Any]] = []
-        numbers: list[int | None] = [*self.best, *([] if self.fit.of_claims else [None])]
-        several = ["", *self.names] if len(self.names) > 1 else self.names
-        for place, number in enumerate(numbers):
-            setting = {part.key: AS_IS for part in self.box} if number is None else self.settings[number]
-            for name in several if self.fit.of_claims else self.fit.goals:
-                row: dict[str, Any] = {"number": number, **setting}
-                before = [] if number is None else self.values(self.searched, number, name)
-                after = self.values(self.anew, place, name)
-                if self.fit.of_claims:
-                    counted = self.kept(self.anew, place, name)
-                    low, high = counted.interval or (None, None)
-                    row |= {"claim": name or TOGETHER, "kept": counted.holds, "replicates": counted.replicates,
-                            "low": low, "high": high, "word": word(counted), "slack in the search": np.mean(before),
-                            "slack anew": np.mean(after)}  # fmt: skip
-                else:
-                    known = [value for value in after if math.isfinite(value)]
-                    summary = summarise(known) if known else None
-                    low, high = (summary.ci_low, summary.ci_high) if summary else (None, None)
-                    row |= {"goal": name, "in the search": _mean(before, whole=True), "anew": _mean(after),
-                            "low": low, "high": high, "replicates": len(known)}  # fmt: skip
-                rows.append(row)
-        return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.selectors.float().fill_nan(None))
-
-    def sentences(self) -> list[str]:
-        """Return the answer in sentences.
-
-        Returns
-        -------
-        list of str
-            The winner judged anew, how much of it was luck, the even sample, and what was searched.
-        """
-        ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in self.box)
-        replicates = self.fit.study.replicates
-        return [
-            *(self._of_claims() if self.fit.of_claims else self._of_measures()),
-            f"searched: {len(self.settings)} settings of {ranges}, in {replicates} replicate{'s' * (replicates != 1)}"
-            f" each; looked at the seeds of the judging anew {self.looks} time{'s' * (self.looks != 1)}",
-        ]  # fmt: skip
-
-    def _of_claims(self) -> list[str]:
-        share, (low, high) = self.share, self.share.interval or (0.0, 1.0)
-        kept = f"all {len(self.names)} claims are kept" if len(self.names) > 1 else f"{self.names[0]} is kept"
-        lines = [
-            f"in {share.holds} of {len(self.even)} settings that fill the box evenly {kept}:"
-            f" {100.0 * share.holds / len(self.even):.3g} % of the box, 95 % interval {100.0 * low:.3g} % to"
-            f" {100.0 * high:.3g} %"
-        ]
-        setting, anew = in_words(self.winner), self.kept(self.anew, 0)
-        searched = {name: self.kept(self.searched, self.best[0], name) for name in self.names}
-        broken = [name for name, counted in searched.items() if counted.holds < counted.replicates]
-        if broken:
-            lines.append(f"not fitted: none of the {len(self.settings)} settings searched keeps all; the best,"
-                         f" {setting}, breaks {', '.join(broken)} in the search")  # fmt: skip
-        else:
-            few = "; ".join(f"{name} {self.kept(self.anew, 0, name)}" for name in self.names)
-            verdict = f"too few for a verdict, which needs {LEAST_JUDGED}" if self.word == "no word" else self.word
-            lines.append(f"{verdict}: {setting} keeps all in the search, and in {anew} replicates that it never saw"
-                         f"{f' ({few})' if len(self.names) > 1 and self.word != 'fitted' else ''}")  # fmt: skip
-        before, after = (np.mean(self.values(*of)) for of in ((self.searched, self.best[0]), (self.anew, 0)))
-        lines.append(f"the least slack of that setting is {before:+.3g} smallest differences in the search and"
-                     f" {after:+.3g} in the mean of {anew.replicates} replicates anew:"
-                     f" {max(self.luck() or 0.0, 0.0):.3g} of it was luck")  # fmt: skip
-        even = scored(self.sample).sort("least", descending=True, maintain_order=True).to_dicts()[0]
-        if even["least"] > min(self.values(self.searched, self.best[0])):
-            lines.append(f"an even setting has a larger slack, {even['least']:+.3g}, than any that was searched:"
-                         f" {in_words(self.even[even['setting']])}; more --trials may find it")  # fmt: skip
-        for pair in self.pairs().iter_rows(named=True):
-            if pair["kept"] and pair["other kept"] and not pair["both"]:
-                lines.append(f"{pair['claim']} and {pair['other']} exclude each other: kept in {pair['kept']} and in"
-                             f" {pair['other kept']} of {pair['settings']} settings, both in none")  # fmt: skip
-        return lines
-
-    def _of_measures(self) -> list[str]:
-        goals, lines, setting = self.fit.goals, list[str](), in_words(self.winner)
-        if len(goals) > 1:
-            lines.append(f"{len(self.best)} settings of the front of {', '.join(goals)}, which none betters in all, are"
-                         f" judged anew; the winner is the best of them in {next(iter(goals))}")  # fmt: skip
-        table = self.judged_anew()
-        for goal in goals:
-            winner, *_, start = table.filter(pl.col("goal") == goal).to_dicts()
-            gain, luck = self.gain(goal), self.luck(goal)
-            words = f"{goal}: {setting} has {_text(winner)} in the mean of {winner['replicates']} replicates anew"
-            if gain is None or luck is None:
-                lines.append(f"{words}; the model {AS_IS} has {_text(start)}")
-                continue
-            promised = f"{winner['in the search']:.4g} in the search, so {luck:+.3g} of that was luck"
-            ends = [winner["low"], winner["high"], start["low"], start["high"]]
-            differ = None not in ends and (ends[0] > ends[3] or ends[1] < ends[2])
-            lines.append(f"{words} ({promised if luck > 0 else 'as in the search'}); the model {AS_IS} has"
-                         f" {_text(start)}: better by {gain:+.3g}"
-                         f"{'' if differ else ', which these replicates do not tell apart'}")  # fmt: skip
-        scores = scored(self.sample)
-        even = []
-        for goal, sign in goals.items():
-            values = scores[goal].filter(scores[goal].is_finite()).to_numpy()
-            best = sign * (sign * values).max(initial=-math.inf)
-            what = f"{best:.4g} at best, {np.median(values):.4g} in the median" if values.size else "has no value"
-            even.append(f"{goal} {what}")
-        return [*lines, f"of {len(self.even)} settings that fill the box evenly: {'; '.join(even)}"]
-
-    def described(self) -> dict[str, Any]:
-        """Return what ``fit.json`` holds.
-
-        Returns
-        -------
-        dict
-            The sentences, the winner, the share of the box or the gain, luck and importances.
-        """
-        study, claims = self.fit.study, self.fit.of_claims
-        low, high = (self.share.interval or (None, None)) if claims else (None, None)
-        goals = {goal: "minimise" if sign < 0 else "maximise" for goal, sign in self.fit.goals.items()}
-        own: dict[str, Any] = {
-            "word": self.word, "claims": self.names, "pairs": self.pairs().to_dicts(), "luck": self.luck(),
-            "share": {"kept": self.share.holds, "of": len(self.even), "low": low, "high": high},
-        } if claims else {
-            "goals": goals, "gain": {goal: self.gain(goal) for goal in goals},
-            "luck": {goal: self.luck(goal) for goal in goals},
-            "front": front([worth(row, self.fit) for row in scored(self.searched).to_dicts()])
-            if len(goals) > 1 else [],
-        }  # fmt: skip
-        first = TOGETHER if claims else next(iter(goals))
-        return {
-            "fit": study.name, "summary": study.summary, "sentences": self.sentences(), "seed": self.seed,
-            "winner": dict(self.winner), "looks": self.looks, **own,
-            "importance": {name or first: shares for name, shares in self.importance.items()},
-            "failures": self.failures,
-        }  # fmt: skip
+        return self.anew.select(part.key for part in self.plan.box).row(0, named=True)
 
 
-def _replicates(results: pl.DataFrame, setting: int, name: str) -> GroupBy:
-    """Group the results of a setting, of one claim or measure where it is named, by replicate."""
-    own = results.filter(pl.col("setting") == setting, pl.col("name") == name if name else pl.lit(True))
-    return own.group_by("replicate", maintain_order=True)
+def settings_table(fit: Fit, of: str, settings: Sequence[Setting], scores: pl.DataFrame) -> pl.DataFrame:
+    """Return the rows of ``fit.csv`` of the settings of search or sample, from their `scored` table."""
+    names = names_of(scores.columns)
+    if fit.of_claims:
+        slacks = [pl.col(name).alias(f"slack {name}") for name in names]
+        scores = scores.select(
+            "kept", pl.lit(len(names)).alias("claims"), pl.col("least").alias("least slack"), *slacks
+        )
+    own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
+    return pl.concat([own, pl.DataFrame(settings), scores.select(pl.exclude("setting"))], how="horizontal")
 
 
-def in_words(setting: Setting) -> str:
-    """Return a setting in words."""
-    return ", ".join(f"{key}={value}" for key, value in setting.items())
+def with_all(results: pl.DataFrame) -> pl.DataFrame:
+    """Add to the results of several claims those of all together, called ``all``: the least slack, the verdict."""
+    if results["name"].n_unique() < 2:
+        return results
+    whole = [
+        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
+        for (setting, replicate), rows in results.group_by("setting", "replicate", maintain_order=True)
+    ]
+    return pl.concat([pl.DataFrame(whole, RESULTS, orient="row"), results])
 
 
-def word(counted: Count) -> str:
-    """Return the word of a count, where a claim that holds is ``fitted``: its parameters were chosen to keep it."""
-    return "fitted" if counted.word == "holds" else counted.label
+def anew_table(
+    fit: Fit, box: Box, searched: pl.DataFrame, settings: Sequence[Setting], best: Sequence[int], anew: pl.DataFrame
+) -> pl.DataFrame:
+    """Return the rows of ``anew.csv``: the settings ``best`` and, of measures, the model as it is."""
+    rows: list[dict[str, Any]] = []
+    searched, anew = (with_all(results) if fit.of_claims else results for results in (searched, anew))
+    for place, number in enumerate([*best, *([] if fit.of_claims else [None])]):
+        setting = {part.key: AS_IS for part in box} if number is None else settings[number]
+        for name in anew["name"].unique(maintain_order=True) if fit.of_claims else fit.goals:
+            own = anew.filter(setting=place, name=name)
+            before = searched.filter(setting=number, name=name)["value"] if number is not None else pl.Series([])
+            row: dict[str, Any] = {"number": number, **setting}
+            if fit.of_claims:
+                counted = count(own["verdict"])
+                low, high = counted.interval or (None, None)
+                word = "fitted" if counted.word == "holds" else counted.label  # its parameters were chosen to keep it
+                row |= {"claim": name, "kept": counted.holds, "replicates": counted.replicates, "low": low,
+                        "high": high, "word": word, "slack in the search": before.mean(),
+                        "slack anew": own["value"].mean()}  # fmt: skip
+            else:
+                known = own["value"].filter(own["value"].is_finite()).to_list()
+                summary = summarise(known) if known else None
+                row |= {"goal": name, "in the search": before.mean(), "anew": summary and summary.mean,
+                        "low": summary and summary.ci_low, "high": summary and summary.ci_high,
+                        "replicates": len(known)}  # fmt: skip
+            rows.append(row)
+    return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.selectors.float().fill_nan(None))
 
 
-def _mean(values: Sequence[float], *, whole: bool = False) -> float | None:
-    """Return the mean of the known values, or of all if each is to be known; ``None`` where there is none."""
-    known = [value for value in values if math.isfinite(value)]
-    return float(np.mean(known)) if known and not (whole and len(known) < len(values)) else None
+def conclude(
+    plan: FitPlan, settings: Sequence[Setting], searched: pl.DataFrame, best: Sequence[int], anew: pl.DataFrame,
+    even: Sequence[Setting], sample: pl.DataFrame, looks: int, shares: Mapping[str, Mapping[str, float]],
+    failures: Sequence[Failure],
+) -> Fitted:  # fmt: skip
+    """Return the result of a fit, from the `RESULTS` of the search, of the judging anew and of the even sample."""
+    fit, scores = plan.fit, scored(sample)
+    parts = [("search", settings, scored(searched)), ("sample", even, scores)]
+    table = pl.concat([settings_table(fit, *part) for part in parts])
+    again = anew_table(fit, plan.box, searched, settings, best, anew)
+    winner = ", ".join(f"{key}={value}" for key, value in settings[best[0]].items())
+    ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in plan.box)
+    last = (f"searched: {len(settings)} settings of {ranges}, in {fit.study.replicates} replicates each; looked at the"
+            f" seeds of the judging anew {looks} times")  # fmt: skip
+    if fit.of_claims:
+        counted = count(with_all(anew).filter(setting=0, name=again["claim"][0])["verdict"])
+        kept = scores.filter(kept=len(names_of(scores.columns))).height
+        share, first = Count(kept, len(even) - kept), again.row(0, named=True)
+        word, lines = _of_claims(winner, table, first, counted, share)
+        luck = {TOGETHER: _less(first["slack in the search"], first["slack anew"])}
+        return Fitted(plan, table, again, word, share, luck, {}, shares, looks, [*lines, last], failures)
+    luck, gain, lines = {}, {}, []
+    for goal, sign in fit.goals.items():
+        own = again.filter(goal=goal)
+        one, start = own.row(0, named=True), own.row(-1, named=True)
+        luck[goal], gain[goal] = _less(one["in the search"], one["anew"], sign), _less(one["anew"], start["anew"], sign)
+        ends = one["low"], one["high"], start["low"], start["high"]
+        alike = None in ends or (ends[0] <= ends[3] and ends[1] >= ends[2])
+        even_values = [sign * value for value in scores[goal] if math.isfinite(value)]
+        lines.append(
+            f"{goal}: {winner} has {_text(one)} in the mean of {one['replicates']} replicates anew, the model {AS_IS}"
+            f" {_text(start)}{' (these replicates do not tell them apart)' if alike else ''}; luck of the search:"
+            f" {_number(luck[goal])}; best of {len(even)} settings that fill the box evenly:"
+            f" {_number(sign * max(even_values) if even_values else None)}"
+        )
+    return Fitted(plan, table, again, "", None, luck, gain, shares, looks, [*lines, last], failures)
+
+
+def _of_claims(
+    winner: str, table: pl.DataFrame, first: Mapping[str, Any], anew: Count, share: Count
+) -> tuple[str, list[str]]:
+    """Return the word on the winner, and what is to be said of it and of the even sample."""
+    searched = table.filter(of="search")
+    own = searched.row(first["number"], named=True)
+    few = anew.kind == "counted" and not anew.fails
+    if own["kept"] < own["claims"]:
+        word = said = "not fitted"
+        text = f"the best of {searched.height} settings, {winner}, keeps {own['kept']} of {own['claims']} claims"
+    else:
+        word = "fitted" if anew.word == "holds" else "no word" if few else "not fitted"
+        said = f"too few for a verdict, which needs {LEAST_JUDGED}" if few else word
+        text = f"{winner} keeps every claim in the search, and in {anew} replicates that it never saw"
+    low, high = (100.0 * end for end in share.interval or (0.0, 1.0))
+    return word, [
+        f"{said}: {text}",
+        f"its least slack is {_number(first['slack in the search'])} smallest differences in the search and"
+        f" {_number(first['slack anew'])} in the mean of {anew.replicates} replicates anew: the difference is luck",
+        f"{share.holds} of {share.replicates} settings that fill the box evenly keep every claim:"
+        f" {100.0 * share.holds / share.replicates:.3g} % of the box, 95 % interval {low:.3g} % to {high:.3g} %",
+    ]
+
+
+def _less(one: float | None, other: float | None, sign: int = 1) -> float | None:
+    """Return a difference, ``None`` where it is not known, and 0 where it is but rounding."""
+    if one is None or other is None:
+        return None
+    return 0.0 if math.isclose(one, other, rel_tol=1e-12) else sign * (one - other)
+
+
+def _number(value: float | None) -> str:
+    return "not known" if value is None else f"{value:+.3g}"
 
 
 def _text(row: Mapping[str, Any]) -> str:
@@ -975,22 +569,6 @@ def typed(
     return Fit(study, over, maximise=maximise or (() if minimise else (SLACK,)), minimise=minimise, **numbers)
 
 
-@dataclass(frozen=True, slots=True)
-class FitPlan:
-    """A fit, checked; a batch has ``renderings`` settings of these, and ``share`` of the network for each."""
-
-    fit: Fit
-    box: Box
-    seed: int
-    renderings: int
-    share: int
-
-    @property
-    def batches(self) -> int:
-        """The number of batches."""
-        return -(-self.fit.trials // (self.renderings * self.share))
-
-
 def planned(fit: Fit, seed: int = 0) -> FitPlan:
     """Check a fit, with everything that its first batch, the sample and the judging anew would refuse.
 
@@ -1017,11 +595,10 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     elif not names:
         raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
     else:
-        middle = settings_axis([setting_at(box, [0.5] * len(box))])
-        plan = sweep_plan.planned(replace(study_of(fit), axes=(middle,)), seed)
-        measures = [measure.name for measure, _ in plan.measures]
+        plan = sweep_plan.planned(study_of(fit, [setting_at(box, [0.5] * len(box))]), seed)
         if fit.of_claims and not plan.claims:
             raise UsageError(f"{', '.join(names)}: no claim there can be fitted to")
+        measures = [measure.name for measure, _ in plan.measures]
         if wrong := next((goal for goal in fit.goals if not fit.of_claims and goal not in measures), ""):
             raise UsageError(f"--maximise {wrong}: not measured there; measured are {', '.join(measures)}")
         declared = {experiment.name: experiment.repeats for experiment in experiments}
@@ -1052,33 +629,42 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
     UsageError
         There is another run.
     """
+    import optuna
+
     fit, failures = plan.fit, list[Failure]()
     _begin(plan, out, resources)
-    play = Player(fit, out, resources, failures)
-    search = Search(plan.box, plan.seed, plan.renderings, plan.share, fit)
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    search: Any = optuna.create_study(directions=["maximize"] * len(fit.goals))
     settings: list[Setting] = []
     batches: list[pl.DataFrame] = []
-    sums: list[pl.DataFrame] = []
+
+    def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, anew: bool = False) -> pl.DataFrame:
+        study = replace(study_of(fit, shown, anew=anew), replicates=replicates)
+        rows = (_on_board(fit, shown, replicates, seed, out / name, pool, resources, failures) if fit.board
+                else _played(fit, study, seed, out / name, pool, resources, failures))  # fmt: skip
+        return pl.DataFrame(list(rows), RESULTS, orient="row")
+
     with resources.pool() as pool:
         for number in range(plan.batches):
-            asked = search.ask()
-            results = play(f"search-{number:04d}", asked, plan.seed, fit.study.replicates, pool)
+            asked = ask_for(search, plan, number)
+            shown = [{part.key: part.text(trial.params[part.key]) for part in plan.box} for trial in asked]
+            results = play(f"search-{number:04d}", shown, plan.seed, fit.study.replicates)
+            tell(search, asked, scored(results), fit)
             batches.append(results.with_columns(pl.col("setting") + len(settings)))
-            sums.append(scored(batches[-1]))
-            search.tell(sums[-1])
-            settings += asked
+            settings += shown
             if not resources.quiet:
-                error_console.print(_best_so_far(pl.concat(sums), fit), soft_wrap=True, markup=False)
-        searched, scores = pl.concat(batches), pl.concat(sums)
-        best = _best(scores, settings, fit)
+                error_console.print(f"{len(settings)} settings searched", soft_wrap=True)
+        searched = pl.concat(batches)
+        best = best_of(scored(searched), settings, fit)
         again: list[Setting] = [settings[place] for place in best] + ([] if fit.of_claims else [{}])
-        anew = play(f"held-out-{len(settings)}", again, plan.seed + TEST, fit.held_out, pool, anew=True)
+        anew = play(f"held-out-{len(settings)}", again, plan.seed + TEST, fit.held_out, anew=True)
         even = spread(plan.box, fit.sample, plan.seed)
-        sample = play(f"sample-{fit.sample}", even, plan.seed + SAMPLE, fit.study.replicates, pool)
+        sample = play(f"sample-{fit.sample}", even, plan.seed + SAMPLE, fit.study.replicates)
     looks = len({folder.name.split("-")[2] for folder in out.glob("held-out-*") if begun(folder)})
-    shares = {name: search.importance(name) for name in ("", *names_of(scores.columns))}
-    fitted = Fitted(fit, plan.box, plan.seed, tuple(settings), searched, tuple(best), anew, tuple(even), sample, looks,
-                    shares, tuple(failures))  # fmt: skip
+    names = searched["name"].unique(maintain_order=True).to_list()
+    shares = {TOGETHER: importance(search, plan)} if fit.of_claims and len(names) > 1 else {}
+    shares |= {name: importance(search, plan, name) for name in names}
+    fitted = conclude(plan, settings, searched, best, anew, even, sample, looks, shares, failures)
     write(fitted, out)
     return fitted
 
@@ -1088,10 +674,16 @@ def write(fitted: Fitted, folder: Path) -> None:
     from experiments.bench.report import fit as report  # not before: workers do without matplotlib
     from experiments.bench.report import style
 
-    files = Files(folder)
-    files.write_rows("fit.csv", fitted.table().to_dicts())
-    files.write_rows("anew.csv", fitted.judged_anew().to_dicts())
-    files.write_json("fit.json", fitted.described())
+    files, study, share = Files(folder), fitted.plan.fit.study, fitted.share
+    low, high = (share.interval if share else None) or (None, None)
+    files.write_rows("fit.csv", fitted.settings.to_dicts())
+    files.write_rows("anew.csv", fitted.anew.to_dicts())
+    files.write_json("fit.json", {
+        "fit": study.name, "summary": study.summary, "sentences": fitted.sentences, "seed": fitted.plan.seed,
+        "winner": dict(fitted.winner), "word": fitted.word, "goals": fitted.plan.fit.goals, "luck": fitted.luck,
+        "gain": fitted.gain, "looks": fitted.looks, "importance": fitted.importance, "failures": fitted.failures,
+        "share": share and {"kept": share.holds, "of": share.replicates, "low": low, "high": high},
+    })  # fmt: skip
     style.save(report.draw(fitted), folder / "fit", drawn_from(tables_of(folder)))
 
 
@@ -1105,45 +697,10 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
         "box": [asdict(part) for part in plan.box], "share": fit.share, "seed": plan.seed,
         "replicates per setting": fit.study.replicates, "held_out": fit.held_out, "sampler": fit.sampler,
         "optuna": str(optuna.__version__), "study": fit.study.name, "versions": provenance.versions(),
-        **({} if fit.search_repeats is None else {"repeats of the search": fit.search_repeats}),
-        **({} if fit.maximise == (SLACK,) else {"maximise": fit.maximise, "minimise": fit.minimise}),
+        "repeats of the search": fit.search_repeats, "maximise": fit.maximise, "minimise": fit.minimise,
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     if begun(out):
         reconciled(out, description, resources.other_code)
     else:
         write_new(out, description)
-
-
-def rank(fit: Fit) -> Callable[[Mapping[str, Any]], tuple[float, ...]]:
-    """Return the key that rows of `scored` are sorted by: of claims whether all hold, the goal, and the mean slack."""
-
-    def key(row: Mapping[str, Any]) -> tuple[float, ...]:
-        (value, *_) = worth(row, fit)
-        if not fit.of_claims:
-            return (value if math.isfinite(value) else -math.inf,)
-        return float(row["kept"] == len(names_of(row))), value, row["mean"]
-
-    return key
-
-
-def _best(scores: pl.DataFrame, settings: Sequence[Setting], fit: Fit) -> list[int]:
-    """Return the places of the settings to judge anew: the winner and the next best, or the front of several goals."""
-    rows = scores.to_dicts()
-    if len(fit.goals) > 1:
-        return front([worth(row, fit) for row in rows])[: NEXT_BEST + 1]
-    key = rank(fit)
-    first: dict[tuple[tuple[str, str], ...], int] = {}  # a box of names alone has settings twice
-    for place in sorted(range(len(rows)), key=lambda place: key(rows[place]), reverse=True):
-        first.setdefault(tuple(settings[place].items()), place)
-    return list(first.values())[: NEXT_BEST + 1]
-
-
-def _best_so_far(scores: pl.DataFrame, fit: Fit) -> str:
-    rows = scores.to_dicts()
-    best = max(rows, key=rank(fit))
-    of = f"best of {len(rows)} settings: "
-    if fit.of_claims:
-        return (f"{of}{best['kept']} of {len(names_of(best))} claims kept, least slack {best['least']:+.3g} smallest"
-                " differences")  # fmt: skip
-    return of + ", ".join(f"{goal} {best[goal]:.4g}" for goal in fit.goals)

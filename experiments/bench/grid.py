@@ -10,10 +10,10 @@ from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET
 from experiments.bench.run.settings import collect, names, preset_of, unit_of
-from experiments.bench.study import Axis, Level
+from experiments.bench.study import Axis
 
 Point = tuple[tuple[str, str], ...]
-"""Name of each axis with the label of a level."""
+"""Name of each axis with a level."""
 Base = Mapping[str, tuple[Any, ...]]
 """Section of ``--set`` -> its dataclasses: one, but of a stimulus one for each clip that shows it."""
 
@@ -26,10 +26,7 @@ LONGEST_TITLE = 60
 
 def keys_of(name: str) -> tuple[str, ...]:
     """Return the keys of the parameters that have one value, from ``KEY`` or ``KEY+KEY``."""
-    keys = tuple(name.split("+"))
-    if len(keys) > 1 and "" in keys:
-        raise UsageError(f"--over {name}: a parameter is missing beside '+'; expected KEY+KEY=VALUES")
-    return keys
+    return tuple(name.split("+"))
 
 
 def apart(key: str) -> tuple[str, str]:
@@ -55,27 +52,26 @@ def product(over: Sequence[str], assignments: Iterable[str] = ()) -> list[Point]
         points.
     """
     axes: dict[str, list[str]] = {}
-    fixed = {text.partition("=")[0]: text for text in assignments}
+    taken = {text.partition("=")[0] for text in assignments}
     for text in over:
         key, equals, values = text.partition("=")
         levels = [value for value in values.split(",") if value]
         if not equals or not levels:
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
-        if len(set(levels)) < len(levels) or key in axes:
-            raise UsageError(f"--over {text}: a value or a key is there twice")
-        if clash := next((fixed[name] for name in keys_of(key) if name in fixed), None):
-            raise UsageError(f"--set {clash}: --over {text} sets that at every point; give one of them")
+        for parameter in keys_of(key):
+            if len(set(levels)) < len(levels) or {parameter, apart(parameter)[0]} & taken:
+                raise UsageError(f"--over {text}: a value is there twice, or {parameter} is set elsewhere too")
+            taken.add(parameter)
         axes[key] = levels
-    points = [tuple(zip(axes, labels, strict=True)) for labels in itertools.product(*axes.values())]
+    points = points_of(axes)
     if not axes or len(points) > MOST_POINTS:
         raise UsageError(f"--over must be there once or more, with up to {MOST_POINTS} points, got {len(points)}")
     return points
 
 
-def points_of(axes: Sequence[Axis]) -> list[Point]:
-    """Return every combination of levels; the last axis goes fastest."""
-    levels = itertools.product(*(axis.labels for axis in axes))
-    return [tuple(zip((axis.name for axis in axes), labels, strict=True)) for labels in levels]
+def points_of(axes: Mapping[str, Iterable[str]]) -> list[Point]:
+    """Return every combination of the levels of axes, by name; the last axis goes fastest."""
+    return [tuple(zip(axes, levels, strict=True)) for levels in itertools.product(*axes.values())]
 
 
 def knows(base: Base, key: str) -> bool:
@@ -100,7 +96,7 @@ def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None
             collect([f"{apart(key)[0]}{equals}{value}"], sections, option=option)
 
 
-def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[str]) -> tuple[Axis, ...]:
+def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[str]) -> list[Axis]:
     """Return the axes of ``KEY=V1,V2`` texts, checked against the experiments that they move.
 
     The order in which values were typed changes neither the numbers of trials nor the tables.
@@ -111,28 +107,24 @@ def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[st
         There are more than `MOST_AXES`, a key is of no experiment or model, or is there twice; or as of `product`.
     """
     points = product(over, assignments)
-    keys = [key for name, _ in points[0] for key in keys_of(name)]
-    whole = [key for key in keys if not apart(key)[1]]
     if len(points[0]) > MOST_AXES:
         raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(points[0])}")
-    for key in keys:
-        if keys.count(key) > 1 or (apart(key)[1] and apart(key)[0] in whole):
-            raise UsageError(f"--over {key}: that parameter is moved twice")
-    return tuple(
+    return [
         _axis(name, list(dict.fromkeys(point[place][1] for point in points)), bases)
         for place, (name, _) in enumerate(points[0])
-    )
+    ]
 
 
 def _axis(name: str, labels: list[str], bases: Sequence[Base]) -> Axis:
     keys = keys_of(name)
     check_keys([f"{key}={labels[0]}" for key in keys], bases, "--over")
-    levels = tuple(Level(label, tuple(f"{key}={label}" for key in keys)) for label in labels)
-    if isinstance(Axis(name, levels).values()[0], float):
-        levels = tuple(sorted(levels, key=lambda level: float(level.label)))
+    values = Axis(name, dict.fromkeys(labels, ())).values
+    if isinstance(values[labels[0]], float):
+        labels.sort(key=float)
     defaults = {_default(key, bases) for key in keys}
     title = " and ".join(dict.fromkeys(_title(key, bases) for key in keys))
-    return Axis(name, levels, defaults.pop() if len(defaults) == 1 else None, title, of_keys=True)
+    levels = {label: tuple(f"{key}={label}" for key in keys) for label in labels}
+    return Axis(name, levels, title, defaults.pop() if len(defaults) == 1 else None)
 
 
 def _default(key: str, bases: Sequence[Base]) -> float | str | None:
@@ -160,32 +152,26 @@ def _title(key: str, bases: Sequence[Base]) -> str:
     return f"{title}{f', {end}' if end else ''}{f' ({unit})' if unit else ''}"
 
 
-def sets(point: Point, axes: Sequence[Axis], base: Base) -> dict[str, str]:
-    """Return what a point sets: parameters with their texts. One of which an end moves has the other end as it is.
+def sets(texts: Iterable[str], base: Base) -> dict[str, str]:
+    """Return what the ``KEY=VALUE`` texts of a point set: parameters with their values.
 
-    Parameters
-    ----------
-    point, axes
-        The point of these axes.
-    base
-        What there is to be set; keys of others are ignored.
+    Keys that are not in ``base`` are ignored. A parameter of which an end moves has the other end as it is.
     """
     values: dict[str, list[str]] = {}
-    for axis, (_, label) in zip(axes, point, strict=True):
-        for text in axis.level(label).settings:
-            key, _, value = text.partition("=")
-            parameter, end = apart(key)
-            if not knows(base, parameter):
-                continue
-            if end:
-                parts = values.setdefault(parameter, [str(part) for part in present(base, parameter)])
-                parts[ENDS[end]] = value
-            else:
-                values[parameter] = [value]
+    for text in texts:
+        key, _, value = text.partition("=")
+        parameter, end = apart(key)
+        if not knows(base, parameter):
+            continue
+        if end:
+            parts = values.setdefault(parameter, [str(part) for part in present(base, parameter)])
+            parts[ENDS[end]] = value
+        else:
+            values[parameter] = [value]
     return {parameter: ",".join(parts) for parameter, parts in values.items()}
 
 
 def moves(axis: Axis, base: Base, fixed: Collection[str] = ()) -> bool:
     """Tell whether an axis moves anything there but the ``fixed`` keys."""
-    keys = [apart(text.partition("=")[0])[0] for level in axis.levels for text in level.settings]
+    keys = [apart(text.partition("=")[0])[0] for texts in axis.levels.values() for text in texts]
     return any(knows(base, key) and key not in fixed for key in keys)

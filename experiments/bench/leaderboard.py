@@ -64,6 +64,9 @@ PANELS: Mapping[str, Mapping[str, Sequence[str]]] = {
     },
 }
 """Board -> quantity -> its measures, which share a panel of the figure."""
+_MEASURES = [name for panels in PANELS.values() for names in panels.values() for name in names]
+SCORES: tuple[str, ...] = tuple(name for name in _MEASURES if name not in TIMES)
+"""The measures of both boards, but for times."""
 CHANCE = {"direction_": 0.25, "auc_": 0.5}
 """Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}

@@ -52,11 +52,11 @@ from experiments.claims import model_clips
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 from experiments.claims.readings import READINGS, bears_on
 from experiments.clutter_frames import OF, prefix
-from experiments.studies.onboard import BEST, series_of
+from experiments.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
+from experiments.studies.onboard import BEST, probe_of
 from experiments.studies.onboard import STUDY as ONBOARD
-from experiments.studies.sensitivity import DEFAULTS
-from experiments.studies.sensitivity import STUDY as SENSITIVE
-from experiments.studies.sensitivity_clips import STUDY as SENSITIVE_ON_CLIPS
+from experiments.studies.robot import DEFAULTS
+from experiments.studies.robot import SENSITIVITY as SENSITIVE
 
 PLAYED: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
@@ -275,7 +275,7 @@ def replicates_plan(
     study = Study(
         REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
         experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
-        probe=series_of((MODEL, BEST)) if onboard else None,
+        probe=probe_of(MODEL, BEST) if onboard else None,
     )  # fmt: skip
     return sweep_plan.planned(study, seed, models, pictures)
 
@@ -366,17 +366,15 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
             shows = [_shown(part, folder, pool, resources) for part in plans.clips]
             played = [_played(part, folder, pool, resources) for part in plans.behaviours]
             for name, part in plans.studies.items():
-                batch = sweep.batch(part, name)
-                with batch.run(folder / name, pool, resources) as run:
-                    failures[name] = run.failures()
-                    counts[name] = Sweep(part, run.trials().to_dicts(), failures[name])
+                counts[name] = sweep.play(part, folder / name, pool, resources, name)
+                failures[name] = counts[name].failures
         runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
     results: list[Report | OfflineReport | BehaviourReport] = [*runs, *shows, *played]
     failures |= {done.folder.name: done.failures for done in results}
     specs = [spec for part in plans.paper() for spec in part.specs()]
     every = [replicate(specs, [row for report in runs for row in report.rows])]
     if REPLICATES in counts:
-        every += counts.pop(REPLICATES).replicates((), EVERY_MODEL)
+        every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
     studies = [*_read_off(shows), *counts.values()]
     if plans.scale.onboard and SENSITIVITY in counts:
         studies.append(onboard(plans, every, counts[SENSITIVITY]))
@@ -411,7 +409,8 @@ def _read_off(shows: Sequence[OfflineReport]) -> Iterator[Sweep]:
     for show in shows:
         if show.plan.experiment.name in READ_OFF:
             study = dataclasses.replace(shipped(show.plan.experiment.name), replicates=show.plan.repeats)
-            yield Sweep(sweep_plan.planned(study, show.plan.seed, pictures=show.plan.pictures), show.rows)
+            part = sweep_plan.planned(study, show.plan.seed, pictures=show.plan.pictures)
+            yield sweep.read(part, show.rows)
 
 
 def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -423,9 +422,9 @@ def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
     study = dataclasses.replace(ONBOARD, models=labels, repeats=plans.scale.repeats, replicates=len(every))
     defaults = (("moved", DEFAULTS),)
     given: dict[Any, Sequence[Replicate]] = {
-        ((), model): [moved.replicates(defaults, model)[0], *every[1:]] for model in (MODEL, BEST)
+        ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    return Sweep(sweep_plan.planned(study, plans.seed), given=given)
+    return Sweep(sweep_plan.planned(study, plans.seed), given)
 
 
 def _write(result: Reproduction) -> None:

@@ -1,4 +1,4 @@
-"""Declarations of sweeps: levels, axes, and the studies that are written down in files."""
+"""Declared sweeps: claims and measures at every point of a grid with names, in a file of their own."""
 
 from __future__ import annotations
 
@@ -17,129 +17,44 @@ from experiments.bench.run.user_code import declared, declares, is_file
 from experiments.bench.stats.claim import Claim
 from scenes.hints import nearest
 
+TOGETHER = "all"
+"""Id of all claims of a grid, or a fit, together, where there are several."""
 WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""
-
-
-@dataclass(frozen=True, slots=True)
-class Level:
-    """One value of an axis.
-
-    Parameters
-    ----------
-    label
-        Its name in tables and figures.
-    settings
-        The ``KEY=VALUE`` texts that make it. Keys that an experiment or a model lacks are ignored there.
-    models
-        The study's models that are shown at this level; empty: all of them.
-    plays
-        Name of a model that claims know -> the label, in the trials, of the model that takes its place here.
-
-    Raises
-    ------
-    UsageError
-        ``settings`` or ``models`` is a text, not a tuple.
-    """
-
-    label: str
-    settings: tuple[str, ...] = ()
-    models: tuple[str, ...] = ()
-    plays: Mapping[str, str] = field(default_factory=dict, hash=False)
-
-    def __post_init__(self) -> None:
-        make_tuples(self, f"level {self.label}", ("settings", "models"))
+Levels = Mapping[str, tuple[str, ...]]
+"""Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis of a sweep.
+    """One axis of a grid.
 
     Parameters
     ----------
     name
         Its column in tables. An axis of parameters is called by its keys: ``KEY`` or ``KEY+KEY``.
     levels
-        Its values; those of parameters ascend if all are numbers.
+        Level -> the texts that make it. Those of a parameter ascend if all are numbers.
+    title
+        The parameters in words, with their unit; empty of levels with names.
     default
         The value that holds without it; ``None`` where there is no single one.
-    title
-        The parameters in words, with their unit; of named levels the name.
-    of_keys
-        Whether its levels are values of the parameters that its name names.
     """
 
     name: str
-    levels: tuple[Level, ...]
-    default: float | str | None = None
+    levels: Levels
     title: str = ""
-    of_keys: bool = False
+    default: float | str | None = None
 
     @property
-    def labels(self) -> tuple[str, ...]:
-        """The labels of its levels."""
-        return tuple(level.label for level in self.levels)
-
-    def level(self, label: str) -> Level:
-        """Return the level of a label.
-
-        Parameters
-        ----------
-        label
-            One of `labels`.
-
-        Returns
-        -------
-        Level
-            The level.
-        """
-        return next(level for level in self.levels if level.label == label)
-
-    def values(self) -> tuple[float | str, ...]:
-        """Return the values of all levels.
-
-        Returns
-        -------
-        tuple of float or str
-            The labels as numbers if all of them are finite ones, otherwise the labels.
-        """
+    def values(self) -> dict[str, float | str]:
+        """Level -> its value: the numbers if all levels are finite ones, otherwise the texts."""
         try:
-            numbers = tuple(float(label) for label in self.labels)
+            numbers = {level: float(level) for level in self.levels}
         except ValueError:
-            return self.labels
-        return numbers if all(map(math.isfinite, numbers)) else self.labels
-
-    def value(self, label: str) -> float | str:
-        """Return the value of one level, as of `values`.
-
-        Parameters
-        ----------
-        label
-            One of `labels`.
-
-        Returns
-        -------
-        float or str
-            The value.
-        """
-        return self.values()[self.labels.index(label)]
-
-
-@dataclass(frozen=True, slots=True)
-class Probe:
-    """Further columns of a study's trials with the robot.
-
-    Parameters
-    ----------
-    columns
-        From what a trial showed (`experiments.bench.run.play.Showing` of each eye) to the columns of each model, by its
-        label. It is pickled, so it is a function of a module or a `functools.partial` of one.
-    schema
-        The type of each column: ``int``, ``list[float]`` and the like.
-    """
-
-    columns: Callable[[Any], Mapping[str, Mapping[str, Any]]]
-    schema: Mapping[str, Any]
+            return {level: level for level in self.levels}
+        finite = all(map(math.isfinite, numbers.values()))
+        return dict(numbers) if finite else {level: level for level in self.levels}
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,13 +78,14 @@ class Study:
         Names or files, of one kind; a claim is judged on the first that declares it. Without: for each claim the
         paper's experiment that answers for it.
     axes
-        Axes with levels of their own.
+        Name of an axis -> its levels, each with the ``KEY=VALUE`` texts that make it.
     over
         Further axes, as ``KEY=V1,V2`` texts.
     models
         The models judged, one by one, at every point; as ``--model`` takes them. Empty: each claim is judged on the
-        models that it is about, which see the same trials. With ``as_run`` the first is judged, and the others are
-        shown with those of the experiment.
+        models that it is about, which see the same trials.
+    only
+        Level -> the models judged there, where these are not all.
     assignments
         ``KEY=VALUE`` texts that hold at every point.
     repeats
@@ -178,13 +94,16 @@ class Study:
         Number of replicates; replicate k has the seed of the sweep plus k.
     every_trial
         Whether whole experiments are run, or just the motions that claims and measures read.
-    as_run
-        Whether the points are read off the trials of an off-line experiment as it stands. Their levels then choose
-        among these by ``plays`` and ``claim_at``.
     claim_at
-        Makes the claim that is judged at a point, from the claim and the point's labels by axis.
+        Makes the claim that is judged at a point, from the claim and the point's levels by axis. The points are then
+        read off one run of the off-line experiment, with its own models and the first of ``models``.
+    plays
+        Level -> a model that claims name -> the model of the experiment that takes its place there. The points are
+        read off one run too.
     probe
-        Further columns of the trials.
+        A function from what a trial with the robot showed (`experiments.bench.run.play.Showing` of each eye) to further
+        columns of each model's row, by label; and the types of these columns. It is pickled, so it is a function of a
+        module.
     tables
         Makes further tables, a list of rows by title, from the `experiments.bench.sweep.Sweep`.
     file
@@ -193,13 +112,13 @@ class Study:
     Raises
     ------
     UsageError
-        The name is not legal, there are no replicates, or something is there twice.
+        The name is not legal, or a text stands where several belong.
 
     Examples
     --------
-    >>> from experiments import Axis, Level, Study
-    >>> light = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
-    >>> Study("dim", "C13 and C14 in less light", claims=("C13", "C14"), axes=(light,), replicates=5).models
+    >>> from experiments import Study
+    >>> light = {"as it is": (), "dim": ("scene.light=0.7",)}
+    >>> Study("dim", "C13 and C14 in less light", claims=("C13", "C14"), axes={"light": light}, replicates=5).models
     ('dsnn',)
     """
 
@@ -208,42 +127,39 @@ class Study:
     claims: tuple[str | Claim, ...] = ()
     measures: tuple[str, ...] = ()
     experiments: tuple[str, ...] = ()
-    axes: tuple[Axis, ...] = ()
+    axes: Mapping[str, Levels] = field(default_factory=dict)
     over: tuple[str, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
+    only: Levels = field(default_factory=dict)
     assignments: tuple[str, ...] = ()
     repeats: int | None = WHOLE
     replicates: int = 20
     every_trial: bool = True
-    as_run: bool = False
     claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
-    probe: Probe | None = None
+    plays: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    probe: tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]] | None = None
     tables: Callable[[Any], Mapping[str, list[dict[str, Any]]]] | None = None
     file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_name("study", self.name)
-        several = ("claims", "measures", "experiments", "axes", "over", "models", "assignments")
-        make_tuples(self, f"study {self.name}", several)
-        for axis in self.axes:
-            if not isinstance(axis, Axis) or not axis.levels:
-                raise UsageError(f"study {self.name}: axes must be experiments.Axis with levels, got {axis!r}")
-            if len(set(axis.labels)) < len(axis.labels):
-                raise UsageError(f"study {self.name}: axis {axis.name}: a level is there twice")
+        make_tuples(self, f"study {self.name}", ("claims", "measures", "experiments", "over", "models", "assignments"))
+        axes = {}
+        for axis, levels in self.axes.items():
+            texts: list[Any] = list(levels.values())
+            if text := next((text for text in texts if isinstance(text, str)), ""):
+                raise UsageError(f"study {self.name}: axis {axis}: a level must be a tuple, got {text!r}{of_one(text)}")
+            axes[axis] = {str(level): tuple(texts) for level, texts in levels.items()}
+        object.__setattr__(self, "axes", axes)
+
+    @property
+    def read_off(self) -> bool:
+        """True if the points are read off one run of an off-line experiment."""
+        return bool(self.claim_at or self.plays)
 
 
 def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
-    """Make tuples of the sequences in some fields of a frozen declaration; `UsageError` for a text there.
-
-    Parameters
-    ----------
-    declaration
-        A level, a study or a fit.
-    where
-        The beginning of the message.
-    fields
-        Names of the fields.
-    """
+    """Make tuples of the sequences in some fields of a frozen declaration; `UsageError` for a text there."""
     for name in fields:
         values = getattr(declaration, name)
         if isinstance(values, str):
@@ -251,22 +167,20 @@ def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
         object.__setattr__(declaration, name, tuple(values))
 
 
-def names() -> tuple[str, ...]:
-    """Return the names of the studies that ship."""
-    return tuple(importlib.import_module("experiments.studies").NAMES)
-
-
-def fits() -> tuple[str, ...]:
-    """Return the names of the fits that ship."""
-    return tuple(importlib.import_module("experiments.studies").FITS)
+def names(attribute: str = "STUDY") -> tuple[str, ...]:
+    """Return the names of the studies that ship, or of the fits for ``FIT``."""
+    package = importlib.import_module("experiments.studies")
+    return tuple(package.NAMES if attribute == "STUDY" else package.FITS)
 
 
 def shipped(name: str, attribute: str = "STUDY") -> Any:
     """Return the ``STUDY`` or the ``FIT`` that ships under a name; `UsageError` where there is none."""
-    known = names() if attribute == "STUDY" else fits()
+    known = names(attribute)
     if name not in known:
         raise UsageError(f"unknown {attribute.lower()} '{name}'{nearest(name, known, ' (', ')')}: {', '.join(known)}")
-    return getattr(importlib.import_module(f"experiments.studies.{name.replace('-', '_')}"), attribute)
+    package = importlib.import_module("experiments.studies")
+    module, _, variable = (package.NAMES if attribute == "STUDY" else package.FITS)[name].partition(".")
+    return getattr(importlib.import_module(f"experiments.studies.{module}"), variable)
 
 
 def called(name: str) -> Study | None:

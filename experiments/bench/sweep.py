@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 import time
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from experiments.bench import offline, trials
 from experiments.bench.grid import Point
-from experiments.bench.measures import Measure
 from experiments.bench.replicates import Replicate, judged, of_clips, of_model
 from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError
@@ -26,201 +26,126 @@ from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources, worker_count
 from experiments.bench.sources import clips
 from experiments.bench.sources.clip_claims import ClipClaim
-from experiments.bench.sources.robot_claims import RobotClaim
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.count import count, count_columns
 from experiments.bench.stats.verdict import Outcome, together
-from experiments.bench.study import Study, called
-from experiments.bench.sweep_plan import EVERY_MODEL, Plan, Share, planned
+from experiments.bench.study import TOGETHER, Study, called
+from experiments.bench.sweep_plan import EVERY_MODEL, Plan, planned
 
-TOGETHER = "all"
-"""Id of all claims of a grid of parameters together, where there are several."""
 NAME = "sweep"
 """Name of a sweep that is no study."""
-Rows = Sequence[Mapping[str, Any]]
+MOST_SLACK = 100.0
+"""Slack at which each claim is clipped, in smallest differences."""
+Replicates = Mapping[tuple[Point, str], Sequence[Replicate]]
+"""Point and model -> its replicates."""
 
 
-def typed(
-    experiments: str, over: Sequence[str], claims: Sequence[str], measures: Sequence[str], models: Sequence[str],
-    assignments: Sequence[str], repeats: int | None, replicates: int,
-) -> Study:  # fmt: skip
-    """Return the study of experiments, joined by commas, that no file declares; the rest is as of `Study`."""
-    names = tuple(name for name in experiments.split(",") if name)
-    if not names:
-        raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
-    return Study(
-        NAME, "claims and numbers over a grid of parameters", tuple(claims), tuple(measures), names, over=tuple(over),
-        models=tuple(dict.fromkeys(models)), assignments=tuple(assignments), repeats=repeats, replicates=replicates,
-        every_trial=False,
-    )  # fmt: skip
+def slack(outcome: Outcome) -> float | None:
+    """Return how far inside its bounds a claim lies in one replicate, in smallest differences.
+
+    That is slack over the smallest difference a claim may rest on: of potentials where the reading has no unit,
+    otherwise 1 of the unit. It is the least over its checks, from -`MOST_SLACK` to `MOST_SLACK`; ``None`` where the
+    claim could not be judged.
+    """
+    if not outcome.judged or not outcome.checks:
+        return None
+    shares = [check.slack / MARGIN["spikes" if check.unit else "potential"] for check in outcome.checks]
+    return float(np.clip(min(-MOST_SLACK if math.isnan(share) else share for share in shares), -MOST_SLACK, MOST_SLACK))
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """The result of a sweep.
-
-    Parameters
-    ----------
-    plan
-        What was planned.
-    rows
-        The rows of its ``trials.parquet``.
-    failures
-        Trials that failed, and models that failed in a trial.
-    given
-        Replicates that were run for something else, in place of the rows: (point, model) -> each of them.
-    """
+    """The result of a sweep: what was planned, the replicates of each point and model, and what failed."""
 
     plan: Plan
-    rows: Rows = ()
+    replicates: Replicates
     failures: Sequence[Failure] = ()
-    given: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
-
-    @cached_property
-    def _by_trial(self) -> Mapping[tuple[Any, ...], Rows]:
-        return group(self.rows, "trial", "model")
-
-    @cached_property
-    def _known(self) -> dict[Any, Any]:
-        """Replicates by their trials, and outcomes by replicate: points may have both in common."""
-        return {}
-
-    def replicates(self, point: Point, model: str) -> list[Replicate]:
-        """Return all replicates of a point and a model; the models go by their names without the grid."""
-        if self.given:
-            return list(self.given[point, model])
-        found = []
-        for number in range(self.plan.replicates):
-            keys = [(point, model, experiment, number) for experiment in self.plan.experiments]
-            shares = [self.plan.shares[key] for key in keys if key in self.plan.shares]
-            known = tuple(
-                (share.trials, tuple((name, shown.label) for name, shown in share.models.items())) for share in shares
-            )
-            if known not in self._known:
-                self._known[known] = self._replicate(shares)
-            found.append(self._known[known])
-        return found
-
-    def _replicate(self, shares: Sequence[Share]) -> Replicate:
-        rows: list[Mapping[str, Any]] = []
-        lost: Counter[tuple[str, str]] = Counter()
-        for share in shares:
-            for trial in share.trials:
-                for name, model in share.models.items():
-                    found = self._by_trial.get((trial, model.label), ())
-                    lost[share.experiment, name] += not found
-                    rows += ({**row, "model": name} for row in found)
-        models = {name: model for share in shares for name, model in share.models.items()}
-        return Replicate(
-            tuple(rows), {key: number for key, number in lost.items() if number},
-            {name: model.threshold for name, model in models.items()},
-            {name: model.thresholds.get("looming") for name, model in models.items()},
-        )  # fmt: skip
 
     @cached_property
     def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
         """Point, model and claim -> the outcome in each replicate; of a grid of keys also that of all claims."""
-        plan, outcomes = self.plan, {}
-        for point, model in plan.judged:
+        plan, found = self.plan, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
+        for (point, model), every in self.replicates.items():
             for claim, experiment in plan.claims:
-                outcomes[point, model, claim.id] = tuple(
-                    self._outcome(claim, replicate, point, model, experiment)
-                    for replicate in self.replicates(point, model)
-                )
+                asked = plan.study.claim_at(claim, dict(point)) if plan.study.claim_at else claim
+                found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
             if len(plan.claims) > 1 and plan.study.over:
-                columns = zip(*(outcomes[point, model, claim.id] for claim, _ in plan.claims), strict=True)
-                outcomes[point, model, TOGETHER] = tuple(
+                columns = zip(*(found[point, model, claim.id] for claim, _ in plan.claims), strict=True)
+                found[point, model, TOGETHER] = tuple(
                     Outcome(together([outcome.verdict for outcome in column]), "") for column in columns
                 )
-        return outcomes
-
-    def _outcome(self, claim: Any, replicate: Replicate, point: Point, model: str, experiment: str) -> Outcome:
-        at = self.plan.study.claim_at
-        key = (id(replicate), claim.id, model, point if at else ())
-        if key not in self._known:
-            asked = at(claim, dict(point)) if at else claim
-            if model == EVERY_MODEL:
-                self._known[key] = judged(asked, replicate, experiment)
-            elif isinstance(asked, ClipClaim):
-                self._known[key] = of_clips(asked, replicate, experiment)
-            else:
-                assert isinstance(asked, RobotClaim)
-                self._known[key] = of_model(asked, replicate, model, experiment)
-        outcome: Outcome = self._known[key]
-        return outcome
-
-    def _values(self, point: Point, model: str) -> dict[str, Any]:
-        """Return the columns of a point and a model."""
-        levels = zip(self.plan.axes, point, strict=True)
-        return {**{axis.name: axis.value(label) for axis, (_, label) in levels}, "model": model}
-
-    def _claimed(self, columns: Callable[[Sequence[Outcome]], list[dict[str, Any]]]) -> pl.DataFrame:
-        """Return rows of each point, model and claim, from its outcomes in all replicates."""
-        on = {claim.id: experiment for claim, experiment in self.plan.claims}
-        rows = [
-            {**self._values(point, model), "claim": claim, "experiment": on.get(claim, ""), **row}
-            for (point, model, claim), outcomes in self.outcomes.items()
-            for row in columns(outcomes)
-        ]
-        return pl.DataFrame(rows, infer_schema_length=None)
+        return found
 
     @cached_property
     def table(self) -> pl.DataFrame:
-        """The outcomes: a row for each point, model, claim and replicate, with what decided and what was measured."""
+        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured."""
         names = ("verdict", "decided", "measured", "effect", "n")
-        return self._claimed(lambda outcomes: [
-            {"replicate": number, "seed": self.plan.seed + number, **{name: getattr(outcome, name) for name in names}}
+        on = {claim.id: experiment for claim, experiment in self.plan.claims}
+        rows = [
+            {**self._at(point, model), "claim": claim, "experiment": on.get(claim, ""), "replicate": number,
+             "seed": self.plan.seed + number, **{name: getattr(outcome, name) for name in names},
+             "slack": slack(outcome)}
+            for (point, model, claim), outcomes in self.outcomes.items()
             for number, outcome in enumerate(outcomes)
-        ])  # fmt: skip
+        ]  # fmt: skip
+        return pl.DataFrame(rows, infer_schema_length=None)
 
     @cached_property
     def counts(self) -> pl.DataFrame:
-        """The counts: a row for each point, model and claim, with the exact 95 % interval and the word.
+        """A row for each point, model and claim: its counts, the exact 95 % interval and the word.
 
         ``decided`` and ``measured`` are those of replicate 0.
         """
-        return self._claimed(lambda outcomes: [
-            {**count_columns(count(outcome.verdict for outcome in outcomes)), "decided": outcomes[0].decided,
-             "measured": outcomes[0].measured}
-        ])  # fmt: skip
-
-    def values(self, measure: Measure, experiment: str, point: Point, model: str) -> list[float | None]:
-        """Return the value of a measure in each replicate; ``None`` where trials are lost, or it has none there."""
-        threshold = self.replicates(point, model)[0].thresholds[model]
-        parts = self._measured(measure, experiment, point, model)
-        return [None if rows is None else measure.of(rows, threshold)["value"] for rows in parts]
-
-    def _measured(self, measure: Measure, experiment: str, point: Point, model: str) -> list[Any]:
-        """Return the rows of each replicate that a measure is taken of; ``None`` where trials are lost."""
-        return [
-            None if replicate.lost.get((experiment, model)) and not measure.conditions
-            else [row for row in replicate.of(model) if row["experiment"] == experiment]
-            for replicate in self.replicates(point, model)
+        if self.table.is_empty():
+            return self.table
+        keys = [*(axis.name for axis in self.plan.axes), "model", "claim", "experiment"]
+        groups = self.table.group_by(keys, maintain_order=True)
+        rows = [
+            {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
+             **rows.select("decided", "measured").row(0, named=True)}
+            for key, rows in groups
         ]  # fmt: skip
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+    def _at(self, point: Point, model: str) -> dict[str, Any]:
+        """Return the columns of a point and a model."""
+        levels = zip(self.plan.axes, point, strict=True)
+        return {**{axis.name: axis.values[level] for axis, (_, level) in levels}, "model": model}
 
     @cached_property
     def numbers(self) -> pl.DataFrame:
-        """The measures: a row for each point, model and measure, of the trials of all replicates together.
+        """A row for each point, model and measure, of the trials of all replicates together.
 
-        ``lowest`` and ``highest`` are of the replicates' own values, ``n``, ``ci_low`` and ``ci_high`` those of a mean.
+        ``each`` has the value of each replicate, null where trials are lost or it has none, ``lowest`` and ``highest``
+        their ends; ``n``, ``ci_low`` and ``ci_high`` are those of a mean.
         """
         rows = []
-        for point, model in self.plan.judged:
-            threshold = self.replicates(point, model)[0].thresholds.get(model)
+        for (point, model), every in self.replicates.items():
+            threshold = every[0].thresholds.get(model)
             for measure, experiment in self.plan.measures:
-                each = self.values(measure, experiment, point, model)
+                parts = [[row for row in part.of(model) if row["experiment"] == experiment] for part in every]
+                lost = [part.lost.get((experiment, model), 0) for part in every]
+                whole = [not number or bool(measure.conditions) for number in lost]
+                each = [measure.of(part, threshold)["value"] if all_there else None
+                        for part, all_there in zip(parts, whole, strict=True)]  # fmt: skip
                 known = [value for value in each if value is not None]
-                parts = self._measured(measure, experiment, point, model)
-                pooled = measure.of([row for part in parts if part for row in part], threshold)
-                lost = sum(replicate.lost.get((experiment, model), 0) for replicate in self.replicates(point, model))
-                why = f"{lost} {self.plan.things} have no rows" if lost else ""
+                pooled = measure.of([row for part, all_there in zip(parts, whole, strict=True) if all_there
+                                     for row in part], threshold)  # fmt: skip
+                why = f"{sum(lost)} {self.plan.things} have no rows" if sum(lost) else ""
                 rows.append({
-                    **self._values(point, model), "measure": measure.name, "experiment": experiment, **pooled,
+                    **self._at(point, model), "measure": measure.name, "experiment": experiment, **pooled,
                     "unit": measure.unit, "lowest": min(known, default=None), "highest": max(known, default=None),
-                    "replicates": len(each), "not shown": len(each) - len(known),
+                    "replicates": len(each), "not shown": len(each) - len(known), "each": each,
                     "threshold": threshold if measure.has_threshold else None,
                     "measured": "; ".join(filter(None, (why, pooled["measured"]))), **dict(measure.conditions),
                 })  # fmt: skip
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+    def rows(self, point: Point, model: str) -> pl.DataFrame:
+        """Return the rows of the trials of a point and a model in all replicates, with the column ``replicate``."""
+        every = enumerate(self.replicates[point, model])
+        rows = [{**row, "replicate": number} for number, part in every for row in part.rows]
         return pl.DataFrame(rows, infer_schema_length=None)
 
     @cached_property
@@ -236,14 +161,49 @@ class Sweep:
         """Return the contents of ``NAME.json``, which a reproduction's page reads: the counts, and further tables."""
         study, points = self.plan.study, [dict(point) for point, _, _ in self.outcomes]
         return {
-            "study": study.name, "summary": study.summary, "replicates": self.plan.replicates,
+            "study": study.name, "summary": study.summary, "replicates": study.replicates,
             "repeats": self.plan.repeats, "seed": self.plan.seed,
             "counts": [{"point": point, **row} for point, row in zip(points, self.counts.to_dicts(), strict=True)],
             "tables": self.tables, "failures": self.failures,
         }  # fmt: skip
 
 
-def _probed(trial: Trial, *, columns: Callable[[Any], Mapping[str, Mapping[str, Any]]]) -> TrialRecord:
+def read(plan: Plan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failure] = ()) -> Sweep:
+    """Return the result of a sweep from the rows of ``trials.parquet`` that there are.
+
+    Models go by their names without the grid's values.
+    """
+    by_trial = group(rows, "trial", "model")
+    found: dict[tuple[Point, str], list[Replicate]] = {}
+    for point, judge in plan.judged:
+        for number in range(plan.study.replicates):
+            own: list[Mapping[str, Any]] = []
+            lost: dict[tuple[str, str], int] = {}
+            models: dict[str, Any] = {}
+            for experiment in plan.experiments:
+                numbers, seen = plan.shares.get((point, judge, experiment, number), (range(0), {}))
+                models |= seen
+                for trial in numbers:
+                    for name, model in seen.items():
+                        there = by_trial.get((trial, model.label), ())
+                        own += ({**row, "model": name} for row in there)
+                        if not there:
+                            lost[experiment, name] = lost.get((experiment, name), 0) + 1
+            thresholds = {name: model.threshold for name, model in models.items()}
+            looming = {name: model.thresholds.get("looming") for name, model in models.items()}
+            found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds, looming))
+    return Sweep(plan, found, failures)
+
+
+def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
+    if model == EVERY_MODEL:
+        return judged(claim, replicate, experiment)
+    if isinstance(claim, ClipClaim):
+        return of_clips(claim, replicate, experiment)
+    return of_model(claim, replicate, model, experiment)
+
+
+def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     """Play one trial with the robot in a worker; its rows have a probe's columns too."""
     began_s = time.perf_counter()
     showings = show(trial)
@@ -260,18 +220,26 @@ def batch(plan: Plan, name: str = "") -> Batch[Any]:
     return Batch(
         name=name,
         specs=plan.specs,
-        work=partial(_probed, columns=probe.columns) if probe else work,
+        work=partial(_probed, columns=probe[0]) if probe else work,
         description={**plan.description, "experiment": name},
         schemas=(clips.TRIALS, FRAMES) if on_clips
-        else (TRIAL_SCHEMA | pl.Schema(probe.schema if probe else {}), FRAME_SCHEMA),
+        else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         parameters=plan.parameters,
         things=plan.things,
-        amount=lambda: f"{len(plan.points)} points, {plan.replicates} replicates, {len(plan.specs)} {plan.things}",
+        amount=lambda: (
+            f"{len(plan.points)} points, {plan.study.replicates} replicates, {len(plan.specs)} {plan.things}"
+        ),
         size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
 
 
-def run(plan: Plan, out: Path, resources: Resources, *, name: str = "") -> Sweep:
+def play(plan: Plan, out: Path, pool: Any, resources: Resources, name: str = "") -> Sweep:
+    """Play what a folder lacks of a sweep with a pool of workers, and read what it has."""
+    with batch(plan, name).run(out, pool, resources) as folder:
+        return read(plan, folder.trials().to_dicts(), folder.failures())
+
+
+def run(plan: Plan, out: Path, resources: Resources) -> Sweep:
     """Run what a sweep's folder lacks, and write its tables and figure.
 
     Parameters
@@ -282,8 +250,6 @@ def run(plan: Plan, out: Path, resources: Resources, *, name: str = "") -> Sweep
         The folder: a new one, or one that holds a part of this sweep.
     resources
         Workers, or a cluster.
-    name
-        What the run and its files are called, otherwise by the study's name.
 
     Returns
     -------
@@ -295,36 +261,39 @@ def run(plan: Plan, out: Path, resources: Resources, *, name: str = "") -> Sweep
     UsageError
         There is another run.
     """
-    with resources.pool() as pool, batch(plan, name).run(out, pool, resources) as folder:
-        result = Sweep(plan, folder.trials().to_dicts(), folder.failures())
-        write(result, folder, name or plan.study.name)
-        return result
+    with resources.pool() as pool:
+        result = play(plan, out, pool, resources)
+    write(result, out)
+    return result
 
 
-def write(result: Sweep, files: Files, name: str) -> None:
+def write(result: Sweep, folder: Path) -> None:
     """Write the tables of a sweep, its ``NAME.json`` and its figure into a folder."""
     from experiments.bench.report import style  # not before: workers do without matplotlib
+    from experiments.bench.report import sweep as report
 
-    both = [table for table in (result.counts, result.numbers) if table.height]
+    files, name = Files(folder), result.plan.study.name
+    both = [table.drop("each", strict=False) for table in (result.counts, result.numbers) if table.height]
     files.write_rows("outcomes.csv", result.table.to_dicts())
     files.write_rows("counts.csv", pl.concat(both, how="diagonal_relaxed").to_dicts() if both else [])
     files.write_json(f"{name}.json", result.described())
     if result.counts.height or (both and len(result.plan.axes) in (1, 2)):
-        style.save(drawn(result), files.folder / name)
+        style.save(report.draw(result), folder / name)
 
 
-def drawn(result: Sweep) -> Any:
-    """Return the figure of a sweep (matplotlib)."""
-    from experiments.bench.report import sweep as report
-
-    plan = result.plan
-    titles = {claim.id: claim.title for claim, _ in plan.claims}
-    titles |= {measure.name: f"{measure.says}, {measure.unit}".rstrip(", ") for measure, _ in plan.measures}
-    repeats = "/".join(map(str, dict.fromkeys(plan.repeats)))
-    trials_of = f"{repeats} {'trial' if repeats == '1' else 'trials'} of each condition"
-    of = "each clip once" if plan.things == "clips" else trials_of
-    about = f"{plan.study.name}: {plan.study.summary}; replicates: {plan.replicates}, from seed {plan.seed}, {of}"
-    return report.draw(result.counts, result.numbers, plan.axes, titles, about)
+def typed(
+    experiments: str, over: Sequence[str], claims: Sequence[str], measures: Sequence[str], models: Sequence[str],
+    assignments: Sequence[str], repeats: int | None, replicates: int,
+) -> Study:  # fmt: skip
+    """Return the study of experiments, joined by commas, that no file declares; the rest is as of `Study`."""
+    names = tuple(name for name in experiments.split(",") if name)
+    if not names:
+        raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
+    return Study(
+        NAME, "claims and numbers over a grid of parameters", tuple(claims), tuple(measures), names, over=tuple(over),
+        models=tuple(dict.fromkeys(models)), assignments=tuple(assignments), repeats=repeats, replicates=replicates,
+        every_trial=False,
+    )  # fmt: skip
 
 
 def sweep(
@@ -368,8 +337,9 @@ def sweep(
     Returns
     -------
     polars.DataFrame
-        A row for each point, model, claim and replicate: ``verdict``, what ``decided``, what was ``measured``. Without
-        claims, a row for each point, model and measure: ``value``, and its 95 % interval.
+        A row for each point, model, claim and replicate: ``verdict``, what ``decided``, what was ``measured``, and the
+        ``slack`` in smallest differences. Without claims, a row for each point, model and measure: ``value``, and its
+        95 % interval.
 
     Raises
     ------

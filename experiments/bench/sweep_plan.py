@@ -7,7 +7,7 @@ Trials that no axis changes are run once, and count at every point.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -16,7 +16,7 @@ import polars as pl
 
 from experiments import NAMES
 from experiments.bench import measures as measuring
-from experiments.bench import registry, trials
+from experiments.bench import offline, registry, trials
 from experiments.bench.grid import Base, Point, axes_of, check_keys, knows, moves, points_of, sets
 from experiments.bench.measures import Measure
 from experiments.bench.replicates import MODEL, asked_models
@@ -37,25 +37,10 @@ from scenes.hints import nearest
 
 EVERY_MODEL = ""
 """The name under which all models are judged where each claim is judged on the models that it is about."""
-
-
-@dataclass(frozen=True, slots=True)
-class Share:
-    """The trials of one experiment and replicate that count at a point, and the models that see them there.
-
-    Parameters
-    ----------
-    experiment
-        The experiment's name.
-    trials
-        Their numbers in the run.
-    models
-        Name without the grid's values -> the model, whose label tells the points apart; the one judged is first.
-    """
-
-    experiment: str
-    trials: range
-    models: Mapping[str, ConfiguredModel]
+Share = tuple[range, Mapping[str, ConfiguredModel]]
+"""Numbers of trials, and the models that see them at a point by their names without the grid's values."""
+Rendering = tuple[list[Any], Callable[[int, tuple[ConfiguredModel, ...]], Sequence[Any]]]
+"""Conditions, or clips' parameters; and from a replicate and the models to the trials."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,11 +85,6 @@ class Plan:
     parameters: Parameters
 
     @property
-    def replicates(self) -> int:
-        """The number of replicates."""
-        return self.study.replicates
-
-    @property
     def things(self) -> str:
         """What it runs: ``trials`` with the robot, or ``clips``."""
         return "clips" if isinstance(self.specs[0].condition, Clip) else "trials"
@@ -115,28 +95,12 @@ class Plan:
         return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
 
 
-Rendering = tuple[list[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]]]
-"""Conditions, or clips' parameters; and from a replicate and the models to the trials."""
-
-
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One experiment of a sweep.
+    """One experiment of a sweep: as it is with ``--set``, the models shown, and what makes its trials at a point.
 
-    Parameters
-    ----------
-    declared
-        The experiment, with the values of ``--set``.
-    selected, models
-        The models shown: as they were asked for, and with the values of ``--set``.
-    base
-        The sections of ``--set`` beside the models' own.
-    repeats
-        Trials of each condition in a replicate.
-    render
-        Plans its trials with what a point sets in ``base``.
-    described
-        Further entries of ``run.json``.
+    ``base`` has the sections of ``--set`` beside the models' own, and ``render`` plans trials with what a point sets
+    there; ``described`` are entries of ``run.json``.
     """
 
     declared: Any
@@ -147,14 +111,11 @@ class Part:
     render: Callable[[Mapping[str, str]], Rendering]
     described: Mapping[str, Any]
 
-    def bases(self) -> list[Base]:
-        """Return the sections of ``--set`` that each model reads."""
-        pairs = zip(self.selected, self.models, strict=True)
-        return [{**self.base, selected.section: (model.network,)} for selected, model in pairs]
-
-    def fixed(self) -> list[set[str]]:
-        """Return the keys that each model has settled itself, as ``dsnn:n_con=5`` has: no point moves them."""
-        return [{f"{model.section}.{name}" for name in model.asked.values} for model in self.selected]
+    def readers(self) -> Iterator[tuple[SelectedModel, ConfiguredModel, Base, set[str]]]:
+        """Yield each model with the sections of ``--set`` that it reads, and the keys that it has settled itself."""
+        for selected, model in zip(self.selected, self.models, strict=True):
+            settled = {f"{selected.section}.{name}" for name in selected.asked.values}  # as dsnn:n_con=5 has
+            yield selected, model, {**self.base, selected.section: (model.network,)}, settled
 
 
 def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
@@ -162,10 +123,29 @@ def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]
     return [text for text in assignments if knows(base, text.partition("=")[0])]
 
 
-def robot_part(
-    declared: Experiment, models: Sequence[str], study: Study, seed: int, pictures: Pictures | None
+def part_of(
+    declared: Any, study: Study, seed: int, pictures: Pictures | None = None, models: Sequence[str] = (),
+    needed: Collection[str] = (),
 ) -> Part:  # fmt: skip
-    """Return an experiment with the robot as a part of a sweep."""
+    """Return an experiment as a part of a sweep.
+
+    Parameters
+    ----------
+    declared, study, seed, pictures
+        The experiment, and what is asked of it.
+    models
+        Shown in place of the study's, to an experiment with the robot.
+    needed
+        Labels of models of an off-line experiment's own that are shown too.
+    """
+    if isinstance(declared, OfflineExperiment):
+        return _clips_part(declared, study, seed, pictures, needed)
+    return _robot_part(declared, study, seed, pictures, models or study.models)
+
+
+def _robot_part(
+    declared: Experiment, study: Study, seed: int, pictures: Pictures | None, models: Sequence[str]
+) -> Part:  # fmt: skip
     assignments = _applying(study.assignments, trials.sections(declared, models))
 
     def planned(over: Mapping[str, str]) -> trials.Plan:
@@ -190,16 +170,16 @@ def robot_part(
     return Part(whole.experiment, look_up(models), settings.models, base, whole.repeats, render, described)
 
 
-def clips_part(
-    declared: OfflineExperiment, study: Study, seed: int, needed: Collection[str], pictures: Pictures | None
+def _clips_part(
+    declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None, needed: Collection[str]
 ) -> Part:
-    """Return an off-line experiment as a part of a sweep; ``needed`` are models of its own that are shown too.
+    """Return clips. The keys of its stimuli are those of every clip: ``cluttered.grey`` is of each ``cluttered`` one.
 
-    The keys of its stimuli are those of every clip: ``cluttered.grey`` is the grey of each ``cluttered`` clip.
+    Clips that a point makes alike are shown once.
     """
-    known = look_up(list(dict.fromkeys([*study.models, *declared.models])), "offline")[len(study.models) :]
-    texts = [*study.models, *(model.asked.text for model in known if model.chosen.label in needed)]
-    selected = look_up(texts, "offline")
+    own = [model.asked.text for model in look_up(declared.models, "offline") if model.chosen.label in needed]
+    selected = look_up([*study.models, *own], "offline")
+    texts = [model.asked.text for model in selected]
     stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
     networks = {model.section: model.chosen.network for model in selected}
     models, values = watchers(texts, _applying(study.assignments, networks | stimuli), stimuli)
@@ -214,9 +194,9 @@ def clips_part(
             section, _, name = key.partition(".")
             by_section.setdefault(section, {})[name] = value
         alike: dict[Any, list[Clip]] = {}
-        for clip in (_changed(clip, by_section) for clip in clips_set):  # those that are alike are shown once
+        for clip in (_changed(clip, by_section) for clip in clips_set):
             same = (clip.stimulus, clip.build(0).params, clip.jitter_px, clip.takes_scene())
-            alike.setdefault(clip.name if study.as_run else same, []).append(clip)
+            alike.setdefault(same, []).append(clip)
         shown = [dataclasses.replace(same[0], name=", ".join(clip.name for clip in same)) for same in alike.values()]
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
@@ -270,22 +250,22 @@ def planned(
         study = dataclasses.replace(study, models=(MODEL,))
     if not on_robot and study.over and study.repeats is not None:
         raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
-    if not on_robot and len(study.models) > 1 and not study.as_run:
+    if not on_robot and len(study.models) > 1 and not study.read_off:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     models = [model.chosen for model in look_up(study.models, "robot" if on_robot else "offline")]
     models = models if on_robot else models[:1]
-    claims = _claims(experiments, study, [] if models_in or study.as_run else models)
+    claims = _claims(experiments, study, [] if models_in or study.read_off else models)
+    if study.read_off:
+        return _read_off(experiments[0], study, seed, pictures, claims, models[0].label)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
-        shown = (models_in or {}).get(experiment.name, study.models)
-        parts.append(
-            robot_part(experiment, shown, study, seed, pictures) if on_robot
-            else clips_part(experiment, study, seed, experiment.models if study.as_run else needed, pictures)
-        )  # fmt: skip
-    bases = [base for part in parts for base in part.bases()]
-    axes = study.axes + (axes_of(study.over, bases, study.assignments) if study.over else ())
-    points = points_of(axes)
+        parts.append(part_of(experiment, study, seed, pictures, (models_in or {}).get(experiment.name, ()), needed))
+    bases = [base for part in parts for _, _, base, _ in part.readers()]
+    axes = [Axis(name, levels) for name, levels in study.axes.items()]
+    axes += axes_of(study.over, bases, study.assignments) if study.over else []
+    _check_keys(study, axes, parts, TRIAL_SCHEMA if on_robot else clips.TRIALS)
+    points = points_of({axis.name: axis.levels for axis in axes})
     parameters: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes}
     try:
         renderings = {part.declared.name: _renderings(part, study, axes, points, parameters) for part in parts}
@@ -295,7 +275,6 @@ def planned(
     wanted = study.measures or (() if claims else (measuring.SPIKES,))
     measures = measuring.chosen(wanted, conditions, models)
     parts = [part for part in parts if models_in or part.declared.name in {name for _, name in (*claims, *measures)}]
-    _check_keys(study, axes, parts, TRIAL_SCHEMA if on_robot else clips.TRIALS)
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, part in product(range(study.replicates), parts):
@@ -308,10 +287,11 @@ def planned(
             numbers = range(len(specs), len(specs) + len(found))
             specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
             for point, seen in watching.items():
-                alone = {label: {label: model} for label, model in seen.items()}
-                together = {EVERY_MODEL if models_in else models[0].label: seen}
-                for label, seen_there in (alone if on_robot and not models_in else together).items():
-                    shares[point, label, name, replicate] = Share(name, numbers, seen_there)
+                if on_robot and not models_in:
+                    for label, model in seen.items():
+                        shares[point, label, name, replicate] = (numbers, {label: model})
+                else:
+                    shares[point, EVERY_MODEL if models_in else models[0].label, name, replicate] = (numbers, seen)
         if not replicate:
             check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
     labels = [EVERY_MODEL] if models_in else [model.label for model in models]
@@ -321,21 +301,53 @@ def planned(
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
     description = {
-        **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
-        "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
-        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters,
-        **provenance.of(sources, parts[0].declared),
-        "axes": {axis.name: axis.labels if axis.of_keys else {level.label: level.settings for level in axis.levels}
-                 for axis in axes},
+        **parts[0].described, "experiments": [part.declared for part in parts],
+        "repeats": [part.repeats for part in parts], "trials": len(specs), "models": tuple(variants.values()),
+        "changed": changes | parameters, **provenance.of(sources, parts[0].declared),
+        **_described(study, seed, axes, claims, measures),
+    }  # fmt: skip
+    return Plan(
+        study, claims, tuple(measures), tuple(axes), tuple(points),
+        tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
+        tuple(part.repeats for part in parts), tuple(specs), shares, description, parameters,
+    )  # fmt: skip
+
+
+def _described(
+    study: Study, seed: int, axes: Sequence[Axis], claims: Sequence[tuple[Any, str]], measures: Sequence[Any]
+) -> dict[str, Any]:
+    """Return the entries of ``run.json`` that every sweep has."""
+    return {
+        "kind": "sweep", "replicates": study.replicates, "seed": seed,
+        "axes": {axis.name: tuple(axis.levels) if axis.title else axis.levels for axis in axes},
         "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
     }  # fmt: skip
-    return Plan(
-        study, claims, tuple(measures), axes, tuple(points),
-        tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
-        tuple(part.repeats for part in parts), tuple(specs), shares, description,
-        changes if study.as_run else parameters,
-    )  # fmt: skip
+
+
+def _read_off(
+    declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None,
+    claims: tuple[tuple[Any, str], ...], judged: str,
+) -> Plan:  # fmt: skip
+    """Plan a study whose points are read off one run of an off-line experiment."""
+    texts = [*study.models, *declared.models]
+    whole = offline.plan(declared, texts, study.assignments, study.replicates, seed, pictures)
+    axes = [Axis(name, levels) for name, levels in study.axes.items()]
+    points = points_of({axis.name: axis.levels for axis in axes})
+    models = {model.label: model for model in whole.models}
+    shares: dict[tuple[Point, str, str, int], Share] = {}
+    size = len(whole.trials) // study.replicates
+    for point, replicate in product(points, range(study.replicates)):
+        plays = {name: models[label] for _, level in point for name, label in study.plays.get(level, {}).items()}
+        seen = {judged: models[judged], **plays} if study.plays else models
+        shares[point, judged, declared.name, replicate] = (range(replicate * size, (replicate + 1) * size), seen)
+    sources = [*(model.source for model in whole.models), *filter(None, (study.file,))]
+    description = {
+        **whole.describe(), "experiments": [declared], "repeats": [1], **provenance.of(sources, declared),
+        **_described(study, seed, axes, claims, ()),
+    }  # fmt: skip
+    return Plan(study, claims, (), tuple(axes), tuple(points), tuple((point, judged) for point in points), seed, (1,),
+                whole.trials, shares, description, whole.changed())  # fmt: skip
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:
@@ -396,15 +408,15 @@ def _refused(claim: Any, models: Sequence[ConfiguredModel]) -> str:
 
 def _check_keys(study: Study, axes: Sequence[Axis], parts: Sequence[Part], schema: pl.Schema) -> None:
     """Raise `UsageError` for a key that there is not, and for an axis that moves nothing."""
-    bases = [base for part in parts for base in part.bases()]
-    fixed = [keys for part in parts for keys in part.fixed()]
+    readers = [(base, settled) for part in parts for _, _, base, settled in part.readers()]
+    bases = [base for base, _ in readers]
     check_keys(study.assignments, bases, "--set")
     for axis in axes:
         if axis.name in schema:
             raise UsageError(f"axis {axis.name}: the table of trials has that column; rename the axis")
-        texts = [text for level in axis.levels for text in level.settings]
+        texts = [text for level in axis.levels.values() for text in level]
         check_keys(texts, bases, f"axis {axis.name}:")
-        if texts and not any(moves(axis, base, keys) for base, keys in zip(bases, fixed, strict=True)):
+        if texts and not any(moves(axis, base, settled) for base, settled in readers):
             raise UsageError(f"axis {axis.name}: the models have settled that themselves, so that it moves nothing")
 
 
@@ -415,41 +427,38 @@ def _renderings(
 
     Each has conditions and trials (`Rendering`), the models by label, and of each point the models by their names.
     """
+    texts = {
+        point: [text for axis, (_, level) in zip(axes, point, strict=True) for text in axis.levels[level]]
+        for point in points
+    }
     by_setting: dict[tuple[tuple[str, str], ...], list[Point]] = {}
     for point in points:
-        by_setting.setdefault(tuple(sets(point, axes, part.base).items()), []).append(point)
+        by_setting.setdefault(tuple(sets(texts[point], part.base).items()), []).append(point)
     renderings: list[tuple[Any, ...]] = []
-    bases, settled = part.bases(), part.fixed()
     for setting, members in by_setting.items():
         variants: dict[str, ConfiguredModel] = {}
         watching: dict[Point, dict[str, ConfiguredModel]] = {}
         labels: dict[Any, str] = {}
-        pairs = list(product(range(len(part.models)), members))
+        pairs = [(place, reader, point) for place, reader in enumerate(part.readers()) for point in members]
         if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
-            pairs.sort(key=lambda pair: members.index(pair[1]))
-        for place, point in pairs:
-            selected, model, base, fixed = part.selected[place], part.models[place], bases[place], settled[place]
-            levels = [axis.level(label) for axis, (_, label) in zip(axes, point, strict=True)]
-            text = selected.asked.text
-            if text in study.models and any(text not in (level.models or (text,)) for level in levels):
+            pairs.sort(key=lambda pair: members.index(pair[2]))
+        for place, (selected, model, base, settled), point in pairs:
+            asked = selected.asked.text
+            if asked in study.models and any(asked not in study.only.get(level, (asked,)) for _, level in point):
                 continue
-            moving = [moves(axis, base, fixed) for axis in axes]
-            values = {key: value for key, value in sets(point, axes, base).items() if key not in fixed}
-            names = [f"{axis.name}=" * axis.of_keys + level.label
-                     for axis, level, moved in zip(axes, levels, moving, strict=True) if moved]  # fmt: skip
+            moved = [moves(axis, base, settled) for axis in axes]
+            values = {key: value for key, value in sets(texts[point], base).items() if key not in settled}
+            names = [f"{axis.name}={level}" if axis.title else level
+                     for axis, (_, level), moving in zip(axes, point, moved, strict=True) if moving]  # fmt: skip
             name = " ".join(filter(None, (model.label if place else "", *names))) or model.label
             label = labels.setdefault((place, *values.items()), name)  # points that are alike there share it
-            for axis, level, moved in zip(axes, levels, moving, strict=True):
-                parameters[axis.name][label] = axis.value(level.label) if moved else None
+            for axis, (_, level), moving in zip(axes, point, moved, strict=True):
+                parameters[axis.name][label] = axis.values[level] if moving else None
             keys = ((key.partition("."), value) for key, value in values.items())
             own = {name: value for (section, _, name), value in keys if section == selected.section}
             network = changed(selected.section, model.network, own)
             variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
             watching.setdefault(point, {})[model.label] = variants[label]
-        for point, shown in watching.items():
-            levels = [axis.level(label) for axis, (_, label) in zip(axes, point, strict=True)]
-            plays = {name: shown[label] for level in levels for name, label in level.plays.items()}
-            watching[point] = {part.models[0].label: shown[part.models[0].label], **plays} if plays else shown
         if watching:
             renderings.append((*part.render(dict(setting)), variants, watching))
     return renderings

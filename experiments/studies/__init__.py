@@ -1,22 +1,21 @@
-"""The studies that ship, one file each: what is varied, which claims and measures, how many replicates.
+"""The studies and fits that ship: what is varied, which claims and measures, how many replicates.
 
-A new study that ships is a file here that defines ``STUDY``, and its name in `NAMES`. A fit defines ``FIT``, and its
-name is in `FITS`.
+A new one is a `experiments.Study` or `experiments.Fit` in a file here, and a line of `NAMES` or `FITS`.
 """
 
-NAMES = (
-    "fidelity",
-    "eye-range",
-    "fitted-feedback",
-    "detectors",
-    "onboard",
-    "sensitivity",
-    "sensitivity-clips",
-    "background",
-    "constants-2017",
-    "constants-emd",
-)
-"""The studies, without ``model-claims``, whose claims are each about a model of its own."""
+NAMES = {
+    "fidelity": "robot.FIDELITY",
+    "eye-range": "robot.EYE_RANGE",
+    "fitted-feedback": "robot.FITTED_FEEDBACK",
+    "detectors": "detectors.STUDY",
+    "onboard": "onboard.STUDY",
+    "sensitivity": "robot.SENSITIVITY",
+    "sensitivity-clips": "clips.SENSITIVITY",
+    "background": "clips.BACKGROUND",
+    "constants-2017": "clips.CONSTANTS_2017",
+    "constants-emd": "clips.CONSTANTS_EMD",
+}
+"""Study -> the file here, and its name there. Missing is ``model-claims``, whose claims are each about a model."""
 
-FITS = ("fit-eye", "fit-ideal", "fit-clips")
-"""The fits: claims, and a box of what the paper and the data sheets leave open."""
+FITS = {"fit-eye": "robot.FIT_EYE", "fit-ideal": "robot.FIT_IDEAL", "fit-clips": "clips.FIT"}
+"""Fit -> the file here, and its name there: claims, and a box of what the paper and the data sheets leave open."""

@@ -1,24 +1,16 @@
 """C21 of every looming detector and preset, in the bright arena and in the dim one, and what it would take to hold."""
 
-from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import polars as pl
 
 from dsnn import LGMD1Params
-from experiments import Axis, Level, Study
-from experiments.bench.study import Probe
+from experiments import Study
 
 CLAIM = "C21"
-ARENA = Axis("arena", (Level("bright"), Level("dim", ("scene.arena=dim",))))
-ANGLES = (-30.0, -15.0, 0.0, 15.0, 30.0)
-AWAY = (0.0, 15.0, 30.0)
-"""Angles to the axis, degrees: left and right are taken together."""
-Row = Mapping[str, Any]
-Number = Callable[[Row], float]
-
-PANEL: Mapping[str, tuple[str, str]] = {
+PANEL = {
     "lgmd1": ("paper", "Yue and Rind 2006"),
     "lgmd1:preset=firmware": ("firmware", "T_s of the firmware's SI-LGMD1"),
     "lgmd1:preset=arena": ("firmware, arena", "its T_s for the arena"),
@@ -45,8 +37,7 @@ EDGE_LEVELS = (10, 20, 40, 80, 160, 320)
 """Cells of moving edge in a frame."""
 THRESHOLDS = tuple(round(0.52 + 0.02 * step, 2) for step in range(24))
 """Thresholds on the potential, 0.52 to 0.98, at which frames are counted."""
-COLUMNS = {"collision_frames": int, "edge_cells": int, "edge_frames": list[int],
-           "frames_above": list[int]}  # fmt: skip
+COLUMNS = {"collision_frames": int, "edge_cells": int, "edge_frames": list[int], "frames_above": list[int]}
 """The frames in which a detector announces a collision; the cells that changed by more than `EDGE`, over the trial; the
 frames with at least each of `EDGE_LEVELS` such cells; the frames whose potential reaches each of `THRESHOLDS`."""
 
@@ -88,27 +79,17 @@ def collisions(spikes: npt.NDArray[np.int64], in_a_row: int) -> int:
     return frames
 
 
-def held_by(every: Sequence[Sequence[Row]], number: Number) -> int:
+def held(rows: pl.DataFrame, number: pl.Expr) -> int:
     """Return in how many replicates C21 would hold if a number of a trial stood for its spikes: most at 0 degrees."""
-    held = 0
-    for rows in every:
-        mean = {angle: _mean([number(row) for row in rows if row["angle_deg"] == angle]) for angle in ANGLES}
-        held += all(mean[0.0] > other for angle, other in mean.items() if angle)
-    return held
+    mean = rows.group_by("replicate", "angle_deg").agg(number.mean().alias("mean"))
+    ahead, aside = mean.filter(angle_deg=0.0), mean.filter(pl.col("angle_deg") != 0.0)
+    most = aside.group_by("replicate").agg(pl.col("mean").max().alias("most"))
+    return ahead.join(most, on="replicate").filter(pl.col("mean") > pl.col("most")).height
 
 
-def means(every: Sequence[Sequence[Row]], number: Number) -> tuple[float, ...]:
-    """Return the mean over trials at each of `AWAY`; NaN where there is no trial."""
-    trials = [row for rows in every for row in rows]
-    return tuple(_mean([number(row) for row in trials if abs(row["angle_deg"]) == angle]) for angle in AWAY)
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values) if values else float("nan")
-
-
-def _column(name: str, index: int | None = None) -> Number:
-    return lambda row: float(row[name] if index is None else row[name][index])
+def means(rows: pl.DataFrame, number: pl.Expr) -> tuple[float, ...]:
+    """Return the mean over trials at 0, 15 and 30 degrees to the axis: left and right are taken together."""
+    return tuple(rows.group_by(pl.col("angle_deg").abs()).agg(number.mean().alias("mean")).sort("angle_deg")["mean"])
 
 
 def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
@@ -119,29 +100,26 @@ def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
     """
     found: list[dict[str, Any]] = []
     edges: dict[str, dict[str, Any]] = {}
+    frames, peak, cells = map(pl.col, ("collision_frames", "peak_looming", "edge_cells"))
     for point, model in result.plan.judged:
-        arena, every = point[0][1], result.replicates(point, model)
-        rows = [replicate.of(model) for replicate in every]
-        at = [held_by(rows, _column("frames_above", index)) for index in range(len(THRESHOLDS))]
-        frames, peak = _column("collision_frames"), _column("peak_looming")
+        arena, rows = point[0][1], result.rows(point, model)
+        at = [held(rows, pl.col("frames_above").list.get(index)) for index in range(len(THRESHOLDS))]
         found.append({
-            "arena": arena, "detector": model, "constants": PANEL[model][0], "threshold": every[0].looming[model],
+            "arena": arena, "detector": model, "constants": PANEL[model][0],
+            "threshold": result.replicates[point, model][0].looming[model],
             "held": sum(outcome.verdict == "holds" for outcome in result.outcomes[point, model, CLAIM]),
-            "held by the rule": held_by(rows, frames), "held by the peak": held_by(rows, peak),
-            "spikes at 0, 15, 30": means(rows, _column("looming_spikes")), "peak potential": means(rows, peak),
-            "frames": means(rows, _column("frames")),
-            "share announced": means(rows, lambda row: float(row["collision_frames"] > 0)),
+            "held by the rule": held(rows, frames), "held by the peak": held(rows, peak),
+            "spikes at 0, 15, 30": means(rows, pl.col("looming_spikes")), "peak potential": means(rows, peak),
+            "frames": means(rows, pl.col("frames")), "share announced": means(rows, frames > 0),
             "frames announced": means(rows, frames), "best threshold": THRESHOLDS[at.index(max(at))],
             "held there": max(at), "threshold from": PANEL[model][1],
         })  # fmt: skip
-        if arena not in edges:
-            levels = {level: _column("edge_frames", index) for index, level in enumerate(EDGE_LEVELS)}
-            cells = _column("edge_cells")
-            edges[arena] = {
-                "arena": arena, "cells at 0, 15, 30": means(rows, cells), "held": held_by(rows, cells),
-                **{f"frames with {level}": means(rows, number) for level, number in levels.items()},
-                **{f"held by {level}": held_by(rows, number) for level, number in levels.items()},
-            }  # fmt: skip
+        levels = {level: pl.col("edge_frames").list.get(index) for index, level in enumerate(EDGE_LEVELS)}
+        edges.setdefault(arena, {
+            "arena": arena, "cells at 0, 15, 30": means(rows, cells), "held": held(rows, cells),
+            **{f"frames with {level}": means(rows, number) for level, number in levels.items()},
+            **{f"held by {level}": held(rows, number) for level, number in levels.items()},
+        })  # fmt: skip
     return {"Detectors": found, "Moving edge, counted as if it were a detector": list(edges.values())}
 
 
@@ -150,8 +128,8 @@ STUDY = Study(
     summary="C21 of every looming detector and preset, in the bright and the dim arena",
     claims=(CLAIM,),
     experiments=("angular-approach",),
-    axes=(ARENA,),
+    axes={"arena": {"bright": (), "dim": ("scene.arena=dim",)}},
     models=tuple(PANEL),
-    probe=Probe(columns, COLUMNS),
+    probe=(columns, COLUMNS),
     tables=tables,
 )

@@ -3,26 +3,26 @@
 import dataclasses
 
 import numpy as np
+import polars as pl
 import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
 from dsnn import MODELS
 from experiments.background import SPEEDS
 from experiments.bench import registry, reproduce, sweep, sweep_plan
-from experiments.bench.replicates import MODEL, Replicate, replicate
+from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.clip_claims import judge, paper_claims
 from experiments.bench.study import shipped, stored
-from experiments.bench.sweep import Sweep
+from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
-from experiments.studies import background, detectors, onboard
-from experiments.studies.background import BESIDE, NAME, answered, at_speed
+from experiments.studies import detectors, onboard
+from experiments.studies.clips import BACKGROUND, BEHIND, BESIDE, answered, at_speed
 from experiments.studies.detectors import EDGE, EDGE_LEVELS, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row
-from experiments.studies.fidelity import EYE
-from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, error_row, lost_and_gained
-from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK, READINGS
+from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, distance
+from experiments.studies.robot import APPARATUS, DEFAULTS, EYES, NETWORK, READINGS
 from tests.bench.stats.test_replicates import rows_of
 from tests.helpers.clip_rows import T, row
 from tests.helpers.paper import design
@@ -38,11 +38,11 @@ def trials(plan, point, model="dsnn", judged=None):
     """The trials of a point before one model, each with that model's network. ``judged``: whose, if another's."""
     found = []
     for name in plan.experiments:
-        share = plan.shares[point, model if judged is None else judged, name, 0]
-        for number in share.trials:
+        numbers, models = plan.shares[point, model if judged is None else judged, name, 0]
+        for number in numbers:
             spec = plan.specs[number]
             settings = dataclasses.replace(spec.settings, models=())
-            found.append((dataclasses.replace(spec, index=0, settings=settings), share.models[model].network))
+            found.append((dataclasses.replace(spec, index=0, settings=settings), models[model].network))
     return found
 
 
@@ -107,7 +107,7 @@ def test_moves_change_what_they_name_and_nothing_else():
     assert {point[0][1] for point in set(plan.points) - onboard_too} == {*READINGS, *APPARATUS}
     sudden = next(point for label, point in points.items() if label.startswith("sudden"))
     for name in ("speed", "distance"):  # their designs have no start acceleration
-        assert len({plan.shares[point, "dsnn", name, 0].trials for point in (sudden, plan.points[0])}) == 1
+        assert len({plan.shares[point, "dsnn", name, 0][0] for point in (sudden, plan.points[0])}) == 1
 
 
 def test_moves_of_clips_are_those_of_the_network_and_leave_its_rivals():
@@ -134,19 +134,19 @@ def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
     specs = [spec for run_plan in plans.paper() for spec in run_plan.specs()]
     first = replicate(specs, [row for run_plan in plans.paper() for row in answers(run_plan.specs())])
     plan = plans.studies["sensitivity"]
-    result = Sweep(plan, answers(plan.specs))
+    result = read(plan, answers(plan.specs))
     for claim, _ in plan.claims:
         assert result.outcomes[(("moved", DEFAULTS),), "dsnn", claim.id] == (reproduce.judge(claim.id, first),)
 
 
 def test_a_study_without_models_judges_each_claim_on_those_that_it_is_about():
     """C21 is about looming detectors, C24 compares networks: a study of the DSNN alone refuses both."""
-    plan = planned("fidelity", replicates=1, repeats=5, claims=("C14", "C21", "C24"), axes=(EYE,))
-    table = Sweep(plan, rows_of(plan.specs)).table
+    plan = planned("fidelity", replicates=1, repeats=5, claims=("C14", "C21", "C24"), axes={"eye": EYES})
+    table = read(plan, rows_of(plan.specs)).table
     assert set(table["verdict"]) <= {"holds", "fails"} and table.height == 3 * len(plan.points)
     (looming,) = table.filter(claim="C21", eye="default")["measured"]
     assert all(model in looming for model in ("lgmd1", "lgmd2"))
-    assert set(Sweep(plan).table["verdict"]) == {"not shown"}, "without trials"
+    assert set(read(plan, []).table["verdict"]) == {"not shown"}, "without trials"
     for claim in ("C21", "C24"):
         with pytest.raises(UsageError, match=claim):
             planned("fidelity", claims=(claim,), models=("dsnn",))
@@ -170,8 +170,8 @@ def crossings(vs_at, hs=0.2):
 
 
 def judged_at(claim, speed, rows):
-    (asked,) = [of_study for of_study in background.STUDY.claims if of_study.id == claim]
-    return judge(at_speed(asked, {NAME: f"{speed:g}"}), rows, T)
+    (asked,) = [of_study for of_study in BACKGROUND.claims if of_study.id == claim]
+    return judge(at_speed(asked, {BEHIND: f"{speed:g}"}), rows, T)
 
 
 def test_a_claim_is_judged_at_one_speed_of_the_background_at_a_time():
@@ -192,7 +192,7 @@ def test_a_claim_is_judged_at_one_speed_of_the_background_at_a_time():
 def test_crossings_are_counted_by_the_system_and_the_sign_of_the_strongest_response():
     """Of every model of the run; one responds to the background from 1 px a frame on."""
     speeds = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
-    assert speeds == set(SPEEDS) == {float(label) for label in background.BACKGROUND.labels}
+    assert speeds == set(SPEEDS) == {float(level) for level in BACKGROUND.axes[BEHIND]}
     plan = planned("background")
     assert {model.label for model in plan.specs[0].models} == {"dsnn", "dsn2017", "emd", *BESIDE}
     quiet = {"trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
@@ -205,7 +205,7 @@ def test_crossings_are_counted_by_the_system_and_the_sign_of_the_strongest_respo
         for behind in [changes["background_speed"]]
         for model in ("dsnn", "emd")
     ]  # fmt: skip
-    right, wrong = answered(Sweep(plan, rows))
+    right, wrong = answered(read(plan, rows))
     assert right == {"model": "dsnn", **dict.fromkeys(("0.067", "0.27", "0.5", "1", "2", "5", "10"), "25/25")}
     assert [wrong[column] for column in ("0.067", "0.5", "1", "10")] == ["25/25", "25/25", "0/25", "0/25"]
 
@@ -219,39 +219,39 @@ def test_what_a_format_loses_and_gains_is_counted_by_replicate():
     assert all(ours[spec.experiment, spec.seed].settings.models[0] == spec.settings.models[0] for spec in plan.specs)
     firing = dict.fromkeys(FORMATS, 5)
     spikes = (firing, firing | {BEST: 0}, firing | {BEST: 0})
-    size = len(plan.specs) // plan.replicates
+    size = len(plan.specs) // plan.study.replicates
     rows = [
         row | {"spikes": spikes[row["trial"] // size][row["model"]] * (row["motion"] == "translation")}
         for row in rows_of(plan.specs)
     ]
-    result = Sweep(plan, rows)
+    result = read(plan, rows)
     counts = {row["model"]: row for row in result.counts.filter(claim="C13").iter_rows(named=True)}
     assert (counts[MODEL]["holds"], counts[BEST]["holds"], counts[BEST]["silent model"]) == (3, 1, 2)
-    row = lost_and_gained(result, "C13", BEST, MODEL)
+    compared = result.tables["Claims lost and gained against the float network"]
+    (row,) = [row for row in compared if (row["claim"], row["format"]) == ("C13", BEST)]
     assert (row["lost"], row["gained"], row["survives"]) == (2, 0, "-"), "three replicates have no word"
 
 
-def replicate_of(label, hs, spikes):
-    rows = () if hs is None else ({"model": label, "experiment": "speed", "seed": 7, HS: hs, SPIKES: spikes},)
-    return [Replicate(rows, {}, {label: 0.2})]
+def series(hs, spikes):
+    return pl.DataFrame({"replicate": [0], "experiment": ["speed"], "seed": [7], HS: [hs], SPIKES: [spikes]})
 
 
 def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
-    floats = replicate_of(MODEL, [0.5, -0.5, 0.1, 0.0], [1, -2, 0, 1])
-    ours = replicate_of(BEST, [0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0])
-    row = error_row(BEST, ours, floats)
+    floats = series([0.5, -0.5, 0.1, 0.0], [1, -2, 0, 1])
+    row = distance(series([0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0]), floats)
     assert [row[name] for name in ("frames", "trials", "spikes in float", "lost", "gained")] == [4, 1, 4, 3, 2]
     assert row["worst"] == pytest.approx(1.0) and row["median of |HS error|"] == pytest.approx(0.25)
-    same = error_row(MODEL, floats, floats)
+    same = distance(floats, floats)
     assert (same["worst"], same["lost"], same["gained"]) == (0.0, 0, 0)
-    assert error_row(BEST, replicate_of(BEST, None, None), floats)["worst"] is None
+    assert distance(series(None, None), floats)["worst"] is None
 
 
 def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
     study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1,
-                                probe=onboard.series_of((BEST,)), tables=None, every_trial=False)  # fmt: skip
+                                probe=onboard.probe_of(BEST), tables=None, every_trial=False)  # fmt: skip
     result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Resources(workers=0, quiet=True))
-    for found in result.rows:
+    rows = [row for every in result.replicates.values() for part in every for row in part.rows]
+    for found in rows:
         if found["model"] == BEST:
             assert max(found[HS]) == pytest.approx(found["peak_hs"], abs=1e-6) and len(found[HS]) == found["frames"]
             assert sum(map(abs, found[SPIKES])) == found["spikes"]
@@ -265,12 +265,10 @@ def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
     for spec in replicates.specs:
         shows = BEST in {model.label for model in spec.settings.models}
         assert shows == (spec.experiment in reproduce.single_model_experiments())
-    (second,), moved = (
-        Sweep(replicates, [{**row, HS: None, SPIKES: None} for row in rows_of(replicates.specs)]).replicates(
-            (), EVERY_MODEL
-        ),
-        Sweep(moves, [{**row, HS: None, SPIKES: None} for row in rows_of(moves.specs)]),
+    second, moved = (
+        read(plan, [{**row, HS: [0.0], SPIKES: [0]} for row in rows_of(plan.specs)]) for plan in (replicates, moves)
     )
+    (second,) = second.replicates[(), EVERY_MODEL]
     result = reproduce.onboard(whole, [second, second], moved)
     (best,) = result.counts.filter(claim="C13", model=BEST).iter_rows(named=True)
     assert set(result.counts["model"]) == {MODEL, BEST} and (best["holds"], best["replicates"]) == (2, 2)
@@ -305,7 +303,7 @@ def test_the_rule_is_the_detectors_own_and_moving_edge_is_what_changes_by_more_t
 
 def test_every_looming_model_is_in_the_panel_under_published_constants():
     plan = planned("detectors", repeats=1, replicates=1)
-    models = {name: model for share in plan.shares.values() for name, model in share.models.items()}
+    models = {name: model for _, shown in plan.shares.values() for name, model in shown.items()}
     assert list(PANEL) == [name for name in PANEL if name in models]
     assert {label.partition(":")[0] for label in PANEL} == {n for n, e in MODELS.items() if "looming" in e.channels}
     published = {"lgmd1": (0.78, 5), "lgmd1:preset=arena": (0.65, 4), "lgmd2:preset=firmware": (0.63, 8),
@@ -322,7 +320,7 @@ COUNTS = {0.0: 9, 15.0: 6, 30.0: 3}
 
 def detected(plan, *counts, edge=(100, 100, 120)):
     """Rows of replicates in which every detector spikes as ``counts`` say, and never reaches a potential of 0.7."""
-    cells, size = dict(zip(COUNTS, edge, strict=True)), len(plan.specs) // plan.replicates
+    cells, size = dict(zip(COUNTS, edge, strict=True)), len(plan.specs) // plan.study.replicates
     for found in rows_of(plan.specs):
         away = abs(found["angle_deg"])
         spikes = counts[found["trial"] // size][away]
@@ -337,11 +335,11 @@ def detected(plan, *counts, edge=(100, 100, 120)):
 def test_a_row_counts_the_replicates_in_which_the_detector_spikes_most_ahead():
     broken = {angle: 10 - count for angle, count in COUNTS.items()}
     plan = planned("detectors", repeats=4, replicates=3)
-    counts = Sweep(plan, list(detected(plan, COUNTS, broken, COUNTS))).counts.filter(arena="bright")
+    counts = read(plan, list(detected(plan, COUNTS, broken, COUNTS))).counts.filter(arena="bright")
     for label in ("lgmd1", "hybrid"):  # of the hybrid looming is counted, and not what HS does
         assert counts.filter(model=label).select("holds", "fails", "replicates").rows() == [(2, 1, 3)]
     plan = planned("detectors", repeats=4, replicates=2)
-    tables = Sweep(plan, list(detected(plan, COUNTS, COUNTS))).tables
+    tables = read(plan, list(detected(plan, COUNTS, COUNTS))).tables
     (found,) = [row for row in tables["Detectors"] if (row["arena"], row["detector"]) == ("bright", "lgmd1")]
     assert [found[name] for name in ("held", "held by the rule", "held by the peak", "held there")] == [2, 2, 0, 2]
     assert found["spikes at 0, 15, 30"] == (9.0, 6.0, 3.0) and found["best threshold"] < 0.7

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.fit import Fit, Range, box_of, setting_at, settings_axis, spread, text_of
+from experiments.bench.box import Range, box_of, setting_at, spread
+from experiments.bench.fit import Fit, assigned, text_of
 from experiments.bench.run.errors import UsageError
 from experiments.bench.study import Study
 
@@ -40,8 +41,7 @@ def test_a_wide_range_of_positive_numbers_is_searched_by_its_logarithm():
 def test_parameters_that_move_together_have_one_value():
     square = box("dsnn.t_sp+dsnn.w_i=0.1..0.4", "dsnn.n_con=4,8")
     assert [part.key for part in square] == ["dsnn.t_sp+dsnn.w_i", "dsnn.n_con"]
-    axis = settings_axis([setting_at(square, [0.5, 0.9])])
-    assert axis.levels[0].settings == ("dsnn.t_sp=0.25", "dsnn.w_i=0.25", "dsnn.n_con=8")
+    assert assigned(setting_at(square, [0.5, 0.9])) == ("dsnn.t_sp=0.25", "dsnn.w_i=0.25", "dsnn.n_con=8")
     fit = Fit(Study("fit", "a fit", experiments=("leaderboard",), models=("dsnn",)), over=("dsnn.t_sp+dsnn.w_i=0..1",),
               maximise=("auc_clips",))  # fmt: skip
     assert text_of(fit, setting_at(square, [0.5, 0.9])) == "dsnn:t_sp=0.25,w_i=0.25,n_con=8"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 
 import numpy as np
@@ -12,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.bench import tune
+from experiments.bench.box import Range
 from experiments.bench.cli import main
-from experiments.bench.fit import RESULTS, Fit, Fitted, Range, front, planned, scored, worth
+from experiments.bench.fit import RESULTS, Fit, FitPlan, conclude, front, planned, scored, worth
 from experiments.bench.study import Study
 
 pytest.importorskip("optuna")
@@ -91,7 +91,7 @@ def test_the_number_of_claims_kept_can_be_the_goal():
     assert planned(asked).fit.goals == {"kept": 1}
 
 
-def planted_result(values, maximise, minimise, anew, start):
+def planted_result(values, maximise, minimise, anew, start, even=lambda searched: searched):
     """A result of planted values: one for each setting searched, and those of the winner and the start anew."""
     study = Study("made", "made", claims=(), experiments=("clean",), repeats=None, replicates=1)
     asked = Fit(study, ("m.a=0..9",), maximise=maximise, minimise=minimise, held_out=3)
@@ -106,35 +106,33 @@ def planted_result(values, maximise, minimise, anew, start):
 
     searched = results([[(value,) for value in row] for row in values])
     best = tuple(front([worth(row, asked) for row in scored(searched).to_dicts()]))
-    shares = {name: {"m.a": 1.0} for name in ("", *asked.goals)}
-    return Fitted(asked, (Range("m.a", 0.0, 9.0, network=True),), 0, settings, searched, best,
-                  results([anew] * len(best) + [start]), settings, searched, 1, shares)  # fmt: skip
+    plan = FitPlan(asked, (Range("m.a", 0.0, 9.0, network=True),), 0, 1, 2)
+    again = results([anew] * len(best) + [start])
+    return conclude(plan, settings, searched, list(best), again, settings, even(searched), 1, {}, [])
 
 
 def test_luck_is_what_the_search_promised_and_the_judging_anew_has_not():
     result = planted_result([(0.2,), (0.9,), (0.5,)], ("x",), (), [(0.5, 0.6, 0.7)], [(0.6, 0.6, 0.6)])
     assert result.winner == {"m.a": "1"}
-    assert result.luck("x") == pytest.approx(0.3) and result.gain("x") == pytest.approx(0.0)
+    assert result.luck["x"] == pytest.approx(0.3) and result.gain["x"] == pytest.approx(0.0)
 
 
 def test_of_a_minimum_luck_and_gain_have_the_same_sense():
     result = planted_result([(0.2,), (0.9,)], (), ("x",), [(0.4, 0.4, 0.4)], [(0.7, 0.7, 0.7)])
     assert result.winner == {"m.a": "0"}
-    assert result.luck("x") == pytest.approx(0.2) and result.gain("x") == pytest.approx(0.3)
+    assert result.luck["x"] == pytest.approx(0.2) and result.gain["x"] == pytest.approx(0.3)
 
 
 def test_a_goal_without_a_value_in_the_even_sample_is_said_to_have_none():
-    result = planted_result([(0.2,), (0.9,)], ("x",), (), [(0.5,)], [(0.6,)])
-    empty = dataclasses.replace(result, sample=result.sample.with_columns(value=pl.lit(np.nan)))
-    assert len(empty.sentences()) == len(result.sentences())
+    empty = planted_result([(0.2,), (0.9,)], ("x",), (), [(0.5,)], [(0.6,)], lambda t: t.with_columns(value=np.nan))
+    assert empty.settings.filter(of="sample")["x"].is_nan().all() and empty.luck["x"] == pytest.approx(0.4)
 
 
 def test_a_result_of_two_goals_has_its_front():
     rows = [(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)]
     result = planted_result(rows, ("x",), ("y",), [(1.0,), (5.0,)], [(0.5,), (9.0,)])
-    assert result.best == (1, 0), "the third is worse than the second in both"
-    assert result.described()["front"] == [1, 0]
-    table = result.judged_anew()
+    table = result.anew
+    assert table["number"].unique(maintain_order=True).to_list() == [1, 0, None], "the third is worse than the second"
     assert table.height == 3 * 2 and table["m.a"][-1] == "as it is"
 
 
@@ -168,4 +166,4 @@ def test_numbers_of_tuning_curves_are_goals_and_the_run_goes_on(folder, monkeypa
     assert main.command(arguments) == 0, "nothing is played again"
     assert (folder / "curves" / "fit.csv").read_bytes() == first
     result = json.loads((folder / "curves" / "fit.json").read_text())
-    assert result["goals"] == {"vs_dsi": "maximise", "error_deg": "minimise"} and result["looks"] == 1
+    assert result["goals"] == {"vs_dsi": 1, "error_deg": -1} and result["looks"] == 1

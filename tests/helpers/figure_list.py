@@ -16,9 +16,11 @@ from experiments.bench import sweep, sweep_plan, tune
 from experiments.bench.leaderboard import CHANCE, DIRECTION, LOOMING, NOTE, PANELS, finding
 from experiments.bench.report import behaviours as behaviours_report
 from experiments.bench.report import scoreboard
+from experiments.bench.report import sweep as sweep_figure
 from experiments.bench.report import tuning as tuning_report
 from experiments.bench.stats.curves import points_schema
 from experiments.bench.stats.verdict import Outcome
+from experiments.bench.study import TOGETHER
 from experiments.bench.study import Study as GridStudy
 from tests.helpers.figure_others import (
     budget,
@@ -140,21 +142,27 @@ def maps(models: Sequence[str]) -> Figure:
         def outcomes(self) -> dict[Any, tuple[Outcome, ...]]:
             return {
                 (point, "dsnn", claim): tuple(Outcome(words[(place + i) % 6], "") for i in range(5))  # type: ignore
-                for claim in ("C6", sweep.TOGETHER)
+                for claim in ("C6", TOGETHER)
                 for place, point in enumerate(plan.points)
             }
 
         @cached_property
         def numbers(self) -> pl.DataFrame:
-            values = {"measure": "peak-hs", "threshold": 0.16, "mark": ""}
+            values = {"measure": "peak-hs", "threshold": 0.16, "mark": "", "lowest": 0.0, "highest": 0.3}
             return pl.DataFrame(
                 [
-                    {**self._values(point, "dsnn"), **values, "value": 0.02 * place}
+                    {
+                        **self._at(point, "dsnn"),
+                        **values,
+                        "value": 0.02 * place,
+                        "lowest": 0.01 * place,
+                        "highest": 0.03 * place,
+                    }
                     for place, point in enumerate(plan.points)
                 ]
             )
 
-    return sweep.drawn(Turns(plan))  # type: ignore[no-any-return]
+    return sweep_figure.draw(Turns(plan, {}))
 
 
 FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {

@@ -13,12 +13,14 @@ import polars as pl
 from matplotlib.figure import Figure
 
 from experiments.bench import sweep, sweep_plan
+from experiments.bench.box import Range, setting_at
 from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
-from experiments.bench.fit import RESULTS, Fit, Fitted, Range, setting_at
+from experiments.bench.fit import RESULTS, Fit, FitPlan, conclude
 from experiments.bench.report import fit as fit_figure
+from experiments.bench.report import sweep as sweep_figure
 from experiments.bench.report.video import Canvas, Reel
 from experiments.bench.stats.verdict import Judged, Outcome
 from experiments.bench.study import Study, shipped
@@ -51,16 +53,16 @@ def budget(models: Sequence[str]) -> Figure:
 
 def sensitivity(models: Sequence[str]) -> Figure:
     """Every move that the report shows; every word that there is."""
-    return sweep.drawn(studied("sensitivity"))
+    return sweep_figure.draw(studied("sensitivity"))
 
 
 def eyes_and_wheels(models: Sequence[str]) -> Figure:
-    return sweep.drawn(studied("fidelity"))
+    return sweep_figure.draw(studied("fidelity"))
 
 
 def range_of_eyes(models: Sequence[str]) -> Figure:
     """Points with names that are too many for rows: a map for each claim."""
-    return sweep.drawn(studied("eye-range"))
+    return sweep_figure.draw(studied("eye-range"))
 
 
 def studied(name: str) -> sweep.Sweep:
@@ -73,13 +75,13 @@ def studied(name: str) -> sweep.Sweep:
         def outcomes(self) -> dict[Any, tuple[Outcome, ...]]:
             return {
                 (point, model, claim.id): tuple(
-                    Outcome(words[(row + column + i) % len(words)], "") for i in range(plan.replicates)
+                    Outcome(words[(row + column + i) % len(words)], "") for i in range(plan.study.replicates)
                 )
                 for row, (point, model) in enumerate(plan.judged)
                 for column, (claim, _) in enumerate(plan.claims)
             }
 
-    return Turns(plan)
+    return Turns(plan, {})
 
 
 # --- videos -----------------------------------------------------------------------------------------------------------
@@ -115,8 +117,8 @@ def fit(models: Sequence[str]) -> Figure:
         return tuple(settings), pl.DataFrame(rows, RESULTS, orient="row")
 
     keys = [part.key for part in ranges]
-    importance = {name: dict(zip(keys, (0.6, 0.1, 0.3), strict=True)) for name in ("", "C13", "C14", "C18")}
+    importance = {name: dict(zip(keys, (0.6, 0.1, 0.3), strict=True)) for name in ("all", "C13", "C14", "C18")}
     asked = Fit(Study("fit", "made-up slack", claims=("C13", "C14", "C18")), over=tuple(map(str, ranges)))
     anew = results(1, 2, 20)[1]
-    fitted = Fitted(asked, ranges, 0, *results(60, 0), (7,), anew, *results(32, 1), 1, importance)
-    return fit_figure.draw(fitted)
+    plan = FitPlan(asked, ranges, 0, 2, 10)
+    return fit_figure.draw(conclude(plan, *results(60, 0), [7], anew, *results(32, 1), 1, importance, []))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from experiments.bench.reproduce import replicates_plan
-from experiments.bench.sweep import Sweep
+from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
 
 
@@ -14,9 +14,9 @@ def design(count=1, repeats=5, seed=0, among=None):
 
 def first(plan):
     """The trials of replicate 0."""
-    return plan.specs[: len(plan.specs) // plan.replicates]
+    return plan.specs[: len(plan.specs) // plan.study.replicates]
 
 
 def every(plan, rows):
     """The replicates of a plan, from the rows that there are."""
-    return Sweep(plan, rows).replicates((), EVERY_MODEL)
+    return read(plan, rows).replicates[(), EVERY_MODEL]

@@ -39,6 +39,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.sweep": 5,
     "experiments.bench.sweep_plan": 4,
     "experiments.bench.robot_side": 5,
+    "experiments.bench.box": 5,
     "experiments.bench.fit": 6,
     "experiments.bench.firmware": 6,
     "experiments.bench.train": 6,

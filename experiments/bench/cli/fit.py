@@ -103,7 +103,7 @@ def fit(
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
                                "sampler": sampler, "search_repeats": repeats}  # fmt: skip
     given = {name: value for name, value in numbers.items() if value is not None}
-    if experiment in studies.fits():
+    if experiment in studies.names("FIT"):
         if over or claims or assignments or model or maximise or minimise:
             raise UsageError(f"{experiment}: its box, goals, model and settings are written down in its file")
         asked = studies.shipped(experiment, "FIT")

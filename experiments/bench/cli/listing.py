@@ -62,7 +62,7 @@ def _names() -> dict[str, dict[str, str]]:
             **{name: study.shipped(name).summary for name in study.names()},
             "model-claims": "the claims of the looming models' own papers, on clips",
         },
-        "fits": {name: study.shipped(name, "FIT").study.summary for name in study.fits()},
+        "fits": {name: study.shipped(name, "FIT").study.summary for name in study.names("FIT")},
         "models": {name: entry.summary for name, entry in MODELS.items()},
         "scenes": dict(ARENAS),
         "presets": cameras | robots,

@@ -11,7 +11,7 @@ import polars as pl
 
 from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
-from experiments.bench.report import style
+from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
 from experiments.bench.run import provenance
@@ -26,10 +26,8 @@ from experiments.bench.stats.claim import title_of, words
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.study import WHOLE, stored
-from experiments.bench.sweep import drawn
 from experiments.claims.readings import READINGS, used_to_choose
-from experiments.studies.constants import STUDIES as CONSTANTS
-from experiments.studies.constants import compares_with, constants_text, outcomes
+from experiments.studies.clips import compares_with, constants_text, outcomes
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 SILENT = "The model hardly responds to translations either, so that it satisfies the claim by being silent."
@@ -48,7 +46,7 @@ def write(result: Reproduction) -> Path:
         tables = [result.folder / name / TABLE for name in trials]
         style.save(panels(trials), result.folder / "panels", drawn_from(tables))
     for counts in result.studies:
-        style.save(drawn(counts), result.folder / counts.plan.study.name)
+        style.save(sweep.draw(counts), result.folder / counts.plan.study.name)
     Files(result.folder).write_text("report.html", page(result))
     return result.folder / "report.html"
 
@@ -179,8 +177,8 @@ def _assumed(claim: Verdict, result: Reproduction) -> str:
     """Say what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
     other = compares_with(claim.id)
     texts = [ASSUMED[other]] if other else []
-    for counts in result.studies:
-        if counts.plan.study.name in CONSTANTS and any(asked.id == claim.id for asked, _ in counts.plan.claims):
+    for counts in (study for study in result.studies if study.plan.study.plays):
+        if any(asked.id == claim.id for asked, _ in counts.plan.claims):
             texts.append(f"in replicate 0 {constants_text(outcomes(counts, claim.id))}")
     return "; ".join(texts)
 

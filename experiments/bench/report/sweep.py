@@ -1,4 +1,4 @@
-"""Sweeps as figures, heat maps over a grid or one table of coloured cells, and on the terminal."""
+"""Sweeps as figures, curves or heat maps over parameters or a table of named levels, and on the terminal."""
 
 from __future__ import annotations
 
@@ -12,67 +12,66 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from rich.table import Table
 
 from experiments.bench.report import style
 from experiments.bench.report.terminal import out_console, show_places, show_table
 from experiments.bench.stats.count import count_of
-from experiments.bench.study import Axis
+from experiments.bench.study import TOGETHER, Axis
 
-HELD, BROKEN = style.HUES[0], style.HUES[1]
-UNJUDGED: Any = {"facecolor": "white", "edgecolor": "#b0b0b0", "hatch": "////", "lw": 0.0}
-SHARES = LinearSegmentedColormap.from_list("held", (BROKEN, "#f4f1ea", HELD))
+SHARES = LinearSegmentedColormap.from_list("held", (style.HUES[1], "#f4f1ea", style.HUES[0]))
 """Share of the replicates in which a claim holds, 0 to 1."""
-SHADES, SCALE, DEFAULT = "Blues", "viridis", "#c0392b"
-"""Colours of counts, of numbers, and of the marks of defaults, winners and thresholds."""
-MARK: Any = {"color": DEFAULT, "ms": 4, "ls": ""}
+SCALE, DEFAULT = "viridis", "#c0392b"
+"""Colours of numbers, and of the marks of defaults, winners and thresholds."""
 ACROSS = 3
 MOST_WRITTEN = 24
 """Cells of a heat map up to which their numbers are written."""
 
 
-def draw(
-    counts: pl.DataFrame, numbers: pl.DataFrame, axes: Sequence[Axis], titles: Mapping[str, str], about: str
-) -> Figure:
-    """Draw a sweep.
+def draw(result: Any) -> Figure:
+    """Draw a sweep, an `experiments.bench.sweep.Sweep`.
 
-    Parameters
-    ----------
-    counts, numbers
-        As of `experiments.bench.sweep.Sweep`.
-    axes
-        The axes of the grid.
-    titles
-        Claims and measures by name -> their words.
-    about
-        What was run, for the caption.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A grid of parameters has a heat map for each claim and measure, with a contour where a potential is at the
-        model's threshold; triangles mark the defaults. Levels with names are the rows of one table, claims its columns;
-        without claims one or two axes have heat maps too.
+    One parameter has curves with intervals, two have heat maps with a contour where a potential is at the model's
+    threshold, one for each claim and measure; triangles mark the defaults. Levels with names are the rows of one table,
+    claims its columns.
     """
-    key: list[Any] = []
+    plan, number = result.plan, result.plan.study.replicates
+    named = result.counts.height and not (plan.axes and all(axis.title for axis in plan.axes))
+    cell = f"A cell: in how many of n = {number} replicates the claim holds; hatched: not judged."
+    symbols = [cell if named or (len(plan.axes) > 1 and result.counts.height) else ""]
+    if not named and len(plan.axes) < 2:
+        symbols.append(f"Whiskers: 95 % interval, or the range of n = {number} replicates.")
+    if not named and any(place(axis) is not None for axis in plan.axes):
+        symbols.append("Triangles: defaults.")
+    if any(measure.has_threshold for measure, _ in plan.measures):
+        symbols.append("Red: the spiking threshold T.")
     with style.look():
-        if not counts.height or (axes and all(axis.of_keys for axis in axes)):
-            figure = _maps(counts, numbers, axes, titles)
-            if any(place(axis) is not None for axis in axes[:2]):
-                key.append(Line2D([], [], marker="v", label="default", **MARK))
-        else:
-            figure = _table(counts, [axis.name for axis in axes])
-        if counts.height:
-            colours = {"the claim holds": 1.0, "it fails": 0.0}
-            colours |= {"in some replicates": 0.5} if counts["replicates"].max() != 1 else {}
-            key += [Patch(color=SHARES(share), label=label) for label, share in colours.items()]
-            key.append(Patch(label="not judged", **UNJUDGED))
-        if key:
-            figure.legend(handles=key, loc="outside upper right", ncols=5, frameon=False, fontsize=style.SMALL)
-        style.caption(figure, about)
+        figure = _table(result) if named else _panels(result)
+        style.headline(figure, finding(result))
+        style.caption(figure, " ".join(filter(None, (*symbols, f"{plan.study.name}, from seed {plan.seed}."))))
     return figure
+
+
+def finding(result: Any) -> str:
+    """Say at how many points all claims hold, or between which values a measure lies."""
+    if not result.counts.height:
+        name = result.numbers["measure"][0]
+        low, high = (getattr(result.numbers.filter(measure=name)["value"], end)() for end in ("min", "max"))
+        return f"{titles(result)[name]}: {low:.3g} to {high:.3g}" if low is not None else f"{name} has no value"
+    claims = [claim.id for claim, _ in result.plan.claims]
+    whole: dict[tuple[Any, ...], bool] = {}
+    for (point, model, claim), outcomes in result.outcomes.items():
+        if claim in claims:
+            held = all(outcome.verdict == "holds" for outcome in outcomes)
+            whole[point, model] = whole.get((point, model), True) and held
+    what = f"All {len(claims)} claims hold" if len(claims) > 1 else f"{titles(result)[claims[0]]} ({claims[0]}): holds"
+    return f"{what} in every replicate at {sum(whole.values())} of {len(whole)} points"
+
+
+def titles(result: Any) -> dict[str, str]:
+    """Return claims and measures in words."""
+    words = {claim.id: claim.title for claim, _ in result.plan.claims} | {TOGETHER: "All claims"}
+    return words | {measure.name: f"{measure.says}, {measure.unit}".rstrip(", ") for measure, _ in result.plan.measures}
 
 
 def shown(row: Mapping[str, Any]) -> tuple[float, str]:
@@ -86,90 +85,12 @@ def shown(row: Mapping[str, Any]) -> tuple[float, str]:
     return share, f"{half.holds}/{row['replicates']}{'h' if counted.half else ''}"
 
 
-def _maps(counts: pl.DataFrame, numbers: pl.DataFrame, axes: Sequence[Axis], titles: Mapping[str, str]) -> Figure:
-    """Draw a panel for each claim and measure of each model, the first axis across and the second up."""
-    panels = [(str(name), str(model), table) for kind, frame in (("claim", counts), ("measure", numbers)) if len(frame)
-              for (name, model), table in frame.group_by(kind, "model", maintain_order=True)]  # fmt: skip
-    several = len({model for _, model, _ in panels}) > 1
-    across = min(ACROSS, len(panels))
-    down = math.ceil(len(panels) / across)
-    up = axes[1].values() if len(axes) > 1 else ("",)
-    height = min(1.3 + 0.24 * len(up), (style.PAGE - 0.9) / down)
-    figure = Figure((style.WIDTH, 0.9 + down * height), layout="constrained")
-    places = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
-    for panel, (name, model, table) in zip(places.flat, panels, strict=False):
-        order = [(row[axes[1].name] if len(axes) > 1 else "", row[axes[0].name]) for row in table.to_dicts()]
-        where = tuple(np.array([(up.index(y), axes[0].values().index(x)) for y, x in order]).T)
-        who = f"{titles.get(name, 'All claims')} ({name}{f', {model}' if several else ''})"
-        size = len(up), len(axes[0].labels)
-        of = _claim(panel, table, where, size) if "claim" in table else _number(panel, table, numbers, where, size)
-        text = style.wrapped(f"{who} {of}", style.WIDTH / across - 0.5, style.SMALL)
-        panel.set_title(text, fontsize=style.SMALL)
-        panel.set_xticks(range(len(axes[0].labels)), axes[0].labels, rotation=90 if len(axes[0].labels) > 6 else 0)
-        panel.set_yticks(range(len(up)), axes[1].labels if len(axes) > 1 else up)
-        if (x := place(axes[0])) is not None:
-            panel.plot(x, 1.0, marker="v", transform=panel.get_xaxis_transform(), clip_on=False, **MARK)
-        if len(axes) > 1 and (y := place(axes[1])) is not None:
-            panel.plot(1.0, y, marker="<", transform=panel.get_yaxis_transform(), clip_on=False, **MARK)
-    for panel in places.flat[len(panels) :]:
-        panel.set_axis_off()
-    for panel in places[-1]:
-        panel.set_xlabel(style.wrapped(axes[0].title, style.WIDTH / across - 0.5))
-    for panel in places[:, 0]:
-        panel.set_ylabel(style.wrapped(axes[1].title if len(axes) > 1 else "", height))
-    return figure
-
-
-def _claim(panel: Axes, table: pl.DataFrame, where: Any, size: tuple[int, int]) -> str:
-    """Draw the cells of one claim; return the finding."""
-    shares, texts = zip(*(shown(row) for row in table.to_dicts()), strict=True)
-    _heat(panel, size, where, shares, texts if table["replicates"][0] > 1 else (), SHARES, (0.0, 1.0))
-    return f"holds in every replicate at {shares.count(1.0)} of {len(shares)} points"
-
-
-def _number(panel: Axes, table: pl.DataFrame, numbers: pl.DataFrame, where: Any, size: tuple[int, int]) -> str:
-    """Draw a measure's cells on the scale of all its panels, a contour at the threshold; return the finding."""
-    values, threshold = np.array(table["value"].to_list(), float), table["threshold"][0]
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return "has no value"
-    low, high = float(known.min()), float(known.max())
-    texts = [f"{value:.3g}" for value in values]
-    kind = pl.col("measure").str.split(":").list.first()
-    alike = numbers.filter(kind == table["measure"][0].partition(":")[0])["value"].cast(pl.Float64).to_numpy()
-    least, most = np.nanmin(alike), np.nanmax(alike)
-    image = _heat(panel, size, where, values, texts, SCALE, (least, max(most, least + 1e-9)))
-    panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
-    if threshold is None:
-        return f"is {low:.3g} to {high:.3g}"
-    if min(size) > 1 and low < threshold < high:
-        panel.contour(image.get_array(), [threshold], colors=DEFAULT, linewidths=1.5)
-    return f"is {low:.3g} to {high:.3g}, above T = {threshold:g} (red line) at {(known > threshold).sum()} points"
-
-
-def _heat(
-    panel: Axes, size: tuple[int, int], where: Any, values: Sequence[float] | np.ndarray[Any, Any],
-    texts: Sequence[str], colours: Any, limits: tuple[float, float],
-) -> Any:  # fmt: skip
-    """Draw cells, (rows, columns) of them, whose places ``where`` has; write the texts of few."""
-    cells = np.full(size, np.nan)
-    cells[where] = values
-    panel.patch.set(**UNJUDGED)
-    image = panel.imshow(cells, cmap=colours, vmin=limits[0], vmax=limits[1], origin="lower", aspect="auto")
-    for draw_line, number in ((panel.axvline, size[1]), (panel.axhline, size[0])):
-        for line in range(number - 1):
-            draw_line(line + 0.5, color="white", lw=1.0)
-    for up, along, text in zip(*where, texts, strict=False) if cells.size <= MOST_WRITTEN or limits[1] == 1.0 else ():
-        panel.annotate(text, (along, up), ha="center", va="center", fontsize=style.SMALL - 1, path_effects=style.HALO)
-    return image
-
-
 def place(axis: Axis) -> float | None:
     """Find where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
 
     ``None`` where there is no default, or it is outside of the levels, or they are texts and it is none of them.
     """
-    values = axis.values()
+    values = list(axis.values.values())
     if axis.default in values:
         return float(values.index(axis.default))
     numbers = [value for value in values if isinstance(value, float)]
@@ -178,22 +99,104 @@ def place(axis: Axis) -> float | None:
     return float(np.interp(axis.default, numbers, range(len(numbers))))
 
 
-def _table(counts: pl.DataFrame, names: Sequence[str]) -> Figure:
+def _cells(result: Any) -> pl.DataFrame:
+    """Return a row for each point, model, claim and measure: what is drawn, with its interval."""
+    rows = []
+    for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
+        if "claim" in row:
+            value, text = shown(row)
+            cell = {"what": row["claim"], "value": value, "text": text, "low": row["low"], "high": row["high"]}
+        else:
+            ends = (row.get("ci_low", row["lowest"]), row.get("ci_high", row["highest"]))
+            text = "" if row["value"] is None else f"{row['value']:.3g}"
+            cell = {"what": row["measure"], "value": row["value"], "text": text, "low": ends[0], "high": ends[1],
+                    "threshold": row["threshold"]}  # fmt: skip
+        places = [list(axis.values.values()).index(row[axis.name]) for axis in result.plan.axes]
+        rows.append({**cell, "claim": "claim" in row, "model": row["model"], "x": places[0] if places else 0,
+                     "y": places[1] if len(places) > 1 else 0})  # fmt: skip
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def _panels(result: Any) -> Figure:
+    """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
+    axes, words = result.plan.axes, titles(result)
+    panels = _cells(result).partition_by("what", "model", maintain_order=True)
+    several = len({table["model"][0] for table in panels}) > 1
+    across = min(ACROSS, len(panels))
+    down = math.ceil(len(panels) / across)
+    up = list(axes[1].levels) if len(axes) > 1 else []
+    height = min(1.3 + 0.24 * len(up) if up else 1.7, (style.PAGE - 0.9) / down)
+    figure = Figure((style.WIDTH, 0.9 + down * height), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=bool(up))
+    inches = style.WIDTH / across - 0.5
+    for panel, table in zip(grid.flat, panels, strict=False):
+        _heat(panel, table, (len(up), len(axes[0].levels))) if up else _curve(panel, table)
+        name = table["what"][0]
+        who = ", ".join(filter(None, (name * (name != TOGETHER), table["model"][0] * several)))
+        panel.set_title(style.wrapped(f"{words[name]}{f' ({who})' if who else ''}", inches, style.SMALL))
+        for axis, ticks, mark in zip(axes, (panel.set_xticks, panel.set_yticks), ("v", "<"), strict=False):
+            steep = {"rotation": 90} if mark == "v" and len(axis.levels) > 6 else {}
+            ticks(range(len(axis.levels)), list(axis.levels), **steep)
+            if (at := place(axis)) is not None:
+                where, of = ((at, 1.0), "x") if mark == "v" else ((1.0, at), "y")
+                transform = getattr(panel, f"get_{of}axis_transform")()
+                panel.plot(*where, mark, ms=4, color=DEFAULT, transform=transform, clip_on=False)
+    for panel in grid.flat[len(panels) :]:
+        panel.set_axis_off()
+    for panel in grid[-1]:
+        panel.set_xlabel(style.wrapped(axes[0].title or axes[0].name, inches))
+    for panel in grid[:, 0]:
+        panel.set_ylabel(style.wrapped(axes[1].title or axes[1].name, height) if up else "")
+    return figure
+
+
+def _curve(panel: Axes, cells: pl.DataFrame) -> None:
+    """Draw a claim's share of replicates, or a number, along one axis."""
+    values = cells["value"].to_numpy()
+    ends = cells.select(pl.col("low", "high").fill_null(pl.col("value")) - pl.col("value")).to_numpy()
+    panel.errorbar(cells["x"], values, np.abs(ends).T, fmt="o-", ms=3.5, capsize=2, color=style.INK)
+    if cells["claim"][0]:
+        panel.set(ylim=(-0.05, 1.05), ylabel="share of replicates")
+    elif cells["threshold"][0] is not None:
+        panel.axhline(cells["threshold"][0], color=DEFAULT, lw=1.0)
+
+
+def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
+    """Draw cells at their ``x`` and ``y``, of (rows, columns); write the texts of few, and draw the threshold."""
+    cells = np.full(size, np.nan)
+    cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
+    panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
+    looks: Any = {"cmap": SHARES, "vmin": 0.0, "vmax": 1.0} if table["claim"][0] else {"cmap": SCALE}
+    image = panel.imshow(cells, origin="lower", aspect="auto", **looks)
+    for line in range(1, max(size)):
+        panel.axvline(line - 0.5, color="white", lw=1.0)
+        panel.axhline(line - 0.5, color="white", lw=1.0)
+    for row in table.to_dicts() if cells.size <= MOST_WRITTEN or table["claim"][0] else ():
+        panel.annotate(row["text"], (row["x"], row["y"]), ha="center", va="center", fontsize=style.SMALL - 1,
+                       path_effects=style.HALO, annotation_clip=True)  # fmt: skip
+    if not table["claim"][0]:
+        panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
+        level = table["threshold"][0]
+        if level is not None and np.nanmin(cells) < level < np.nanmax(cells):
+            panel.contour(cells, [level], colors=DEFAULT, linewidths=1.5)
+
+
+def _table(result: Any) -> Figure:
     """Draw points and models down, claims across."""
+    counts = result.counts
+    names = [axis.name for axis in result.plan.axes]
     columns = [*names, *(["model"] if counts["model"].n_unique() > 1 or not names else [])]
-    rows = counts.select(columns).unique(maintain_order=True).rows()
-    claims = counts["claim"].unique(maintain_order=True).to_list()
-    shares, texts = zip(*(shown(row) for row in counts.to_dicts()), strict=True)
-    where = ([rows.index(row) for row in counts.select(columns).rows()], list(map(claims.index, counts["claim"])))
+    points = counts.select(columns).rows()
+    rows, claims = list(dict.fromkeys(points)), list(dict.fromkeys(counts["claim"]))
+    places = {"x": list(map(claims.index, counts["claim"])), "y": list(map(rows.index, points))}
+    cells = _cells(result).filter("claim").with_columns(pl.Series(name, at) for name, at in places.items())
     figure = Figure((style.WIDTH, min(style.PAGE, 1.2 + 0.2 * len(rows))), layout="constrained")
     panel = figure.subplots()
-    cells = _heat(panel, (len(rows), len(claims)), where, shares, texts, SHARES, (0.0, 1.0)).get_array()
+    _heat(panel, cells, (len(rows), len(claims)))
     panel.invert_yaxis()
-    panel.set_xticks(range(len(claims)), claims, fontsize=style.SMALL)
+    panel.set_xticks(range(len(claims)), claims)
     panel.set_yticks(range(len(rows)), [", ".join(map(str, row)) for row in rows])
     panel.set_ylabel(", ".join(columns))
-    whole = int((cells.filled(0.0) == 1.0).all(axis=1).sum())
-    style.headline(figure, f"All {len(claims)} claims hold in every replicate at {whole} of {len(rows)} points")
     return figure
 
 
@@ -202,20 +205,12 @@ def show(result: Any, folder: Path) -> None:
     plan = result.plan
     names = [axis.name for axis in plan.axes] + (["model"] if len({model for _, model in plan.judged}) > 1 else [])
     rows: dict[tuple[Any, ...], dict[str, Any]] = {}
-    found: dict[str, list[float]] = {}
     for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
         cells = rows.setdefault(tuple(row[name] for name in names), {name: row[name] for name in names})
-        if "measure" in row:
-            cells[row["measure"]] = row["value"]
-        else:
-            share, cells[row["claim"]] = shown(row)
-            found.setdefault(row["claim"], []).append(share)
-    judged = f"claims that hold in k of {plan.replicates} replicates" if result.counts.height else ""
+        cells[row.get("claim") or row["measure"]] = shown(row)[1] if "claim" in row else row["value"]
+    judged = f"claims that hold in k of {plan.study.replicates} replicates" if result.counts.height else ""
     show_rows(", and ".join(filter(None, (judged, "numbers" if result.numbers.height else ""))), list(rows.values()))
-    for claim, shares in found.items():
-        text = f"{claim}: holds in every replicate at {shares.count(1.0)} of {len(shares)} points"
-        unjudged = sum(map(math.isnan, shares))
-        out_console.print(f"{text}{f'; not judged at {unjudged}' if unjudged else ''}", markup=False)
+    out_console.print(finding(result), markup=False)
     for title, further in result.tables.items():
         show_rows(title, further)
     show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})

@@ -17,7 +17,7 @@ from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import Count
 from experiments.bench.study import WHOLE
-from experiments.studies.sensitivity import STUDY as SENSITIVITY
+from experiments.studies.robot import SENSITIVITY
 from tests.bench.stats.test_replicates import rows_of
 from tests.helpers import user_files
 from tests.helpers.inside import inside

@@ -14,7 +14,6 @@ from experiments.bench.sources.judging import FALLING
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.verdict import Outcome
-from experiments.bench.study import shipped
 from experiments.claims.readings import (
     READINGS,
     SPEEDS_IN_PX_PER_SECOND,
@@ -24,9 +23,9 @@ from experiments.claims.readings import (
 )
 from experiments.clutter_frames import OF, prefix
 from experiments.clutter_speed import EXPERIMENT as SPEED
-from experiments.studies.constants import STUDIES, along, compares_with, outcomes
-from experiments.studies.sensitivity import STUDY as ON_ROBOT
-from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
+from experiments.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, outcomes
+from experiments.studies.clips import SENSITIVITY as ON_CLIPS
+from experiments.studies.robot import SENSITIVITY as ON_ROBOT
 from tests.bench.stats.test_replicates import planned_rows
 from tests.helpers.clip_rows import enough, speed_responses
 from tests.helpers.paper import every as every_of
@@ -81,7 +80,7 @@ def read(every, shows, *moved):
 
 def test_every_other_reading_has_a_source():
     """A level of a study of sensitivity, by its name, or clips and trials of its own; and the claim is judged there."""
-    levels = {level.label for study in (ON_ROBOT, ON_CLIPS) for axis in study.axes for level in axis.levels}
+    levels = {*ON_ROBOT.axes["moved"], *ON_CLIPS.axes["moved"]}
     on = {claim for study in (ON_ROBOT, ON_CLIPS) for claim in study.claims}
     for reading in READINGS:
         if reading.id not in ("tau_s_rises_with_spacing", "speeds_in_px_per_second", "whole_crossing"):
@@ -152,7 +151,7 @@ def test_what_hangs_on_unknown_constants_is_not_judged_whichever_way_it_comes_ou
 def test_the_claims_about_other_models_are_those_of_the_studies_of_constants():
     compared_claims = {claim for claim, declaration in CLAIMS.items() if declaration.models & set(ASSUMED)}
     assert {claim for claim in CLAIMS if compares_with(claim)} == compared_claims
-    assert {claim.id for name in STUDIES for claim in shipped(name).claims} == compared_claims
+    assert {claim.id for study in (CONSTANTS_2017, CONSTANTS_EMD) for claim in study.claims} == compared_claims
 
 
 def test_a_study_of_constants_says_with_which_a_claim_holds():
@@ -164,8 +163,8 @@ def test_a_study_of_constants_says_with_which_a_claim_holds():
     for label, source in zip(EMDS, (good, flat), strict=False):
         rows += [{**row, "model": label} for row in source if row["model"] == "emd"]
     rows = [{**row, "trial": clips[row["clip"]], "experiment": "constants-emd"} for row in rows]
-    shares = {key: dataclasses.replace(share, trials=range(len(clips))) for key, share in plan.shares.items()}
-    result = sweep.Sweep(dataclasses.replace(plan, shares=shares), rows)
+    shares = {key: (range(len(clips)), models) for key, (_, models) in plan.shares.items()}
+    result = sweep.read(dataclasses.replace(plan, shares=shares), rows)
     assert [outcome.verdict for outcome in outcomes(result, "C26").values()] == ["holds", "fails"]
     (row,) = result.tables["With which constants each claim holds"]
     assert all(label.partition(":")[2].replace(",", ", ") in row["over all choices"] for label in EMDS[:2])
