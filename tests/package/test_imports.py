@@ -25,7 +25,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.trials": 3,
     "experiments.bench.offline": 3,
     "experiments.bench.footage": 1,
-    "experiments.bench.conformance": 1,
+    "experiments.bench.check": 1,
     "experiments.bench.registry": 3,
     "experiments.bench.result": 3,
     "experiments.bench.compare": 4,

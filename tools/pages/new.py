@@ -5,8 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from experiments.bench.new.kinds import KINDS
-from experiments.bench.new.write import write as write_file
+from experiments.bench.new import KINDS
+from experiments.bench.new import write as write_file
 from tools.pages import markdown
 from tools.pages.markdown import prose, sentence
 
@@ -26,4 +26,4 @@ def _section(kind: str) -> tuple[str, str, str]:
     """Return the heading of a kind, what its file has, and the file."""
     with tempfile.TemporaryDirectory() as folder:
         text = write_file(kind, f"my_{kind}", Path(folder)).read_text(encoding="utf-8")
-    return f"## {kind}\n", f"{prose(sentence(KINDS[kind].summary))}\n", f"```python\n{text}```\n"
+    return f"## {kind}\n", f"{prose(sentence(KINDS[kind][0]))}\n", f"```python\n{text}```\n"

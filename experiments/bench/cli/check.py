@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from experiments.bench.cli.options import EXIT_FAILED
 from scenes import ARENAS, arena_name
+
+MOST_US = 1000.0
+"""Largest cost of a model for a frame of 99x72, us, without a word: the robot's camera gives 30 frames a second."""
 
 
 def check(
@@ -19,60 +22,62 @@ def check(
 ) -> int:
     """Try on a model, a stimulus or an arena what is taken for granted of any, and say what it breaks.
 
-    Legal answers, reset, determinism, no hold on the caller's frame, silence in a still scene, mirror images, and
-    refusal of frames of another shape; then what a frame costs. It takes the model's parameters for off-line tests.
+    Of a model, under its parameters for off-line tests: legal answers, reset, determinism, no hold on the caller's
+    frame, silence in a still scene, mirror images, refusal of frames of another shape, and declared channels and
+    thresholds; then what a frame costs.
     Of a stimulus, of a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
     Of an arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves room for the
-    robots, that the camera sees them, and the same pixels each time; and that the EXPERIMENT of that file fits into it.
+    robots, that the camera sees them, and the same pixels each time.
     Exit status: 1 if a law is broken.
     """
+    from experiments.bench.check.laws import try_laws
+    from experiments.bench.report.terminal import count, out_console, show_line
+
+    label, laws, subject = _subject(model)
+    troubles = try_laws(laws, subject)
+    for law, trouble in troubles.items():
+        *_, last = trouble.split("\n")  # of a traceback what was raised
+        show_line(f"{law.__name__:<13}{f'broken: {last}' if trouble else f'kept: {law.__doc__.splitlines()[0]}'}", 13)
+    for traceback in {trouble for trouble in troubles.values() if "\n" in trouble}:
+        out_console.print(traceback, soft_wrap=True, markup=False, highlight=False)
+    if hasattr(subject, "network"):
+        _show_cost(subject)
+    broken = sum(map(bool, troubles.values()))
+    summary = f"breaks {count(broken, 'law')} of {len(laws)}" if broken else f"keeps all {len(laws)} laws"
+    out_console.print(f"{label} {summary}", markup=False)
+    return EXIT_FAILED if broken else 0
+
+
+def _subject(text: str) -> tuple[str, tuple[Any, ...], Any]:
+    """Return what a name or a file means: its label, the laws of its kind, and what they are tried on."""
     from dsnn.stimuli import STIMULI
-    from experiments.bench.conformance import laws, stimulus_laws, table
-    from experiments.bench.conformance.notes import notes
-    from experiments.bench.leaderboard import time_models
+    from experiments.bench.check import arenas, models, stimuli
     from experiments.bench.run.models import ask
     from experiments.bench.run.settings import watchers
     from experiments.bench.run.user_code import declares, is_file
-    from experiments.bench.sources import clips as stimuli
+    from experiments.bench.sources.clips import find_stimulus
 
-    source = ask(model).source
-    if source in ARENAS or source.endswith(".xml"):
-        return _check_arena(source)
-    if source in STIMULI or (is_file(source) and declares(Path(source), "STIMULUS")):
-        entry = stimuli.find_stimulus(source)
-        findings = stimulus_laws.check(entry)
-        table.show(entry.name, findings, None)
-        return EXIT_FAILED if any(finding.trouble for finding in findings) else 0
-    if is_file(source) and declares(Path(source), "ARENA"):
-        return _check_arena(source)
-    (chosen,), _ = watchers((model,), ())
-    findings = laws.check(chosen)
-    taken = time_models([chosen], laws.SHAPE).get(chosen.label)
-    table.show(chosen.label, findings, min(taken) if taken else None, notes(chosen))
-    return EXIT_FAILED if any(finding.trouble for finding in findings) else 0
+    source = ask(text).source
+
+    def declared(name: str) -> bool:
+        return is_file(source) and not source.endswith(".xml") and declares(Path(source), name)
+
+    if source in ARENAS or source.endswith(".xml") or declared("ARENA"):
+        return arena_name(source), arenas.LAWS, source if source in ARENAS else str(Path(source).resolve())
+    if source in STIMULI or declared("STIMULUS"):
+        entry = find_stimulus(source)
+        return entry.name, stimuli.LAWS, entry
+    (chosen,), _ = watchers((text,), ())
+    return chosen.label, models.LAWS, chosen
 
 
-def _check_arena(source: str) -> int:
-    """Try the laws on an arena, and its own trials where its file declares some."""
-    from colias_sim.config import known_arena
-    from experiments.bench import registry
-    from experiments.bench.conformance import arena_laws, table
-    from experiments.bench.conformance.laws import Finding
-    from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.user_code import declares
-    from experiments.bench.trials import plan
+def _show_cost(model: Any) -> None:
+    """Print what a frame costs: of several rounds that of the fastest, as what else runs on the machine only adds."""
+    from experiments.bench.check.models import SHAPE
+    from experiments.bench.leaderboard import time_models
+    from experiments.bench.report.terminal import out_console
 
-    try:
-        findings = arena_laws.check(known_arena(source))
-    except ValueError as error:
-        raise UsageError(str(error)) from error
-    if source.endswith(".py") and declares(Path(source), "EXPERIMENT") and not findings[-1].trouble:
-        trouble = ""
-        try:
-            declared = registry.load(source)
-            plan(declared, declared.models, [f"scene.arena={source}"], None, 0)
-        except UsageError as error:
-            trouble = str(error)
-        findings.append(Finding("trials", "the trials of its file's EXPERIMENT fit into it, and are seen", trouble))
-    table.show(arena_name(source), findings, None)
-    return EXIT_FAILED if any(finding.trouble for finding in findings) else 0
+    if taken := time_models([model], SHAPE).get(model.label):
+        more = "; more than 1 ms: say why in its docstring" if min(taken) > MOST_US else ""
+        line = f"{'cost':<13}{min(taken):.0f} us a frame at 99x72, in its fastest round{more}"
+        out_console.print(line, markup=False)

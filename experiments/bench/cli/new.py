@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.new.kinds import KINDS
+from experiments.bench.new import KINDS, write
 
 
 def new(
@@ -20,10 +20,10 @@ def new(
 
     Nothing is overwritten.
     """
-    from experiments.bench.new.write import write
     from experiments.bench.report.terminal import show_line
 
     path = write(kind, name, Path())
-    show_line(f"{path}: {KINDS[kind].summary}; its first lines say what to do next. Try it as it is:", 4)
-    show_line(f"colias {KINDS[kind].command} {path}", 4)
+    summary, command = KINDS[kind]
+    show_line(f"{path}: {summary}; its first lines say what to do next. Try it as it is:", 4)
+    show_line(f"colias {command} {path}", 4)
     return 0

@@ -6,8 +6,7 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.new.kinds import KINDS
-from experiments.bench.new.write import write
+from experiments.bench.new import KINDS, write
 from experiments.bench.run import runs as batch
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import declared
@@ -52,7 +51,7 @@ def test_its_three_comments_name_commands_that_work(kind, folder, capsys):
     assert main.command(["new", kind, NAME]) == 0
     text = (folder / f"{STEM}.py").read_text()
     assert re.findall(r"^# (\d)\. ", text, re.MULTILINE) == ["1", "2", "3"]
-    first = ["colias", KINDS[kind].command, f"{STEM}.py"]
+    first = ["colias", KINDS[kind][1], f"{STEM}.py"]
     assert " ".join(first) in capsys.readouterr().out
     named = commands(text)
     assert named[0][:2] == first[1:], "the command that is told is the first of the file"

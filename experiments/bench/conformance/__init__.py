@@ -1,1 +1,0 @@
-"""The laws that every vision model keeps, tried on one model."""

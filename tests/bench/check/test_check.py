@@ -1,0 +1,236 @@
+"""Every model, stimulus and arena that ships keeps the laws, and each mistake breaks the law that names it."""
+
+import dataclasses
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+
+from dsnn import MODELS, ModelEntry, Response
+from dsnn.frames import luma
+from dsnn.stimuli import STIMULI, Box, ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth, Velocity
+from experiments.bench.check import arenas, models, stimuli
+from experiments.bench.check.laws import try_laws
+from experiments.bench.cli.main import command
+from experiments.bench.run.models import ConfiguredModel, choose
+from experiments.bench.sources.clips import Clip, find_stimulus
+from scenes import ARENAS
+
+
+def each(registry, laws):
+    """Parametrise a test over the entries of a registry and the laws of its kind."""
+    pairs = itertools.product(registry, laws)
+    return pytest.mark.parametrize(
+        ("name", "law"), [pytest.param(n, law, id=f"{n}-{law.__name__}") for n, law in pairs]
+    )
+
+
+@each(MODELS, models.LAWS)
+def test_a_model_keeps_the_law(name, law):
+    law(choose(name, "offline"))
+
+
+@each(STIMULI, stimuli.LAWS)
+def test_a_stimulus_keeps_the_law(name, law):
+    """At few pixels and frames a second: the laws are the same, and painting is cheap."""
+    entry = STIMULI[name]
+    law(dataclasses.replace(entry, params=dataclasses.replace(entry.params, rows=48, columns=80, fps=10)))
+
+
+@each(ARENAS, arenas.LAWS)
+def test_an_arena_keeps_the_law(name, law):
+    law(name)
+
+
+def broken(laws, subject):
+    return {law.__name__ for law, trouble in try_laws(laws, subject).items() if trouble}
+
+
+# --- models with one mistake each -------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Nothing:
+    t_sp: float = 0.2
+
+
+class Sound:
+    """Correlates change in time with slope in space."""
+
+    spikes = 1
+
+    def __init__(self, shape, parameters):
+        self.shape, self.last = shape, None
+
+    def reset(self):
+        self.last = None
+
+    def take(self, frame):
+        return luma(frame, self.shape).astype(float)
+
+    def step(self, frame, *, channels="grey", maps=False):
+        now = self.take(frame)
+        change = 0.0 if self.last is None else now - self.last
+        self.last = now
+        down, right = np.gradient(np.asarray(now, float))
+        return self.answer(*(float(np.tanh(-(change * slope).mean())) for slope in (right, down)))
+
+    def answer(self, hs, vs):
+        return Response(hs, vs, *(self.spikes * int(abs(v) >= 0.2) * int(np.sign(v)) for v in (hs, vs)))
+
+
+def mistaken(name, **methods):
+    return type(name, (Sound,), methods)
+
+
+def writing(self, frame):
+    frame[:] = 0
+    return frame
+
+
+MISTAKES = {
+    "sound": (Sound, set()),
+    "forgetful": (mistaken("Forgetful", reset=lambda self: None), {"reset"}),
+    "random": (
+        mistaken("Random", answer=lambda self, hs, vs: Response(hs=float(np.random.default_rng().random() * 1e-3))),
+        {"reset", "determinism", "buffer", "stillness", "mirror"},
+    ),
+    "holding": (mistaken("Holding", take=lambda self, frame: luma(frame, self.shape)), {"buffer"}),
+    "biased": (mistaken("Biased", answer=lambda self, hs, vs: Sound.answer(self, hs, 0.1)), {"stillness", "mirror"}),
+    "one-sided": (mistaken("OneSided", answer=lambda self, hs, vs: Sound.answer(self, abs(hs), vs)), {"mirror"}),
+    "lenient": (mistaken("Lenient", take=lambda self, frame: np.resize(frame, self.shape).astype(float)), {"refusal"}),
+    "infinite": (mistaken("Infinite", answer=lambda self, hs, vs: Response(hs=np.inf)), {"answers"}),
+    "failing": (mistaken("Failing", take=lambda self, frame: 1 / 0), {"answers"}),
+    "writing": (mistaken("Writing", take=writing), {"answers"}),
+    "undeclared": (mistaken("Undeclared", answer=lambda self, hs, vs: Response(hs, vs, azimuth=hs)), {"declaration"}),
+    "without spikes": (mistaken("Silent", spikes=0), {"declaration"}),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_model_s_mistake_breaks_its_law(mistake):
+    kind, expected = MISTAKES[mistake]
+    found = broken(models.LAWS, made(kind))
+    assert found == expected or (expected == {"answers"} <= found), found  # of one that fails, what is built on it
+
+
+def made(kind, channels=("hs", "vs"), params=Nothing()):
+    entry = ModelEntry("made", "made up", kind, params, channels)
+    return ConfiguredModel("made", "made", params, entry)
+
+
+def test_looming_has_a_range_and_knows_no_direction():
+    loud = mistaken("Loud", answer=lambda self, hs, vs: Response(looming=1.2))
+    sided = mistaken("Sided", answer=lambda self, hs, vs: Response(looming=0.5 + 0.5 * max(hs, 0.0)))
+    assert "answers" in broken(models.LAWS, made(loud, ("looming",)))
+    assert "mirror" in broken(models.LAWS, made(sided, ("looming",)))
+
+
+def test_spikes_without_a_threshold_are_named():
+    nothing = dataclasses.make_dataclass("Nameless", [("theta", float, 0.2)], frozen=True)()
+    assert broken(models.LAWS, made(Sound, params=nothing)) == {"declaration"}
+
+
+# --- stimuli with one mistake each ------------------------------------------------------------------------------------
+
+SPEED = 60.0
+GREYS = itertools.cycle(range(100, 200))
+
+
+class Square(Stimulus[ClipParams]):
+    """A dark square goes right, 2 px a frame."""
+
+    velocity, word, shift = SPEED, "rightward", 0
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.grey = next(GREYS)  # another for each object
+
+    def __len__(self):
+        return 12
+
+    def paint(self, index, left):
+        picture = np.full(self.shape, 255, np.uint8)
+        picture[10:18, left : left + 8] = 0
+        return picture
+
+    def frame(self, index):
+        left = 10.0 + SPEED * index / self.fps
+        truth = Truth(self.word, Box(left, 10.0, 8.0, 8.0), Velocity(self.velocity, 0.0))
+        return StimulusFrame(self.paint(index, int(left)), truth)
+
+
+def accumulating(self, index, left):
+    self.shift += 1
+    return np.roll(Square.paint(self, index, left), self.shift % 3, axis=0)
+
+
+def drawn(grey, row, column=None):
+    """Return a method that paints one more pixel; at the square where no column is given."""
+
+    def paint(self, index, left):
+        picture = Square.paint(self, index, left)
+        picture[row, left + 2 if column is None else index] = grey or self.grey
+        return picture
+
+    return paint
+
+
+FLAWS = {
+    "none": ({}, set()),
+    "floats": ({"paint": lambda *of: Square.paint(*of).astype(float)}, {"frames"}),
+    "accumulating": ({"paint": accumulating}, {"order"}),
+    "unseeded": ({"paint": drawn(0, 12)}, {"seeds"}),
+    "of one shape": ({"shape": (180, 320)}, {"shape"}),
+    "wordless": ({"word": ""}, {"truth"}),
+    "leaking": ({"paint": drawn(1, 0, 0)}, {"place"}),
+    "slow": ({"velocity": SPEED / 3}, {"velocity"}),
+    "raising": ({"paint": lambda *of: 1 / 0}, {"frames"}),
+}
+
+
+@pytest.mark.parametrize("flaw", FLAWS)
+def test_a_stimulus_s_mistake_breaks_its_law(flaw):
+    methods, expected = FLAWS[flaw]
+    found = broken(stimuli.LAWS, StimulusEntry("s", "", type("Flawed", (Square,), methods), ClipParams()))
+    assert expected <= found and bool(found) == bool(expected), found
+
+
+def test_the_command_ends_with_1_where_a_law_is_broken(tmp_path, capsys):
+    (tmp_path / "bad.py").write_text(
+        "from dataclasses import dataclass\nfrom dsnn import ModelEntry, Response\n\n\n"
+        "@dataclass(frozen=True)\nclass P:\n    t_sp: float = 0.2\n\n\n"
+        "class Bad:\n    def __init__(self, shape, p):\n        self.n = 0\n\n    def reset(self):\n        pass\n\n"
+        "    def step(self, frame, **of):\n        self.n += 1\n        return Response(hs=self.n / 1000)\n\n\n"
+        'MODEL = ModelEntry("bad", "counts frames", Bad, P())\n'
+    )
+    assert command(["check", "edge"]) == 0, "a stimulus that ships"
+    assert command(["check", "emd"]) == 0
+    assert command(["check", "drum"]) == 0
+    capsys.readouterr()
+    assert command(["check", str(tmp_path / "bad.py")]) == 1
+    assert "hs is" in capsys.readouterr().out
+
+
+OWN = """
+import numpy as np
+from dsnn.stimuli import ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth
+
+class Flicker(Stimulus[ClipParams]):
+    def __len__(self):
+        return 9
+
+    def frame(self, index):
+        return StimulusFrame(np.full(self.shape, 100 + index % 2, np.uint8), Truth("flickering"))
+
+STIMULUS = StimulusEntry("flicker", "grey that flickers", Flicker, ClipParams(rows=20, columns=30))
+"""
+
+
+def test_a_stimulus_of_one_s_own_keeps_the_laws_and_crosses_to_another_process(tmp_path):
+    (tmp_path / "flicker.py").write_text(OWN)
+    assert command(["check", str(tmp_path / "flicker.py")]) == 0
+    clip = Clip("one", find_stimulus(str(tmp_path / "flicker.py")), {"fps": 60.0})
+    there = pickle.loads(pickle.dumps(clip)).build(0)
+    assert (there.shape, there.fps, len(there)) == ((20, 30), 60.0, 9)
