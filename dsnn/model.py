@@ -6,7 +6,7 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
-from typing import Any, Generic, Literal, Protocol, TypeVar, get_args, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import cv2
 import numpy as np
@@ -17,8 +17,7 @@ from dsnn.frames import Channels, checked_params, checked_shape, luma
 FloatMap = npt.NDArray[np.floating]
 P = TypeVar("P")
 
-Channel = Literal["hs", "vs", "looming", "azimuth"]
-CHANNELS: tuple[Channel, ...] = get_args(Channel)
+CHANNELS = ("hs", "vs", "looming", "azimuth")
 """The potentials and positions that a model may answer by: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
 """Channels, of `CHANNELS`, that have spikes, in the order in which a trial's spikes are taken from a model's own."""

@@ -24,7 +24,7 @@ from dsnn.looming.mlplc2 import MLPLC2, MLPLC2Params
 from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
 from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
 from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
-from dsnn.model import SPIKING, Channel, VisionModel
+from dsnn.model import CHANNELS, SPIKING, VisionModel
 from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
@@ -32,8 +32,9 @@ from dsnn.params import DSNNParams
 Entry = TypeVar("Entry")
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
 """A name that tables, figures and folders can show."""
-DIRECTION: tuple[Channel, ...] = ("hs", "vs")
-LOOMING: tuple[Channel, ...] = ("looming",)
+Channel = Annotated[str, Field(pattern=f"^({'|'.join(CHANNELS)})$")]
+DIRECTION = ("hs", "vs")
+LOOMING = ("looming",)
 
 
 def _frozen(value: Any) -> Any:

@@ -78,7 +78,7 @@ def pixels(source: str) -> None:
     for _ in range(2):
         with Simulation(scene=_scene(source)) as simulation:
             pictures.append(_empty(simulation))
-    if not np.array_equal(*pictures):
+    if not np.array_equal(pictures[0], pictures[1]):
         raise LawBroken("the camera's picture is another when the arena is compiled again")
 
 

@@ -160,7 +160,7 @@ def declaration(chosen: ConfiguredModel) -> None:
     responses = [model.step(frame) for model, frames in runs for frame in frames]
 
     def largest(name: str) -> float:
-        return max(abs(getattr(response, name, 0.0)) for response in responses)
+        return float(max(abs(getattr(response, name, 0.0)) for response in responses))
 
     for channel in (channel for channel in CHANNELS if channel not in chosen.channels and largest(channel)):
         raise LawBroken(f"it answers {channel}, which is not declared and is dropped: ModelEntry(..., channels=)")
