@@ -39,7 +39,7 @@ def crossing(shape: tuple[int, int] = SHAPE) -> Frames:
     """Return a dark square that goes right and, shifted by hand, a little down, (T, R, C)."""
     rows, columns = shape
     size = {"rows": rows, "columns": columns, "width": columns / 4, "height": rows / 3, "speed": columns}
-    clip = stimulus("plain", **size, rest_s=0.1, enters=False)
+    clip = stimulus("plain", 0, **size, rest_s=0.1, enters=False)
     return _stacked(np.roll(frame.luma, i // 2, axis=0) for i, frame in enumerate(clip))
 
 

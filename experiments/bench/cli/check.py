@@ -37,10 +37,8 @@ def check(
     troubles = try_laws(laws, subject)
     for law, trouble in troubles.items():
         *_, last = trouble.split("\n")  # of a traceback what was raised
-        show_line(
-            f"{law.__name__:<13}{f'broken: {last}' if trouble else f'kept: {(law.__doc__ or str()).splitlines()[0]}'}",
-            13,
-        )
+        verdict = f"broken: {last}" if trouble else f"kept: {str(law.__doc__).splitlines()[0]}"
+        show_line(f"{law.__name__:<13}{verdict}", 13)
     for traceback in {trouble for trouble in troubles.values() if "\n" in trouble}:
         out_console.print(traceback, soft_wrap=True, markup=False, highlight=False)
     if hasattr(subject, "network"):
