@@ -22,7 +22,6 @@ from experiments.bench import leaderboard, registry, sweep, sweep_plan, tune
 from experiments.bench.box import Box, box_of, setting_at, spread
 from experiments.bench.grid import apart, keys_of
 from experiments.bench.measures import SPIKES
-from experiments.bench.report.terminal import error_console
 from experiments.bench.run import provenance
 from experiments.bench.run.description import KIND, begun, reconciled, write_new
 from experiments.bench.run.errors import UsageError
@@ -322,45 +321,31 @@ class FitPlan:
         return -(-self.fit.trials // (self.renderings * self.share))
 
 
-def _played(
-    fit: Fit, study: Study, seed: int, place: Path, pool: Workers, resources: Resources, failures: list[Failure]
-) -> Iterator[tuple[Any, ...]]:
-    """Play what a folder lacks of a study whose points are settings, and yield the rows of `RESULTS`."""
-    result = sweep.play(sweep_plan.planned(study, seed), place, pool, resources, place.name)
-    failures += result.failures
-    if fit.of_claims:
-        for row in result.table.iter_rows(named=True):
-            slack = -MOST_SLACK if row["slack"] is None else row["slack"]  # so that silence gains nothing
-            yield int(row["setting"]), row["claim"], row["replicate"], row["verdict"], slack
-        return
-    for row in result.numbers.filter(pl.col("measure").is_in(list(fit.goals))).iter_rows(named=True):
-        for number, value in enumerate(row["each"]):
+def _of_sweep(result: sweep.Sweep, fit: Fit) -> Iterator[tuple[Any, ...]]:
+    """Yield the rows of `RESULTS` of a sweep whose points are settings."""
+    for row in result.table.iter_rows(named=True) if fit.of_claims else ():
+        slack = -MOST_SLACK if row["slack"] is None else row["slack"]  # so that silence gains nothing
+        yield int(row["setting"]), row["claim"], row["replicate"], row["verdict"], slack
+    for row in result.numbers.iter_rows(named=True):
+        for number, value in enumerate(row["each"] if row["measure"] in fit.goals else ()):
             yield int(row["setting"]), row["measure"], number, None, math.nan if value is None else value
 
 
 def _on_board(
-    fit: Fit, settings: Sequence[Setting], replicates: int, seed: int, place: Path, pool: Workers,
-    resources: Resources, failures: list[Failure],
-) -> Iterator[tuple[Any, ...]]:  # fmt: skip
-    """Play what folders lack of a leaderboard or tuning curves for each setting, and yield the rows of `RESULTS`."""
-    texts = [text_of(fit, setting) for setting in settings]
+    fit: Fit, texts: Sequence[str], seed: int, folder: Path, pool: Workers, resources: Resources
+) -> tuple[dict[str, dict[str, Any]], list[Failure]]:
+    """Play what a folder lacks of a leaderboard or of tuning curves; return the numbers of each model, and failures."""
     shown = list(dict.fromkeys(texts))
-    for number in range(replicates):
-        folder, own = place.with_name(f"{place.name}-{number}") if replicates > 1 else place, seed + APART * number
-        if fit.board == LEADERBOARD:
-            planned = leaderboard.plan(shown, None, own)
-            responses, more = leaderboard.play(planned, folder, pool, resources)
-            rows = [row for board in leaderboard.rank(planned, responses).values() for row in board.to_dicts()]
-        else:
-            _, rows, more = tune.run(tune.plan(shown, (), (), own), folder, pool, resources)
-        failures += more
-        by_model: dict[str, dict[str, Any]] = {}
-        for row in rows:
-            by_model.setdefault(row["model"], {}).update(row)
-        for setting, text in enumerate(texts):
-            row = by_model.get(look_up([text])[0].chosen.label, {})
-            for goal in fit.goals:
-                yield setting, goal, number, None, math.nan if row.get(goal) is None else row[goal]
+    if fit.board == LEADERBOARD:
+        planned = leaderboard.plan(shown, None, seed)
+        responses, failures = leaderboard.play(planned, folder, pool, resources)
+        rows = [row for board in leaderboard.rank(planned, responses).values() for row in board.to_dicts()]
+    else:
+        _, rows, failures = tune.run(tune.plan(shown, (), (), seed), folder, pool, resources)
+    found: dict[str, dict[str, Any]] = {}
+    for row in rows:
+        found.setdefault(row["model"], {}).update(row)
+    return {text: found.get(look_up([text])[0].chosen.label, {}) for text in shown}, failures
 
 
 # The result.
@@ -496,14 +481,11 @@ def conclude(
         own = again.filter(goal=goal)
         one, start = own.row(0, named=True), own.row(-1, named=True)
         luck[goal], gain[goal] = _less(one["in the search"], one["anew"], sign), _less(one["anew"], start["anew"], sign)
-        ends = one["low"], one["high"], start["low"], start["high"]
-        alike = None in ends or (ends[0] <= ends[3] and ends[1] >= ends[2])
-        even_values = [sign * value for value in scores[goal] if math.isfinite(value)]
+        best_even = max((sign * value for value in scores[goal] if math.isfinite(value)), default=math.nan)
         lines.append(
             f"{goal}: {winner} has {_text(one)} in the mean of {one['replicates']} replicates anew, the model {AS_IS}"
-            f" {_text(start)}{' (these replicates do not tell them apart)' if alike else ''}; luck of the search:"
-            f" {_number(luck[goal])}; best of {len(even)} settings that fill the box evenly:"
-            f" {_number(sign * max(even_values) if even_values else None)}"
+            f" {_text(start)}; luck of the search: {_number(luck[goal])}; best of {len(even)} settings that fill the"
+            f" box evenly: {_number(sign * best_even)}"
         )
     return Fitted(plan, table, again, "", None, luck, gain, shares, looks, [*lines, last], failures)
 
@@ -540,7 +522,7 @@ def _less(one: float | None, other: float | None, sign: int = 1) -> float | None
 
 
 def _number(value: float | None) -> str:
-    return "not known" if value is None else f"{value:+.3g}"
+    return "not known" if value is None or math.isnan(value) else f"{value:+.3g}"
 
 
 def _text(row: Mapping[str, Any]) -> str:
@@ -639,10 +621,20 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
     batches: list[pl.DataFrame] = []
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, anew: bool = False) -> pl.DataFrame:
-        study = replace(study_of(fit, shown, anew=anew), replicates=replicates)
-        rows = (_on_board(fit, shown, replicates, seed, out / name, pool, resources, failures) if fit.board
-                else _played(fit, study, seed, out / name, pool, resources, failures))  # fmt: skip
-        return pl.DataFrame(list(rows), RESULTS, orient="row")
+        if not fit.board:
+            study = replace(study_of(fit, shown, anew=anew), replicates=replicates)
+            result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources, name)
+            failures.extend(result.failures)
+            return pl.DataFrame(list(_of_sweep(result, fit)), RESULTS, orient="row")
+        rows: list[tuple[Any, ...]] = []
+        texts = [text_of(fit, setting) for setting in shown]
+        for number in range(replicates):
+            folder = out / (f"{name}-{number}" if replicates > 1 else name)
+            found, more = _on_board(fit, texts, seed + APART * number, folder, pool, resources)
+            failures.extend(more)
+            rows += [(place, goal, number, None, math.nan if (value := found[text].get(goal)) is None else value)
+                     for place, text in enumerate(texts) for goal in fit.goals]  # fmt: skip
+        return pl.DataFrame(rows, RESULTS, orient="row")
 
     with resources.pool() as pool:
         for number in range(plan.batches):
@@ -652,9 +644,7 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
             tell(search, asked, scored(results), fit)
             batches.append(results.with_columns(pl.col("setting") + len(settings)))
             settings += shown
-            if not resources.quiet:
-                error_console.print(f"{len(settings)} settings searched", soft_wrap=True)
-        searched = pl.concat(batches)
+            searched = pl.concat(batches)
         best = best_of(scored(searched), settings, fit)
         again: list[Setting] = [settings[place] for place in best] + ([] if fit.of_claims else [{}])
         anew = play(f"held-out-{len(settings)}", again, plan.seed + TEST, fit.held_out, anew=True)
@@ -691,13 +681,12 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
     """Make the folder, or hold it against this fit; its batches say themselves what computes."""
     import optuna
 
-    fit = plan.fit
+    names = ("share", "held_out", "sampler", "search_repeats", "maximise", "minimise")
     description: dict[str, Any] = {
-        KIND: "fit", "experiment": "fit", "over": [str(part) for part in plan.box],
-        "box": [asdict(part) for part in plan.box], "share": fit.share, "seed": plan.seed,
-        "replicates per setting": fit.study.replicates, "held_out": fit.held_out, "sampler": fit.sampler,
-        "optuna": str(optuna.__version__), "study": fit.study.name, "versions": provenance.versions(),
-        "repeats of the search": fit.search_repeats, "maximise": fit.maximise, "minimise": fit.minimise,
+        KIND: "fit", "experiment": "fit", "study": plan.fit.study.name, "seed": plan.seed,
+        "over": [str(part) for part in plan.box], "box": [asdict(part) for part in plan.box],
+        "replicates per setting": plan.fit.study.replicates, "optuna": str(optuna.__version__),
+        "versions": provenance.versions(), **{name: getattr(plan.fit, name) for name in names},
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     if begun(out):

@@ -24,7 +24,6 @@ from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
-from experiments.bench.run.play import Trial
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clip_claims, clips, robot_claims
 from experiments.bench.sources.clips import Clip, OfflineExperiment
@@ -173,49 +172,46 @@ def _robot_part(
 def _clips_part(
     declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None, needed: Collection[str]
 ) -> Part:
-    """Return clips. The keys of its stimuli are those of every clip: ``cluttered.grey`` is of each ``cluttered`` one.
-
-    Clips that a point makes alike are shown once.
-    """
+    """Return clips. A key of a stimulus is of each of its clips: ``cluttered.grey`` of every ``cluttered`` one."""
     own = [model.asked.text for model in look_up(declared.models, "offline") if model.chosen.label in needed]
     selected = look_up([*study.models, *own], "offline")
-    texts = [model.asked.text for model in selected]
     stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
     networks = {model.section: model.chosen.network for model in selected}
-    models, values = watchers(texts, _applying(study.assignments, networks | stimuli), stimuli)
-    clips_set = tuple(_changed(clip, values) for clip in declared.clips)
+    texts = _applying(study.assignments, networks | stimuli)
+    models, _ = watchers([model.asked.text for model in selected], texts, stimuli)
+    whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
     base: dict[str, tuple[Any, ...]] = {}
-    for clip in clips_set:
+    for clip in whole.clips:
         base[clip.entry.name] = (*base.get(clip.entry.name, ()), clip.build(seed).params)
 
     def render(over: Mapping[str, str]) -> Rendering:
-        by_section: dict[str, dict[str, str]] = {}
-        for key, value in over.items():
-            section, _, name = key.partition(".")
-            by_section.setdefault(section, {})[name] = value
-        alike: dict[Any, list[Clip]] = {}
-        for clip in (_changed(clip, by_section) for clip in clips_set):
+        alike: dict[Any, list[Clip]] = {}  # those that a point makes alike are shown once
+        for clip in _with_values(whole, over).clips:
             same = (clip.stimulus, clip.build(0).params, clip.jitter_px, clip.takes_scene())
             alike.setdefault(same, []).append(clip)
-        shown = [dataclasses.replace(same[0], name=", ".join(clip.name for clip in same)) for same in alike.values()]
+        merged = [dataclasses.replace(same[0], name=", ".join(clip.name for clip in same)) for same in alike.values()]
+        shown = dataclasses.replace(whole, clips=merged)
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
-            found = clips.clips_of(shown, replicate, pictures)
-            return [Trial(declared.name, 0, replicate, seed + replicate, clip, variants) for clip in found]
+            trials_of_all = shown.trials(variants, study.replicates, seed, pictures)
+            return [trial for trial in trials_of_all if trial.repeat == replicate]
 
-        return [clip.build(seed).params for clip in shown], specs
+        return [clip.build(seed).params for clip in merged], specs
 
-    described = {**clips.described_scenes(clips_set, study.replicates, pictures),
+    described = {**clips.described_scenes(whole.clips, study.replicates, pictures),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
-    return Part(dataclasses.replace(declared, clips=clips_set), selected, models, base, 1, render, described)
+    return Part(whole, selected, models, base, 1, render, described)
 
 
-def _changed(clip: Clip, texts: Mapping[str, Mapping[str, str]]) -> Clip:
-    """Return a clip with values for its stimulus; `UsageError` if one is not legal."""
-    given = texts.get(clip.entry.name, {})
-    params = changed(clip.entry.name, clip.build(0).params, given)
-    values = {**dict(clip.changes), **{name: getattr(params, name) for name in given}}
-    return dataclasses.replace(clip, changes=tuple(values.items())) if given else clip
+def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
+    """Return an experiment with values for its stimuli, by key; `UsageError` if one is not legal."""
+
+    def with_own(clip: Clip) -> Clip:
+        own = {key.partition(".")[2]: text for key, text in values.items() if key.partition(".")[0] == clip.entry.name}
+        params = changed(clip.entry.name, clip.build(0).params, own)
+        return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
+
+    return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
 
 
 def planned(
@@ -373,37 +369,32 @@ def _claims(experiments: Sequence[Any], study: Study, models: Sequence[Configure
     for experiment in experiments:
         for claim in map(find, experiment.claims):
             declared.setdefault(claim.id, (claim, experiment))
-    about = [name for name, (claim, _) in declared.items() if not _refused(claim, models)]
-    if not (study.claims or study.measures or about or on_robot):
-        raise UsageError(f"no claim of these experiments is about {', '.join(study.models)}: name measures")
+    labels = ", ".join(model.label for model in models)
     chosen: dict[str, tuple[Any, str]] = {}
+    about = [name for name, (claim, _) in declared.items() if _is_about(claim, models)]
     for asked in study.claims or (() if study.measures else about):
         name = asked.id if isinstance(asked, Claim) else asked
         if isinstance(asked, str) and asked not in declared:
-            names = ", ".join(experiment.name for experiment in experiments)
-            raise UsageError(f"--claims {name}: {names} declare {', '.join(about) or 'none'}")
+            raise UsageError(f"--claims {name}: the experiments declare {', '.join(declared) or 'none'}")
         claim, experiment = declared.get(name, (asked, experiments[0]))
         claim = find(asked) if isinstance(asked, Claim) else claim
         repeats, least = study.repeats or experiment.repeats, getattr(claim, "least", 0)
-        if reason := _refused(claim, models):
-            raise UsageError(f"--claims {name}: {reason}")
+        if not _is_about(claim, models):
+            raise UsageError(f"--claims {name}: it is about other models than {labels}, or compares models")
         if on_robot and study.over and repeats < least:
             raise UsageError(f"--repeats {repeats}: {claim.id} needs at least {least} trials of each condition")
         chosen[name] = (claim, experiment.name)
     return tuple(chosen.values())
 
 
-def _refused(claim: Any, models: Sequence[ConfiguredModel]) -> str:
-    """Say why a claim is about none of the models judged, in words; empty if it is about one, or none are named."""
+def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
+    """Tell whether a claim is about one of the models judged, or none are named; clips have just one."""
     labels = {model.label for model in models}
     if isinstance(claim, clip_claims.ClipClaim):
-        return "" if labels <= claim.models else f"it is about {', '.join(sorted(claim.models))}"
+        return labels <= claim.models
     channel = "looming" if claim.about == "looming" else "hs"
-    if models and not any(channel in model.channels for model in models):
-        return f"it is about models that respond by {claim.about}, and not about {', '.join(sorted(labels))}"
-    if any(not claim.models <= {label} for label in labels):
-        return "it compares models with each other, and a sweep with the robot judges each alone"
-    return ""
+    responds = any(channel in model.channels for model in models)
+    return not models or (responds and all(claim.models <= {label} for label in labels))
 
 
 def _check_keys(study: Study, axes: Sequence[Axis], parts: Sequence[Part], schema: pl.Schema) -> None:

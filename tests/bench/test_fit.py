@@ -11,8 +11,6 @@ import pytest
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.fit import RESULTS, Fit, planned, scored
-from experiments.bench.run.errors import UsageError
-from experiments.bench.run.folder import RunFolder
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
@@ -166,25 +164,6 @@ def same(one, other):
     return all((one / name).read_bytes() == (other / name).read_bytes() for name in ("fit.csv", "anew.csv", "fit.json"))
 
 
-def test_ctrl_c_at_any_trial_changes_nothing(folder, undisturbed, monkeypatch):
-    add, calls = RunFolder.add, []
-
-    def interrupted(self, *args):
-        calls.append(1)
-        if len(calls) % 9 == 0:
-            raise KeyboardInterrupt
-        add(self, *args)
-
-    monkeypatch.setattr(RunFolder, "add", interrupted)
-    for _ in range(20):
-        try:
-            fit(folder, "stopped", "hill,luck", *SMALL)
-            break
-        except KeyboardInterrupt:
-            continue
-    assert len(calls) > 5 and same(folder / "stopped", undisturbed)
-
-
 def test_a_kill_changes_nothing_whatever_the_workers(folder, undisturbed):
     out = "killed"
     process = start(folder, *CLI, *arguments(folder, out, "hill,luck", *SMALL, "--workers", "1"))
@@ -201,19 +180,6 @@ def test_more_settings_go_on_from_fewer(folder, undisturbed):
     assert first["looks"] == 1
     assert fit(folder, "more", "hill,luck", *SMALL)["looks"] == 2, "a second look at the seeds is told"
     assert (folder / "more" / "fit.csv").read_bytes() == (undisturbed / "fit.csv").read_bytes()
-
-
-def test_another_fit_does_not_go_on_there(folder, undisturbed):
-    with pytest.raises(UsageError, match="seed is 0 there and 1 now"):
-        fit(folder, "whole", "hill,luck", *SMALL, "--seed", "1")
-
-
-def test_seeds_of_search_sample_and_judging_anew_differ(folder, undisturbed):
-    seeds = []
-    for part in ("search-0000", "search-0002", "sample-4", "held-out-24"):
-        seeds.append(json.loads((undisturbed / part / "run.json").read_text())["seed"])
-    assert seeds[0] == seeds[1] and len({*seeds}) == 3
-    assert min(abs(seed - seeds[0]) for seed in seeds[2:]) > 1000, "no replicate of one is a replicate of another"
 
 
 CROSSING = """
@@ -233,14 +199,6 @@ def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeat
         for part in ("search-0000", "sample-1", "held-out-2")
     ]
     assert trials == [4, 4, 6], "four repeats, and then all six"
-
-
-def test_a_claim_that_the_judging_anew_could_not_judge_is_refused_before_the_first_trial(tmp_path):
-    """However many trials the search has; a silent -100 anew would read as luck."""
-    (tmp_path / "few.py").write_text(CROSSING.replace("judge=", "least=8, judge="))
-    words = ["fit", str(tmp_path / "few.py"), "--claims", "fires", "--over", "dsnn.t_sp=0.1..0.2", "--repeats", "9"]
-    with pytest.raises(UsageError, match="needs at least 8 trials"):
-        main.command([*words, "--out", str(tmp_path / "few"), "-q"])
 
 
 def test_slack_is_in_smallest_differences_and_unjudged_is_worst():

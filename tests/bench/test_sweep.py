@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 
-import numpy as np
 import polars as pl
 import pytest
 
@@ -15,15 +14,14 @@ from dsnn.stimuli import stimulus
 from experiments import Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.cli import main
-from experiments.bench.report.sweep import draw, place
+from experiments.bench.report.sweep import draw
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import DEPTH
-from experiments.bench.study import TOGETHER, Axis
+from experiments.bench.study import TOGETHER
 from experiments.bench.sweep import read
 from experiments.bench.trials import plan as robot_plan
 from tests.bench.stats.test_replicates import rows_of as answers_of
-from tests.helpers.chapters import CHAPTERS, blocks
 
 BOTH = ("general", "angular-recession")
 ARGUMENTS = ["sweep", "general", "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C14", "--repeats", "5",
@@ -143,17 +141,6 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     assert [one[name] for name in names[1:]] == [6.0, 6.0, "", 1] and two["not shown"] == 0
 
 
-def test_spikes_have_a_mean_and_its_interval_for_each_condition():
-    plan = planned(["speed"], "dsnn.n_con=4,8", measures=("spikes",), repeats=4)
-    rows = [row | {"spikes": row["trial"] % 3} for row in answers_of(plan.specs)]
-    numbers = read(plan, rows).numbers
-    assert numbers.height == 2 * len(registry.load("speed").conditions())
-    for row in numbers.iter_rows(named=True):
-        own = [r["spikes"] for r in rows if r["model"] == f"dsnn.n_con={row['dsnn.n_con']:g}"
-               and (r["speed_cm_s"], r["direction"]) == (row["speed_cm_s"], row["direction"])]  # fmt: skip
-        assert (row["value"], row["n"]) == (np.mean(own), 4) and row["ci_low"] <= row["value"] <= row["ci_high"]
-
-
 # --- the plan ---------------------------------------------------------------------------------------------------------
 
 
@@ -179,11 +166,6 @@ def test_an_experiment_that_an_axis_cannot_move_is_run_once():
     counts = {name: sum(spec.experiment == name for spec in plan.specs) for name in ("general", "distance")}
     assert counts == {"general": 3 * 2 * 5, "distance": len(registry.load("distance").conditions()) * 5}
     assert len({plan.shares[point, "dsnn", "distance", 0][0] for point in plan.points}) == 1
-
-
-def test_the_order_of_values_changes_nothing():
-    one, other = (planned(["general"], f"camera.read_noise={values}", "dsnn.d=2,1") for values in ("0.64,0", "0,0.64"))
-    assert dataclasses.replace(one, study=other.study) == other
 
 
 def test_keys_that_move_together_and_ends_of_pairs():
@@ -212,42 +194,6 @@ def test_keys_that_move_together_and_ends_of_pairs():
 def test_what_cannot_be_swept_is_refused(names, over, more):
     with pytest.raises(UsageError):
         planned(names, *over, **more)
-
-
-@pytest.mark.parametrize("over", ["dsnn.d=1,99", "camera.read_noise=0,-1", "cluttered.grey=0,999"])
-def test_a_value_that_is_not_legal_is_named_by_its_axis(over):
-    names = ["clutter-translation"] if over.startswith("cluttered") else ["general"]
-    with pytest.raises(UsageError, match=f"--over {over.partition('=')[0]}={over.rpartition(',')[2]}"):
-        planned(names, over)
-
-
-def documented():
-    """The sweeps of docs/maps.md that its test does not run."""
-    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
-    commands = (words[1:] for block in blocks(page) if block.skipped for words in block.commands())
-    return [words for words in commands if not words[1].endswith(".py")]
-
-
-@pytest.mark.parametrize("words", documented(), ids=" ".join)
-def test_the_documented_sweeps_can_be_made(words):
-    group = main.parser()
-    name, command, rest = group.resolve_command(group.make_context("colias", list(words)), list(words))
-    given = command.make_context(name, rest).params
-    asked = {name: [part for part in (given[option] or "").split(",") if part]
-             for name, option in (("claims", "claims"), ("measures", "measure"))}  # fmt: skip
-    more = {"assignments": given["assignments"] or (), "replicates": given["replicates"] or 1}
-    plan = planned(given["experiment"].split(","), *given["over"], **asked, **more)
-    assert len(plan.axes) == 2 and [claim.id for claim, _ in plan.claims] == asked["claims"]
-    assert all(place(axis) is not None for axis in plan.axes if axis.default is not None), "the default is on the map"
-
-
-@pytest.mark.parametrize(
-    ("default", "levels", "where"),
-    [(17.0, "10,17,50", 1.0), (17.0, "10,20", 0.7), (17.0, "20,50", None), ("bright", "dim,bright", 1.0)],
-)  # fmt: skip
-def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
-    found = place(Axis("x", dict.fromkeys(levels.split(","), ()), "x", default))
-    assert found == (where if where is None else pytest.approx(where))
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------
@@ -316,18 +262,6 @@ EXPERIMENT = Experiment("NAME", "crossings", Translation((20,), (6,)), "speed_cm
 """
 
 
-def test_experiments_and_claims_of_a_users_own(tmp_path):
-    files = [tmp_path / f"{name}.py" for name in ("alpha", "beta")]
-    for file in files:
-        file.write_text(OWN.replace("NAME", file.stem))
-    plan = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
-    assert {str(file) for file in files} <= plan.description["files"].keys(), "resuming notices a change of either"
-    counts = counts_of(judged(plan, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
-    held = {key: row["holds"] for key, row in counts.items()}
-    assert held == {(0.1, "fires-alpha"): 1, (0.1, "fires-beta"): 1, (0.1, TOGETHER): 1, (0.2, "fires-alpha"): 1,
-                    (0.2, "fires-beta"): 0, (0.2, TOGETHER): 0}  # fmt: skip
-
-
 LIGHT = """
 from experiments import Study
 
@@ -351,8 +285,6 @@ def test_a_user_s_study_resumes_with_more_replicates(tmp_path, monkeypatch):
     assert (tmp_path / "out/counts.csv").read_bytes() == (tmp_path / "at-once/counts.csv").read_bytes()
     assert set(pl.read_csv("out/counts.csv")["light"]) == {"as it is", "dim"}
     assert json.loads((tmp_path / "out/light.json").read_text())["counts"]
-    with pytest.raises(UsageError, match="replicates"):
-        main.command([*arguments, "--replicates", "1", "--out", "out"])
 
 
 def test_the_function_returns_the_outcomes(tmp_path):

