@@ -6,6 +6,8 @@
 >>> response.hs, response.hs_spikes
 """
 
+from typing import TYPE_CHECKING, Any
+
 from dsnn.answers import AnswerError, checked_answer
 from dsnn.direction.emd import EMD, EMDParams
 from dsnn.direction.emd_normalised import EMDNormalised, EMDNormalisedParams
@@ -28,6 +30,9 @@ from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 from dsnn.registry import MODELS, ModelEntry, model_entry
+
+if TYPE_CHECKING:
+    from dsnn.video import read_video
 
 __all__ = [
     "CHANNELS",
@@ -74,4 +79,14 @@ __all__ = [
     "VisionModel",
     "checked_answer",
     "model_entry",
+    "read_video",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the reader of videos when it is first asked for: FFmpeg takes half as long to load as all the rest."""
+    if name == "read_video":
+        from dsnn.video import read_video
+
+        return read_video
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

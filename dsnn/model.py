@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
@@ -15,6 +15,10 @@ import numpy.typing as npt
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 
 FloatMap = npt.NDArray[np.floating]
+Clip = Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]]
+"""A (T, R, C) array, or any iterable of frames, or of pairs of a frame's time in s and the frame."""
+USUAL_FPS = 30.0
+"""Frames per second that the models' constants belong to."""
 P = TypeVar("P")
 
 CHANNELS = ("hs", "vs", "looming", "azimuth")
@@ -113,6 +117,8 @@ class ResponseSeries:
         Its spikes in each frame, (T,).
     azimuth
         Where the motion is, (T,), from -1 at the left edge to 1 at the right.
+    time_s
+        Time of each frame, (T,), in s: that of a film, otherwise 1/30 s a frame, to which the models' constants belong.
     """
 
     hs: npt.NDArray[np.float64]
@@ -122,6 +128,7 @@ class ResponseSeries:
     looming: npt.NDArray[np.float64]
     looming_spikes: npt.NDArray[np.int64]
     azimuth: npt.NDArray[np.float64]
+    time_s: npt.NDArray[np.float64]
 
     def accumulated_spikes(self, channel: str) -> int:
         """Count the spikes of either sign over all frames.
@@ -139,13 +146,15 @@ class ResponseSeries:
         return int(np.abs(getattr(self, f"{channel}_spikes")).sum()) if channel in SPIKING else 0
 
     @classmethod
-    def from_responses(cls, responses: Iterable[Response]) -> ResponseSeries:
+    def from_responses(cls, responses: Iterable[Response], time_s: Sequence[float] | None = None) -> ResponseSeries:
         """Stack single answers in time order.
 
         Parameters
         ----------
         responses
             The answers to T frames.
+        time_s
+            Their times in s; otherwise 1/30 s a frame.
 
         Returns
         -------
@@ -153,8 +162,9 @@ class ResponseSeries:
             The same as columns.
         """
         answers = list(responses)
-        columns: dict[str, Any] = {}
-        for field in fields(cls):
+        times = np.arange(len(answers)) / USUAL_FPS if time_s is None else time_s
+        columns: dict[str, Any] = {"time_s": np.array(times, np.float64)}
+        for field in fields(cls)[:-1]:
             kind = np.int64 if field.name.endswith("_spikes") else np.float64
             columns[field.name] = np.array([getattr(answer, field.name) for answer in answers], kind)
         return cls(**columns)
@@ -247,13 +257,14 @@ class Model(ABC, Generic[P]):
     def reset(self) -> None:
         """Return to the state before the first frame."""
 
-    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
+    def run(self, frames: Clip, *, channels: Channels = "grey") -> ResponseSeries:
         """Reset, then answer every frame of a clip.
 
         Parameters
         ----------
         frames
-            (T, R, C), or any iterable of frames as `step` takes them.
+            (T, R, C), or any iterable of frames as `step` takes them, or of pairs of a time in s and a frame, such as
+            `dsnn.read_video` yields.
         channels
             As of `step`.
 
@@ -268,7 +279,9 @@ class Model(ABC, Generic[P]):
             As of `step`.
         """
         self.reset()
-        return ResponseSeries.from_responses(self.step(frame, channels=channels) for frame in frames)
+        timed = (one if isinstance(one, tuple) else (index / USUAL_FPS, one) for index, one in enumerate(frames))
+        answers = [(time_s, self.step(frame, channels=channels)) for time_s, frame in timed]
+        return ResponseSeries.from_responses([answer for _, answer in answers], [time_s for time_s, _ in answers])
 
     def _luma(self, frame: npt.NDArray[Any], channels: Channels) -> npt.NDArray[Any]:
         """Return the grey levels of a frame, checked by `luma`; warn once where they go from 0 to 1, not to 255."""

@@ -7,8 +7,6 @@ from .bench.behave import score as score
 from .bench.compare import compare as compare
 from .bench.fit import Fit as Fit
 from .bench.fit import Fitted as Fitted
-from .bench.public.footage import Watched as Watched
-from .bench.public.footage import watch as watch
 from .bench.result import Run as Run
 from .bench.result import load as load
 from .bench.result import runs as runs
@@ -38,6 +36,7 @@ from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
 from .bench.study import Study as Study
 from .bench.sweep import sweep as sweep
+from .bench.watch import watch as watch
 
 NAMES: tuple[str, ...]
 OFFLINE: tuple[str, ...]
@@ -71,7 +70,6 @@ __all__ = [
     "Translation",
     "UsageError",
     "Verdict",
-    "Watched",
     "Wheels",
     "__version__",
     "compare",

@@ -124,7 +124,7 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     seed
         Of what is random in it, 0 or more. Equal seeds give equal bytes.
     **changes
-        Other values of its parameters, by name. ``colias stimulus NAME --parameters`` lists them.
+        Other values of its parameters, by name. ``colias list parameters NAME`` lists them.
 
     Returns
     -------

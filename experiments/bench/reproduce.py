@@ -21,7 +21,6 @@ from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
 from experiments.bench.behave import BehaviourPlan, BehaviourReport
-from experiments.bench.footage import claims as footage_claims
 from experiments.bench.offline import OfflinePlan, OfflineReport
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.report.terminal import error_console
@@ -33,7 +32,7 @@ from experiments.bench.run.models import look_up, shown_models
 from experiments.bench.run.rows import Failure, mixture
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources import clip_claims, robot_claims
+from experiments.bench.sources import clip_claims, motion, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
 from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
@@ -298,7 +297,7 @@ def design(plans: Plans) -> dict[str, Any]:
         "claims": {claim: (words(claim).says, words(claim).source) for claim in claim_ids(PAPER)},
         "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
                   {claim.id: claim.conditions for claim in clip_claims.paper_claims().values()},
-                  clip_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, LEAST_SEEDS],
+                  clip_claims.LEAST_GREYS, motion.LEAST_SECONDS, LEAST_SEEDS],
         "bounds": [robot_claims.SPEED_TOLERANCE, robot_claims.PATH_TOLERANCE_MM],
     }  # fmt: skip
     digest = hashlib.sha256(json.dumps(parts, default=plain).encode()).hexdigest()
@@ -473,14 +472,14 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
 
 def _about_the_robot(claim: str) -> bool:
     """Return whether trials with the robot alone answer for a claim."""
-    return claim in registry.answering() and claim not in clip_claims.paper_claims() and claim != footage_claims.CLAIM
+    return claim in registry.answering() and claim not in clip_claims.paper_claims() and claim != motion.CLAIM
 
 
 def _needs(claim: str) -> str:
     """Say what it would take to judge a claim."""
     if claim in clip_claims.paper_claims():
         return "its off-line experiment was not run (--quick and --robot-only leave some out)"
-    if claim == footage_claims.CLAIM:
+    if claim == motion.CLAIM:
         return "needs footage of your own: colias watch FILE --judge"
     return "none of the experiments here declares this claim"
 

@@ -165,7 +165,7 @@ def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, se
     """
     key, _, text = over.partition("=")
     name = key.removeprefix(f"{entry.name}.")
-    listed = f"colias stimulus {entry.name} --parameters"
+    listed = f"colias list parameters {entry.name}"
     settings.collect([f"{entry.name}.{name}={text}"], {entry.name: entry.params}, listed, "--over")
     probes = []
     for value in dict.fromkeys(text.split(",")):
@@ -224,7 +224,7 @@ def plan(
     """
     settings.check_counts(seed)
     others = {} if stimulus is None else {stimulus.name: stimulus.params}
-    listed = ", ".join((*(f"colias stimulus {name} --parameters" for name in others), settings.LISTED_BY))
+    listed = ", ".join((*(f"colias list parameters {name}" for name in others), settings.LISTED_BY))
     chosen, assigned = settings.watchers(models, assignments, others, listed)
     along = [] if stimulus is None else [of_stimulus(stimulus, assigned.get(stimulus.name, {}), over, seed)]
     planned = Plan((*along, *(families(names) if names or not along else ())), chosen, seed)

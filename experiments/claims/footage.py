@@ -28,9 +28,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from experiments.bench.footage.claims import LEAST_SECONDS, FootageClaim
-from experiments.bench.footage.flow import Floats, block_frames, correlation, moments, resampled, separate, undefined
-from experiments.bench.footage.watch import LEAST_FRAMES
+from experiments.bench.sources.motion import (
+    LEAST_FRAMES,
+    LEAST_SECONDS,
+    Floats,
+    FootageClaim,
+    block_frames,
+    correlation,
+    moments,
+    resampled,
+    separate,
+)
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import shipped
 from experiments.bench.stats.tests import proportion_interval
@@ -46,9 +54,6 @@ LEAST_FLOW = 0.05
 def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """Judge the paper's stronger words about real footage, from the same columns as `c12`."""
     block, count = block_frames(rate), len(hs)
-    lacking = undefined(flow, hs, vs)
-    if lacking:
-        return Outcome.unjudged(lacking, n=count)
     over = np.abs(hs) > threshold
     seconds = [slice(start, start + block) for start in separate(np.flatnonzero(over), block)]
     passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
@@ -73,9 +78,6 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
 def c12(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """Judge columns of T frames: mean horizontal flow, both potentials; ``rate`` is in frames per second."""
     block, count = block_frames(rate), len(hs)
-    lacking = undefined(flow, hs, vs)
-    if lacking:
-        return Outcome.unjudged(lacking, n=count)
     over = np.abs(hs) > threshold
     seconds = len(separate(np.flatnonzero(over), block))
     spread = f"{over.sum()} of {count} frames, in {seconds} separate seconds, over T = {threshold:g}"

@@ -31,7 +31,7 @@ from dsnn import (
 from tests.conftest import crossing
 
 SHAPE = (72, 99)
-COLUMNS = tuple(field.name for field in dataclasses.fields(ResponseSeries))
+COLUMNS = tuple(field.name for field in dataclasses.fields(ResponseSeries) if field.name != "time_s")
 DIRECTION = [name for name, entry in MODELS.items() if entry.channels == ("hs", "vs")]
 LOOMING = [name for name, entry in MODELS.items() if entry.channels == ("looming",)]
 FAMILY = [name for name, entry in MODELS.items() if isinstance(entry.robot, DSNNParams)]

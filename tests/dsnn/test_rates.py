@@ -67,16 +67,16 @@ def test_commands_say_that_a_model_assumes_another_rate(command, note, capsys):
     assert note in capsys.readouterr().err.splitlines()
 
 
-def test_play_and_watch_say_so(folder, capsys):
+def test_watch_says_so(folder, capsys):
     size = ("--set", "plain.rows=24", "--set", "plain.columns=32", "--set", "plain.fps=60")
-    main.command(["play", "plain", *size, "--no-view", "--record", "plain.rrd"])
+    main.command(["watch", "plain", *size, "--no-view"])
     note = "dsnn assumes 30 frames/s and is shown 60"
     assert f"note: {note}" in capsys.readouterr().err.splitlines()
     film = write(folder / "film.avi", street((), 3), fps=60.0)
-    main.command(["watch", str(film), "--no-view", "--size", "32x24"])
+    main.command(["watch", str(film), "--no-view", "--size", "32x18"])
     assert f"note: {note}" in capsys.readouterr().err.splitlines()
-    assert experiments.watch(film, size=(32, 24), quiet=True).notes == (note,)
-    assert experiments.watch(film, size=(32, 24), quiet=True, fps=60).notes == ()
+    assert experiments.watch(film, size=(32, 18), quiet=True).description["notes"] == [note]
+    assert experiments.watch(film, size=(32, 18), quiet=True, fps=60).description["notes"] == []
 
 
 def test_nothing_is_said_of_a_rate_that_is_the_model_s_own(capsys):

@@ -24,7 +24,6 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.report": 2,
     "experiments.bench.trials": 3,
     "experiments.bench.offline": 3,
-    "experiments.bench.footage": 1,
     "experiments.bench.check": 1,
     "experiments.bench.registry": 3,
     "experiments.bench.result": 3,
@@ -45,7 +44,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.train": 6,
     "experiments.bench.reproduce": 6,
     "experiments.bench.api": 7,
-    "experiments.bench.public": 7,
+    "experiments.bench.watch": 4,
     "experiments.bench.live": 8,
     "experiments.bench.cli": 9,
 }
@@ -129,7 +128,7 @@ def wing(module: str) -> str | None:
 
 
 def test_wings_import_one_way():
-    """The foundation <- robot, clips, footage <- tuning, leaderboard <- studies <- training, reproduce <- cli."""
+    """The foundation <- robot, clips <- tuning, leaderboard <- studies <- training, reproduce <- cli."""
     for module in modules():
         ours = wing(module)
         for other in imported(module):

@@ -10,11 +10,11 @@ import pytest
 import experiments
 from experiments import Check
 from experiments.bench import leaderboard
-from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
 from experiments.bench.run.files import read_parquet, to_json
 from experiments.bench.run.provenance import rows_hash
 from experiments.bench.run.runs import Enough, first
+from experiments.bench.sources import motion
 from experiments.bench.sources.robot_claims import paper_claims
 from experiments.bench.stats import tests as statistics
 from experiments.bench.stats.claim import PAPER, claim_ids
@@ -186,7 +186,7 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"{USUAL.repeats} repeats of each condition at one seed",
         f"at {USUAL.episodes} seeds, for half a minute each",
         f"at least {least} trials of each condition, or {most} if it is about every single trial",
-        f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
+        f"passes T in {motion.LEAST_SECONDS} separate seconds",
         f"of {statistics.PERMUTATIONS} permutations",
         f"of a mean of {statistics.LEAST_FOR_INTERVAL} or {statistics.LEAST_FOR_BOOTSTRAP - 1} trials is Student's",
     ):

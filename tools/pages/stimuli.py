@@ -20,8 +20,8 @@ def write(folder: Path) -> None:
         folder / "index.md",
         "# Stimuli\n",
         "Synthetic clips with their ground truth.\n"
-        "[`colias stimulus NAME`](../commands/stimulus.md) writes one as a video,"
-        " [`colias play NAME`](../commands/play.md) shows it to a model,"
+        "[`colias video NAME --out NAME.avi`](../commands/video.md) writes one,"
+        " [`colias watch NAME`](../commands/watch.md) shows it to a model,"
         " and `dsnn.stimuli.stimulus(NAME)` makes it in Python.\n"
         "An experiment of your own [declares clips of them](../../your-own-experiment.md).\n",
         table(("Stimulus", "What it shows"), rows),
@@ -48,6 +48,6 @@ def _write_page(folder: Path, entry: StimulusEntry) -> None:
         markdown.picture(f"{name}.png", f"Five frames of the stimulus {name}, and a slice through space and time",
                          caption),
         "## Parameters\n",
-        f"`--set {name}.NAME=VALUE` sets one, and `colias stimulus {name} --parameters` lists them.\n",
+        f"`--set {name}.NAME=VALUE` sets one, and `colias list parameters {name}` lists them.\n",
         parameters(entry.params),
     )  # fmt: skip

@@ -14,9 +14,9 @@ from experiments.bench.cli.options import EXIT_FAILED
 if TYPE_CHECKING:
     pass
 
-REPEATED = ("run", "sweep", "tune", "behave", "experiments.run")
+REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
 """Commands and calls whose runs can be repeated."""
-NOT_AGAIN = {"other_code": False, "cluster": None, "live": False, "viewer": None}
+NOT_AGAIN = {"other_code": False, "cluster": None, "live": False, "viewer": None, "view": False}
 """Options of the command that say nothing of its numbers."""
 
 
@@ -26,7 +26,7 @@ def repeat_run(context: typer.Context, run: Path, out: Path | None, workers: int
     Then every row of its tables is compared with the run's, bit for bit, and the first that differs is named. What
     computes otherwise than it did, such as a file that has changed, is named in a note.
 
-    For runs of run, sweep, tune and behave, recordings of live, and experiments.run in Python. Exit status: 0
+    For runs of run, sweep, tune, behave and watch, recordings of live, and experiments.run in Python. Exit status: 0
     every row is equal, 1 one differs or trials failed, 2 it cannot be repeated.
     """
     from experiments.bench.compare import first_difference
@@ -83,6 +83,6 @@ def _repeat(
         name, *line = command["line"]
         chosen = group.commands[name]
         with chosen.make_context(name, line, parent=context.parent) as inner:
-            given = {key: value for key, value in NOT_AGAIN.items() if key in inner.params}
-            inner.params = {**inner.params, **given, "out": out, "workers": workers, "quiet": quiet}
+            again = {**NOT_AGAIN, "out": out, "workers": workers, "quiet": quiet}
+            inner.params |= {key: value for key, value in again.items() if key in inner.params}
             return int(chosen.invoke(inner) or 0)

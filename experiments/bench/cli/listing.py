@@ -78,17 +78,26 @@ def _names() -> dict[str, dict[str, str]]:
 
 @app.command(short_help="List every parameter that --set reaches.")
 def parameters(
-    experiment: Annotated[str, typer.Argument(help="The experiment whose parameters to list.")] = "speed",
+    experiment: Annotated[
+        str, typer.Argument(help="The experiment, or the stimulus, whose parameters to list.")
+    ] = "speed",
     model: Models = None,
     only: Only = False,
 ) -> None:
     """List every parameter that --set reaches: key, default, legal range, unit, meaning. The command's own model is
     dsnn, or those that the experiment declares.
     """
+    from dsnn.stimuli import STIMULI
     from experiments.bench import registry
     from experiments.bench.run.models import shown_models
+    from experiments.bench.run.settings import described
+    from experiments.bench.run.user_code import declares, is_file
+    from experiments.bench.sources.clips import find_stimulus
     from experiments.bench.trials import parameters as listed
 
+    if experiment in STIMULI or (is_file(experiment) and declares(Path(experiment), "STIMULUS")):
+        entry = find_stimulus(experiment)
+        return show_parameters(described({entry.name: entry.params}))
     declared = registry.load(experiment)
     show_parameters(listed(declared, shown_models(declared.models, model, only)))
 

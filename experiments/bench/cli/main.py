@@ -14,7 +14,6 @@ from typer.core import TyperGroup
 from experiments.bench.cli import (
     behave,
     check,
-    clips,
     doctor,
     firmware,
     fit,
@@ -36,7 +35,7 @@ from experiments.bench.cli import (
 GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     "run": {
         "run": (run.run_experiment, "Run an experiment: trials, recordings, tables, figure, verdicts"),
-        "watch": (watch.watch, "Show footage, or a live camera, to the network"),
+        "watch": (watch.watch, "Show a video, a camera or a stimulus to models"),
         "live": (live.live, "Drive the stimulus by hand in a browser"),
         "behave": (behave.behave, "Play behaviours in an env, scored against baselines"),
         "train": (train.train, "Train policies on neural observations by PPO"),
@@ -52,8 +51,6 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
         "view": (view.view, "Open recordings in Rerun, or a scene in MuJoCo's viewer"),
         "video": (video.video, "Make a video, a GIF, a strip or pictures of a recording"),
         "list": (listing.app, "Name experiments, models, stimuli, claims, parameters, runs"),
-        "stimulus": (clips.stimulus, "Write a stimulus as a lossless clip, with its truth"),
-        "play": (clips.play, "Show a stimulus, and a model's answer to it, in Rerun"),
     },
     "make your own": {
         "new": (new.new, "Write a model, an experiment, a claim, ... to begin with"),
@@ -76,8 +73,10 @@ RENAMED = {
     "export": "colias video RUN --out FOLDER for frames, colias firmware log for a robot's log; tables are Parquet",
     "map": "colias sweep",
     "parameters": "colias list parameters",
+    "play": "colias watch STIMULUS",
     "rerun": "colias run --again",
     "runs": "colias list runs",
+    "stimulus": "colias video STIMULUS --out NAME.avi, and colias list parameters STIMULUS",
     "study": "colias sweep",
 }
 """Old command -> what does its work."""

@@ -60,6 +60,7 @@ OwnPictures = Annotated[
         help="Pictures of your own, one a replicate: behind objects of clips, and on the arena's wall.",
     ),
 ]
+Jitter = Annotated[float, typer.Option(metavar="PX", help="Standard deviation of a trembling camera's shifts, px.")]
 Repeats = Annotated[int | None, typer.Option(metavar="N", help="Trials of each condition.")]
 
 

@@ -8,19 +8,19 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import Quiet
+from experiments.bench.cli.options import Jitter, Quiet, Seed
 
 ENDINGS = (".mp4", ".gif", ".webp", ".png")
 
 
 def video(
-    source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run's folder, or one .rrd file.")],
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run's folder, an .rrd file, or a stimulus.")],
     out: Annotated[
         Path,
         typer.Option(
             metavar="FILE",
             help="The file to make: .mp4, .gif, .webp, or .png for a strip. A name without ending is a folder of PNG"
-            " pictures, as the camera saw them.",
+            " pictures, as the camera saw them; an .avi of a stimulus is lossless, with a .csv of its truth beside it.",
         ),
     ],
     trial: Annotated[
@@ -40,14 +40,23 @@ def video(
         typer.Option(metavar="MODEL", help="Show this model's answers, of several; otherwise the first 8. Repeatable."),
     ] = None,
     caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME.PARAM=VALUE", help="Of a stimulus: set a parameter.")
+    ] = None,
+    seed: Seed = 0,
+    jitter: Jitter = 0.0,
     quiet: Quiet = False,
 ) -> int:
     r"""Show a recording in one picture: what is seen, what changed, robots from above, potentials, spikes.
 
-    It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
+    It takes recordings of trials, clips and episodes, from a run's folder, of watched films too. MP4 is
     H.264, which browsers and slides play; WebP is a picture that moves, for pages. A strip has some moments side by
     side above the traces, for papers. All but strips need the extra colias-sim[video]. Each model has a lane.
     """
+    if out.suffix == ".avi":
+        from experiments.bench.cli.watch import write_stimulus
+
+        return write_stimulus(str(source), out, assignments or (), seed, jitter)
     _check_out(out)
     width_height = _size(size)
     if frames is not None and out.suffix != ".png":

@@ -3,106 +3,168 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import Models, Only
+from experiments.bench.cli.options import EXIT_FAILED, Jitter, Models, Only, Out, Quiet, Seed, run_folder
+from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
-    from experiments.bench.footage.video import Footage
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from experiments.bench.watch import WatchReport
 
 
 def watch(
-    source: Annotated[str, typer.Argument(metavar="FILE_OR_CAMERA", help="A video file, or a camera's index from 0.")],
+    source: Annotated[
+        str, typer.Argument(help="A video, a camera's index from 0, a folder of pictures or a stimulus.")
+    ],
     model: Models = None,
     only: Only = False,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of a model or of the stimulus. Repeatable."),
+    ] = None,
     size: Annotated[
-        str | None,
-        typer.Option(metavar="WxH", help="What the network sees, exactly; otherwise 320 px along the longer side."),
+        str | None, typer.Option(metavar="WxH", help="What models see; otherwise 320 px along the longer side.")
     ] = None,
     fps: Annotated[
-        str | None,
-        typer.Option(metavar="real|NUMBER", help="The network's rate; otherwise 30, whatever the footage's own."),
+        str | None, typer.Option(metavar="real|NUMBER", help="Rate of the models; otherwise 30, whatever the source's.")
     ] = None,
-    record: Annotated[Path | None, typer.Option(metavar="OUT.rrd", help="Write a Rerun recording.")] = None,
-    table: Annotated[
-        Path | None, typer.Option(metavar="OUT.csv|.parquet", help="Write a row per frame and model.")
+    seconds: Annotated[float | None, typer.Option(help="How much to show; otherwise all.")] = None,
+    seed: Seed = 0,
+    jitter: Jitter = 0.0,
+    judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 by optical flow; takes longer.")] = False,
+    out: Out = None,
+    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording.")] = True,
+    view: Annotated[
+        bool | None,
+        typer.Option("--view/--no-view", help="Stream to a Rerun viewer; otherwise where there is a screen."),
     ] = None,
-    view: Annotated[bool, typer.Option(help="Stream to a Rerun viewer on this machine.")] = True,
-    judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 against dense flow; takes longer.")] = False,
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
-    ] = None,
+    quiet: Quiet = False,
 ) -> int:
-    """Step the network through footage, a step a frame, and tell when what moved which way.
+    """Show a video, a camera, pictures or a stimulus to models, a step a frame, and say when what moved which way.
 
-    The command's own model is dsnn.
-    A file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which
-    belong to 30 steps a second: responses grow with the square of the rate, so --fps changes
-    what passes them. Exit status: 1 if the footage ended early, 130 if interrupted; what was
-    seen until then is summarised, and complete in the files.
+    The command's own model is dsnn. A file is taken as fast as it decodes. Thresholds are the paper's off-line ones,
+    which belong to 30 steps a second: responses grow with the square of the rate, so --fps changes what passes them.
+    Exit status: 1 if a film ended early or a model failed, 130 if interrupted; what was seen until then is in the
+    folder.
     """
-    asked = _size(size)
-    rate = _number(fps)
-    for option, path, endings in (("--record", record, (".rrd",)), ("--table", table, (".csv", ".parquet"))):
-        _check_new(option, path, endings)
-    from experiments.bench.footage import video
-
-    film = video.Footage(source)
-    # Not before: they load libraries that a film's refusal does without.
-    from experiments.bench.footage import run as footage_run
-    from experiments.bench.run import settings
-    from experiments.bench.run.models import shown_models
-
-    own_rate = _own_rate(film) if fps == "real" else rate
-    chosen, _ = settings.watchers(shown_models(["dsnn"], model, only), assignments or (), fps=own_rate)
-    wanted = footage_run.Wanted(record, table, view, judge)
-    return footage_run.run(film, asked or video.usual_size(film.size), chosen, wanted)
-
-
-def _size(text: str | None) -> tuple[int, int] | None:
-    from experiments.bench.footage.video import SIZES_PX
+    from colias_sim.gl import has_screen
+    from experiments.bench import watch as watching
+    from experiments.bench.run import viewer
     from experiments.bench.run.errors import UsageError
 
-    if text is None:
-        return None
-    parts = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
-    if parts is None or not all(int(part) in SIZES_PX for part in parts.groups()):
-        bounds = f"from {SIZES_PX[0]} to {SIZES_PX[-1]} px"
-        raise UsageError(f"--size {text}: legal is WIDTHxHEIGHT, each {bounds}, for example 320x180")
-    return int(parts[1]), int(parts[2])
+    if view:
+        viewer.require_screen("watch: ", "give --no-view")
+    size_px = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "0x0")
+    if size_px is None:
+        raise UsageError(f"--size must be WIDTHxHEIGHT, for example 320x180, got {size}")
+    plan = watching.plan(
+        source, model or (), assignments or (), only=only, size=(int(size_px[1]), int(size_px[2])) if size else None,
+        fps=fps, seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
+    )  # fmt: skip
+    folder = run_folder(out, "watch")
+    wanted = has_screen() if view is None else view
+    report = watching.run(plan, folder, recordings=recordings, view=wanted, quiet=quiet)
+    if not quiet:
+        show(report, recordings)
+    return interrupts.STATUS if plan.source.interrupted else EXIT_FAILED if report.failures or report.early else 0
 
 
-def _number(text: str | None) -> float | None:
-    from experiments.bench.run.errors import UsageError
+def show(report: WatchReport, recorded: bool) -> None:
+    """Print the intervals of motion, what each model came to, the verdicts, and where everything is."""
+    from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
+    from experiments.bench.sources.motion import GAP_S, LEAST_FRAMES, LEVEL
 
-    if text is None or text == "real":
-        return None
-    try:
-        return float(text)  # its range is the parameter's own
-    except ValueError:
-        raise UsageError(f"--fps {text}: legal is 'real', or a number of frames per second") from None
-
-
-def _own_rate(film: Footage) -> float:
-    from experiments.bench.run.errors import UsageError
-
-    if film.rate is None:
-        raise UsageError(f"--fps real: {film.source} tells no rate; give a number")
-    return film.rate
-
-
-def _check_new(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
-    """Refuse a file that cannot be written before anything is decoded for it; nothing is overwritten."""
-    from experiments.bench.run.errors import UsageError
-
-    if path is None:
+    source, rows = report.plan.source, report.trials.to_dicts()
+    if not rows:
         return
-    if path.suffix not in endings:
-        raise UsageError(f"{option} {path}: the name should end in {' or '.join(endings)}")
-    if path.exists():
-        raise UsageError(f"{option} {path}: is there already; choose another name, or remove it")
-    if not path.parent.is_dir():
-        raise UsageError(f"{option} {path}: no such folder")
+    rate = f"{source.rate:g} frames/s" if source.rate else "no rate of its own"
+    (width, height), (columns, lines), frames = source.own_size, source.size, rows[0]["frames"]
+    shown = f"{frames} frames, {rows[0]['seconds']:.1f} s, seen at {columns}x{lines}"
+    show_line(f"{source.label()}: {width}x{height}, {rate}; {shown}")
+    intervals = [
+        {
+            "model": row["model"], "motion": row["direction"], "from s": f"{row['start_s']:.2f}",
+            "to s": f"{row['end_s']:.2f}", "frames over T": f"{row['frames']}", "peak": f"{row['peak']:+.2f}",
+            "spikes": f"{row['spikes']}",
+        }
+        for row in report.summary.to_dicts()
+    ]  # fmt: skip
+    about = f"motion over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
+    _show_table(about if intervals else f"{about}: none", intervals)
+    models = {model.label: model for model in report.plan.models}
+    _show_table("each model", [
+        {
+            "model": label, "step Hz": _plain(models[label].fps), "T": _plain(models[label].threshold),
+            "HS": f"{row['trough_hs']:+z.2f} .. {row['peak_hs']:+z.2f}",
+            "VS": f"{row['trough_vs']:+z.2f} .. {row['peak_vs']:+z.2f}", "looming": f"{row['peak_looming']:.2f}",
+            "spikes": " + ".join(f"{row[f'{name}_spikes']} {name.upper()}" for name in models[label].spiking) or "-",
+            "ms a frame": f"{report.ms[label]:.2f}",
+        }
+        for row in rows for label in [row["model"]]
+    ])  # fmt: skip
+    _show_table("HS and optical flow, with 95 % intervals", [
+        {
+            "model": row["model"], "r": _interval(row, "flow_r", "{:.2f} [{:.2f}, {:.2f}]"),
+            f"right sign, |HS| over {LEVEL:g}": _interval(row, "right_sign", "{:.0%} [{:.0%}, {:.0%}]"),
+            "seconds that pass T": _interval(row, "passing_s", "{:.0%} [{:.0%}, {:.0%}]"),
+        }
+        for row in rows if row["flow_r"] is not None
+    ])  # fmt: skip
+    show_verdicts(report.verdicts, model=len(models) > 1)
+    names = ["summary.csv", "trials.parquet", "frames.parquet", *(["claims.json"] if report.verdicts else [])]
+    show_files(report.folder, names, recorded, count(frames, "frame"))
+
+
+def _show_table(title: str, rows: Sequence[dict[str, str]]) -> None:
+    from rich.table import Table
+
+    from experiments.bench.report.terminal import show_line, show_table
+
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in rows[0] if rows else ():
+        table.add_column(name, justify="left" if name in ("model", "motion") else "right", no_wrap=name != "spikes")
+    for row in rows:
+        table.add_row(*row.values())
+    if rows or title.endswith("none"):
+        show_line(title)
+    if rows:
+        show_table(table)
+
+
+def _plain(value: float | None) -> str:
+    return "-" if value is None else f"{value:g}"
+
+
+def _interval(row: Mapping[str, float], name: str, form: str) -> str:
+    """Return a grade with its interval."""
+    return "-" if row[name] is None else form.format(*(row[f"{name}{end}"] for end in ("", "_low", "_high")))
+
+
+def write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter: float) -> int:
+    """Write a stimulus as a lossless clip, and the truth about each frame beside it; the exit status."""
+    from experiments.bench.report.terminal import progress, show_places
+    from experiments.bench.run import settings
+    from experiments.bench.sources import clip_file
+    from experiments.bench.sources.clips import find_stimulus
+    from experiments.bench.watch import clip_of
+
+    entry = find_stimulus(name)
+    collected = settings.collect(texts, {entry.name: entry.params}, f"colias list parameters {name}")
+    clip = clip_of(entry, collected.get(entry.name, {}), jitter).open(seed)
+    # Ctrl-C waits for the end of a frame, so that half-written files are removed.
+    with interrupts.held(), progress(entry.name, len(clip), quiet=False, things="frames") as advance:
+
+        def next_frame() -> None:
+            interrupts.check()
+            advance()
+
+        table = clip_file.write(clip.stimulus, out, next_frame)
+    rows, columns = clip.shape
+    about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
+    show_places({"clip": f"{out}  ({about})", "truth": table})
+    return 0

@@ -1,22 +1,18 @@
-"""A video file or a camera behind the page, in place of the arena: read and shown as ``colias watch`` does."""
+"""A video, a camera, pictures or a stimulus behind the page, in place of the arena: shown as ``colias watch`` does."""
 
 from __future__ import annotations
 
 import shlex
-import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from experiments.bench.footage.video import Footage, Picture, ahead, usual_size
-from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.live.session import Session, View
 from experiments.bench.result import Run
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.models import ConfiguredModel, rate_notes
+from experiments.bench.run.play import Showing
 from experiments.bench.run.settings import watchers
-
-USUAL_FPS = 30.0
-"""Frames per second of footage that tells no rate."""
+from experiments.bench.sources.video import VideoSource
 
 
 class FootageSession(Session):
@@ -39,7 +35,7 @@ class FootageSession(Session):
 
     def __init__(self, source: str, models: Sequence[str], assignments: Sequence[str] = ()) -> None:
         super().__init__(models, assignments)
-        self.source = source
+        self.source, self._until_s = source, 0.0
         chosen = self._chosen(self.models, self.settings)
         self._open()
         self._show(self.models, chosen)
@@ -47,8 +43,8 @@ class FootageSession(Session):
     @property
     def title(self) -> str:
         """Return what is shown, in words."""
-        (width, height), (columns, rows) = self.film.size, self._size
-        name = f"camera {self.source}" if self.film.live else Path(self.source).name
+        (width, height), (columns, rows) = self.film.own_size, self.film.size
+        name = self.film.label() if self.film.is_camera else Path(self.source).name
         return f"{name}, {width}x{height} px, seen at {columns}x{rows}"
 
     def notes(self) -> list[str]:
@@ -58,7 +54,7 @@ class FootageSession(Session):
 
     def begin(self) -> None:
         """Begin the file again; a camera goes on, and the models begin from rest."""
-        if not self.film.live:
+        if not self.film.is_camera:
             self._open()
         self._show(self.models, self._chosen(self.models, self.settings))
 
@@ -70,7 +66,7 @@ class FootageSession(Session):
 
     def record(self) -> Run:
         """Refuse: footage is recorded by another command, which the refusal has."""
-        raise UsageError(f"footage is not recorded from the page; this does it: {self.command()} --record OUT.rrd")
+        raise UsageError(f"footage is not recorded from the page; this does it: {self.command()}")
 
     def command(self) -> str:
         """Return the command line of ``colias watch`` for these models, as they are now."""
@@ -81,10 +77,6 @@ class FootageSession(Session):
         settings = [part for key, text in values.items() for part in ("--set", f"{key}={text}")]
         return shlex.join(["colias", "watch", self.source, "--only", *models, *settings])
 
-    def close(self) -> None:
-        """Let go of the file or the camera."""
-        self.film.close()
-
     def step(self) -> View:
         """Advance by a frame.
 
@@ -94,27 +86,26 @@ class FootageSession(Session):
             The footage ended early, or all models have broken.
         """
         before = [runner.seconds for runner in self.watching]
-        going = next(self._answered, None)
-        if going is None:
-            troubles = [f"{runner.label} broke: {runner.trouble}" for runner in self.watching if runner.trouble]
-            if trouble := "\n".join(troubles) or self.film.ended_early():
-                raise TrialError(trouble)
+        sample = next(self._samples, None)
+        if sample is None:
+            if early := self.film.ended_early(self.number, self._until_s):
+                raise TrialError(early)
             self.begin()
             return self.step()
-        picture, answers = going
-        return self._view(picture.time_s, picture.luma, answers, before, {})
+        if not any(self._showing.responses):
+            raise TrialError("\n".join(f"{label} broke: {why}" for label, why in self._showing.troubles().items()))
+        self._until_s = sample.time_s
+        return self._view(sample.time_s, sample.image, self._showing.responses, before, {})
 
     def _chosen(self, models: Sequence[str], settings: Mapping[str, str]) -> tuple[ConfiguredModel, ...]:
         return watchers(models, [f"{key}={text}" for key, text in settings.items()])[0]
 
     def _open(self) -> None:
-        self.film = film = Footage(self.source)
-        self._size = usual_size(film.size)
-        pictures = film.pictures(self._size)
-        self._pictures: Iterator[Picture] = ahead(pictures, threading.Event()) if film.live else pictures
-        self.interval_s, self.paced = 1.0 / (film.rate or USUAL_FPS), not film.live
+        self.film = VideoSource(self.source)
+        self.paced, self.interval_s = not self.film.is_camera, 1.0 / self.film.fps
 
     def _show(self, models: Sequence[str], chosen: Sequence[ConfiguredModel]) -> None:
-        at_work = [Watcher(model, self._size[::-1]) for model in chosen]
-        self._answered = watched(self._pictures, at_work, Seen())
-        self._watch(models, [watcher.runner for watcher in at_work])
+        """Show the frames from the next one on to these models."""
+        self._showing = Showing(self.film, chosen, keep=False)
+        self._samples, self._until_s = iter(self._showing), 0.0
+        self._watch(models, self._showing.runners)

@@ -51,6 +51,10 @@ class Sample:
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
+NO_IMAGE = np.zeros((0, 0), np.uint8)
+"""Stands for an image that was not kept."""
+
+
 class Source(Protocol):
     """Frames that models are shown in one trial: a clip of a stimulus, a trial with the robot before one eye.
 
@@ -257,6 +261,8 @@ class Showing:
     ----------
     runners
         The models.
+    sample
+        The last frame.
     samples
         The frames so far, where ``keep`` is set.
     responses
@@ -268,14 +274,24 @@ class Showing:
         The frames, and the name of the eye that sees them.
     models
         The models.
-    keep
-        Whether frames and responses are kept; a trial by hand may be endless.
+    keep, images
+        Whether frames and responses are kept, and with the frames their images: a trial by hand may be endless, and
+        a film long.
     """
 
-    def __init__(self, source: Source, models: Sequence[ConfiguredModel], eye: str = "", *, keep: bool = True) -> None:
+    def __init__(
+        self,
+        source: Source,
+        models: Sequence[ConfiguredModel],
+        eye: str = "",
+        *,
+        keep: bool = True,
+        images: bool = True,
+    ) -> None:
         self.source: Any = source
-        self.eye, self._keep = eye, keep
+        self.eye, self._keep, self._images = eye, keep, images
         self.runners = [ModelRunner(model, source.shape, keep=keep) for model in models]
+        self.sample: Sample | None = None
         self.samples: list[Sample] = []
         self.responses: list[Response | None] = []
 
@@ -285,8 +301,9 @@ class Showing:
                 change(self.runners, model, values)
             image = frozen(sample.image)
             self.responses = [runner.see(image) for runner in self.runners]
+            self.sample = sample
             if self._keep:
-                self.samples.append(sample)
+                self.samples.append(sample if self._images else replace(sample, image=NO_IMAGE))
             yield sample
 
     def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
@@ -309,7 +326,7 @@ Record = Callable[[Any, Sequence[Showing], Sequence[Mapping[str, Any]]], bytes]
 """Writes the recording of a trial from what it showed and its rows, as the bytes of an .rrd file."""
 
 
-def show(trial: Trial, *, maps: bool = False, watch: Watch | None = None) -> list[Showing]:
+def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch | None = None) -> list[Showing]:
     """Show the frames of a trial to its models, eye by eye, on one thread.
 
     Parameters
@@ -318,6 +335,8 @@ def show(trial: Trial, *, maps: bool = False, watch: Watch | None = None) -> lis
         The trial.
     maps
         Whether the first model's layer maps are kept.
+    images
+        Whether the frames' images are kept.
     watch
         Watches it.
 
@@ -330,7 +349,7 @@ def show(trial: Trial, *, maps: bool = False, watch: Watch | None = None) -> lis
     showings = []
     with threadpool_limits(1):
         for eye, source, models in trial.sources():
-            showing = Showing(source, models, eye)
+            showing = Showing(source, models, eye, images=images)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
             for _ in showing:
                 if watch:
@@ -343,8 +362,9 @@ def show(trial: Trial, *, maps: bool = False, watch: Watch | None = None) -> lis
 
 
 def play(
-    trial: Trial, record: Record | None = None, *, frames: bool = True, maps: bool = False, watch: Watch | None = None
-) -> TrialRecord:
+    trial: Trial, record: Record | None = None, *, frames: bool = True, maps: bool = False, images: bool = True,
+    watch: Watch | None = None,
+) -> TrialRecord:  # fmt: skip
     """Play one trial.
 
     Parameters
@@ -355,7 +375,7 @@ def play(
         Writes its recording.
     frames
         Whether to keep a row per frame and model.
-    maps, watch
+    maps, images, watch
         As of `show`.
 
     Returns
@@ -369,7 +389,7 @@ def play(
         As of `show`.
     """
     began_s = time.perf_counter()
-    showings = show(trial, maps=maps, watch=watch)
+    showings = show(trial, maps=maps, images=images, watch=watch)
     wall_s = time.perf_counter() - began_s
     done = tabulate(trial, showings, wall_s, frames=frames)
     return replace(done, recording=recording_of(lambda: record(trial, showings, done.rows))) if record else done

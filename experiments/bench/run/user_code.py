@@ -22,7 +22,7 @@ _COMMANDS: Mapping[str, str] = MappingProxyType(
         "EXPERIMENT": "colias run FILE",
         "STUDY": "colias sweep FILE",
         "MODEL": "--model FILE",
-        "STIMULUS": "colias play FILE",
+        "STIMULUS": "colias watch FILE",
         "BEHAVIOUR": "colias behave FILE",
         "ARENA": "--set scene.arena=FILE",
     }

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 BACKGROUND = "background"
 """The parameter that names what is behind an object."""
 JPEG_QUALITY = 85
-"""JPEG quality of recorded frames: exact ones of a photograph are ten times as large; ``colias play`` keeps them."""
+"""JPEG quality of recorded frames: exact ones are ten times as large; ``colias video STIMULUS`` writes them."""
 BOX_COLOUR = (214, 39, 40)
 
 
@@ -43,7 +43,7 @@ class Clip:
     stimulus
         One that ``colias list`` names: ``plain``, ``cluttered``, ...; or a `dsnn.stimuli.StimulusEntry` of your own.
     changes
-        Pairs of a parameter's name and its value, or a mapping. ``colias stimulus NAME --parameters`` lists them.
+        Pairs of a parameter's name and its value, or a mapping. ``colias list parameters NAME`` lists them.
     jitter_px
         Standard deviation of a trembling camera's shifts, px (`dsnn.stimuli.Jittered`); 0: the camera stands.
 
@@ -298,17 +298,17 @@ def record(showing: Showing, name: str, identity: str | None = None, *, exact: b
     settings = {**asdict(stimulus.params), "seed": stimulus.seed}
     shown = rr.DynamicArchetype(type(stimulus.params).__name__, components=settings)
     models = tuple(rerun.Model.of(model) for model, _ in showing.series())
-    outline = _outline([sample.truth for sample in showing.samples], rerun.times(frames.time_s, frames.frame))
-    return rerun.write(rerun.Content(models, eyes=("",)), frames, name, identity, {"stimulus": shown}, outline)
+    boxes = outline([sample.truth for sample in showing.samples], rerun.times(frames.time_s, frames.frame))
+    return rerun.write(rerun.Content(models, eyes=("",)), frames, name, identity, {"stimulus": shown}, boxes)
 
 
-def _outline(truth: Sequence[Mapping[str, Any]], times: list[rr.TimeColumn]) -> list[Chunk]:
+def outline(truth: Sequence[Mapping[str, Any]], times: list[rr.TimeColumn]) -> list[Chunk]:
     """Return the object's outline; no box where there is none, or the last would stay."""
     import rerun as rr
 
     from experiments.bench.run import record as rerun
 
-    present = [frame for frame in truth if frame["left_px"] is not None]
+    present = [frame for frame in truth if frame.get("left_px") is not None]
     if not present:
         return []
     halves = np.array([(frame["width_px"] / 2, frame["height_px"] / 2) for frame in present])

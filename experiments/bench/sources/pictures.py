@@ -56,7 +56,7 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
         paths = [path.resolve() for path in place.iterdir() if not path.name.startswith(".")]
     except OSError as error:
         raise UsageError(f"{option}: cannot be read ({error.strerror})") from None
-    paths.sort(key=lambda path: re.sub("[0-9]+", lambda number: number[0].zfill(DIGITS), path.name))
+    paths.sort(key=by_number)
     if not paths:
         raise UsageError(f"{option}: no pictures in it; legal is one or more, as PNG, JPEG, TIFF or BMP files")
     try:
@@ -66,3 +66,8 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
         raise UsageError(f"{option}: {error}") from None
     digests = tuple(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths)
     return Pictures(tuple(map(str, paths)), digests)
+
+
+def by_number(path: Path) -> str:
+    """Return what a file is sorted by: its name, with numbers by their value."""
+    return re.sub("[0-9]+", lambda number: number[0].zfill(DIGITS), path.name)

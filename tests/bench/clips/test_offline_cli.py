@@ -7,7 +7,6 @@ import sys
 import cv2
 import numpy as np
 import pytest
-import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
@@ -60,7 +59,7 @@ def test_the_table_is_the_truth(tmp_path):
 
 
 def test_stimulus_writes_what_python_paints(colias):
-    done = colias("stimulus", "cluttered", "--out", "sub/a.avi", "--set", "cluttered.speed=240", "--seed", "4",
+    done = colias("video", "cluttered", "--out", "sub/a.avi", "--set", "cluttered.speed=240", "--seed", "4",
                   "--set", "cluttered.columns=120", "--jitter", "0.25")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
@@ -68,7 +67,7 @@ def test_stimulus_writes_what_python_paints(colias):
     np.testing.assert_array_equal(decoded(colias.folder / "sub" / "a.avi"), [frame.luma for frame in clip])
     before = (colias.folder / "sub" / "a.avi").read_bytes()
     (colias.folder / "sub" / "a.csv").unlink()
-    again = colias("stimulus", "plain", "--out", "sub/a.avi")
+    again = colias("video", "plain", "--out", "sub/a.avi")
     assert (again.returncode, again.stderr) == (
         2, "colias: sub/a.avi is there already: choose another name, or remove it\n"
     )  # fmt: skip
@@ -78,7 +77,7 @@ def test_stimulus_writes_what_python_paints(colias):
 def test_list_and_parameters_name_the_stimuli(colias):
     listed = colias("list").stdout
     assert all(name in listed for name in STIMULI)
-    output = colias("stimulus", "grating", "--parameters").stdout
+    output = colias("list", "parameters", "grating").stdout
     assert "grating.period_px=20.0" in output
     assert not list(colias.folder.iterdir())
 
@@ -94,41 +93,6 @@ def test_models_respond_to_what_the_stimulus_paints():
         np.testing.assert_array_equal(series.hs, expected.hs)
         np.testing.assert_array_equal(series.vs_spikes, expected.vs_spikes)
     assert motions == [frame.truth.motion for frame in source.stimulus]
-
-
-def entity(recording, path):
-    store = rr.chunk.RrdReader(recording).stream().filter(content=path, is_static=False)
-    return [chunk.to_record_batch() for chunk in store.to_chunks()]
-
-
-def column(batch, part):
-    return batch[next(name for name in batch.schema.names if part in name)].to_pylist()
-
-
-def test_play_records_frames_object_potentials_and_thresholds(colias):
-    small = [f"plain.{name}" for name in ("rows=60", "columns=80", "width=20", "height=30")]
-    arguments = [part for setting in small for part in ("--set", setting)]
-    done = colias("play", "plain", *arguments, "--record", "a.rrd", "--no-view", "--set", "dsnn.t_sp=0.3")
-    assert done.returncode == 0, done.stderr
-    assert "HS +0.00" in done.stdout
-    recording = colias.folder / "a.rrd"
-    subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(recording)], check=True, capture_output=True)
-    clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
-    (pictures,) = entity(recording, "/world/observer/camera/image")
-    images = np.array(column(pictures, "buffer"), np.uint8).reshape(len(clip), 60, 80)
-    np.testing.assert_array_equal(images, [frame.luma for frame in clip])
-    (boxes,) = entity(recording, "/world/observer/camera/stimulus")
-    centres = [frame.truth.box and [frame.truth.box.left + 10, 30.0] for frame in clip]
-    for drawn, centre in zip(column(boxes, "centers"), centres, strict=True):
-        assert (drawn == []) if centre is None else np.allclose(drawn, [centre], atol=1e-4)
-    (hs,) = entity(recording, "/models/dsnn/hs")
-    expected = DSNN(clip.shape, DSNNParams.offline(t_sp=0.3)).run(frame.luma for frame in clip)
-    np.testing.assert_array_equal(np.concatenate(column(hs, "Scalars")), expected.hs)
-    (threshold,) = entity(recording, "/models/dsnn/threshold")
-    assert column(threshold, "Scalars") == [[-0.3, 0.3], [-0.3, 0.3]]
-    again = colias("play", "plain", "--record", "a.rrd", "--no-view")
-    assert (again.returncode, again.stderr.count("\n")) == (2, 1)
-    assert "is there already" in again.stderr
 
 
 def test_the_example_of_the_documentation_runs(tmp_path):

@@ -3,13 +3,10 @@
 import json
 from types import SimpleNamespace
 
-import numpy as np
 import polars as pl
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from experiments.bench.footage.video import Picture
-from experiments.bench.footage.watch import Seen, Watcher, watched
 from experiments.bench.offline import play_clip
 from experiments.bench.run.models import choose
 from experiments.bench.run.play import Trial, play
@@ -30,18 +27,18 @@ def test_a_file_without_a_model_is_one_line(colias):
     assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "mine.py" in done.stderr, done.stderr
 
 
-SEEN = ("--no-view", "--record", "seen.rrd")
+SEEN = ("--no-view", "--out", "seen")
 USERS_FILES = {
     "model": ("model", "import absent_module", ("run", "speed", "--model", "mine.py")),
     "model without a file": ("model", "open('absent.txt')", ("run", "speed", "--model", "mine.py")),
     "model with half a line": ("model", "x = (", ("run", "speed", "--model", "mine.py")),
     "model at work": ("model", "        down, right", ("run", "speed", *QUICK, "--only", "--model", "mine.py")),
-    "model of clips": ("model", "        down, right", ("play", "plain", *SEEN, "--model", "mine.py")),
+    "model of clips": ("model", "        down, right", ("watch", "plain", *SEEN, "--model", "mine.py")),
     "model on trial": ("model", "        down, right", ("check", "mine.py")),
     "experiment": ("experiment", "EXPERIMENT =", ("run", "mine.py")),
     "conditions": ("experiment", "        for name, (first", ("run", "mine.py")),
     "claim": ("experiment", "    peaks =", ("run", "mine.py", "--repeats", "1", "--no-recordings")),
-    "stimulus": ("stimulus", "        rows, columns", ("play", "mine.py", *SEEN)),
+    "stimulus": ("stimulus", "        rows, columns", ("watch", "mine.py", *SEEN)),
     "clip": ("stimulus", "        rows, columns", ("run", "mine.py")),
     "claim about clips": ("stimulus", "    right, left =", ("run", "mine.py")),
     "behaviour": ("behaviour", "        self.mean +=", ("behave", "mine.py", "--episodes", "1")),
@@ -118,17 +115,6 @@ def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_
     line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if BREAKS[kind] in text)
     where = f'File "{path}", line {line}, in step' if BREAKS[kind].startswith("raise") else "in frame 5, "
     assert where in failure.reason
-
-
-def test_footage_goes_on_without_a_model_that_raises(tmp_path):
-    write_model(SimpleNamespace(folder=tmp_path), RAISES.format(BREAKS["raises"]))
-    pictures = [Picture(i, i / 30, np.full((24, 32), 9 * i, np.uint8), 0.0, 0.0) for i in range(10)]
-
-    def answers(*models):
-        return [answers[-1] for _, answers in watched(pictures, [Watcher(m, (24, 32)) for m in models], Seen())]
-
-    dsnn, broken = choose("dsnn"), choose(str(tmp_path / "my_model.py"))
-    assert answers(broken, dsnn) == answers(dsnn) and len(answers(dsnn)) == 10
 
 
 def test_trials_without_a_working_model_fail_and_resume(colias):

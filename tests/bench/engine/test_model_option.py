@@ -80,12 +80,9 @@ def test_an_off_line_run(colias, given, shown):
 @pytest.mark.parametrize(
     ("given", "shown"), [(("--model", "emd"), ["dsnn", "emd"]), (("--only", "--model", "emd"), ["emd"])]
 )
-def test_a_stimulus_and_footage(colias, given, shown):
-    clip = ran(colias, "play", "plain", *SMALL, "--no-view", "--record", "clip.rrd", *given)
-    assert [line.split()[0] for line in clip.stdout.splitlines()[:-1]] == shown
-    ran(colias, "stimulus", "plain", *SMALL, "--out", "clip.avi")
-    ran(colias, "watch", "clip.avi", "--no-view", "--size", "60x40", "--table", "out.parquet", *given)
-    assert models_of(colias.folder, "out.parquet") == shown
+def test_a_stimulus_that_is_watched(colias, given, shown):
+    ran(colias, "watch", "plain", *SMALL, "--no-view", "--no-recordings", "--out", "out", *given)
+    assert models_of(colias.folder / "out") == shown
 
 
 def test_tune_and_leaderboard_add_too(colias):
@@ -140,14 +137,13 @@ def test_one_model_under_two_settings_is_paired(colias):
     assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
 
 
-def test_settings_work_on_clips_footage_and_curves(colias):
+def test_settings_work_on_clips_and_what_is_watched(colias):
     (colias.folder / "mine.py").write_text(OWN)
     given = ("--model", "dsnn:w_i=1", "--model", "emd:log=false")
     ran(colias, "run", "mine.py", *given, "--workers", "0", "--out", "run")
     assert models_of(colias.folder / "run") == ["dsnn", "emd", "dsnn:w_i=1", "emd:log=false"]
-    ran(colias, "stimulus", "plain", *SMALL, "--out", "clip.avi")
-    ran(colias, "watch", "clip.avi", "--no-view", "--size", "60x40", "--table", "out.csv", *given)
-    assert {row["model"] for row in csv_of(colias.folder / "out.csv")} == {"dsnn", "dsnn:w_i=1", "emd:log=false"}
+    ran(colias, "watch", "plain", *SMALL, "--no-view", "--no-recordings", "--out", "out", *given)
+    assert models_of(colias.folder / "out") == ["dsnn", "dsnn:w_i=1", "emd:log=false"]
     ran(colias, "tune", "--stimulus", "plain", *SMALL, "--over", "plain.speed=240", "--only", *given, "--out", "tune")
     assert {row["model"] for row in csv_of(colias.folder / "tune/tuning.csv")} == {"dsnn:w_i=1", "emd:log=false"}
 

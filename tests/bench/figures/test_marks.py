@@ -78,9 +78,8 @@ def clip(folder: Path) -> tuple[Path, Table]:
 
 def footage(folder: Path) -> tuple[Path, Table]:
     write(folder / "film.avi", [np.full((60, 80, 3), 20 * frame, np.uint8) for frame in range(FRAMES)])
-    files = ("--record", "film.rrd", "--table", "film.parquet")
-    assert command(["watch", "film.avi", "--no-view", "--only", "--model", "both.py", *files]) == 0
-    return folder / "film.rrd", table_of(folder / "film.parquet")
+    colias("watch", "film.avi", "--no-view", "--only", "--model", "both.py", "--out", "run")
+    return run(folder)
 
 
 def episode(folder: Path) -> tuple[Path, Table]:

@@ -33,10 +33,9 @@ def test_the_answers_are_those_of_colias_watch(film: str, tmp_path: Path):
     told = session.command().split()
     assert told[:3] == ["colias", "watch", film] and "dsnn.w_i=0.5" in told and told[-1].startswith("emd.")
     session.close()
-    table = tmp_path / "watched.csv"
-    assert command([*told[1:], "--no-view", "--table", str(table)]) == 0
-    rows = pl.read_csv(table).to_dicts()
-    assert answers == pytest.approx([row["hs"] for row in rows if row["model"] == "dsnn"], abs=1e-9)
+    assert command([*told[1:], "--no-view", "-q", "--out", str(tmp_path / "watched")]) == 0
+    rows = pl.read_parquet(tmp_path / "watched" / "frames.parquet")
+    assert answers == rows.filter(pl.col("model") == "dsnn")["hs"].to_list()
     assert max(map(abs, answers)) > 0.1, "nothing moved"
 
 

@@ -15,8 +15,8 @@ from tests.helpers.envs import end_after
 NAME, STEM = "of-my-own2", "of_my_own2"
 SHORT = {
     "behave": ["--episodes", "1", "--no-recordings", "--no-baselines"],
-    "play": ["--no-view", "--record", "played.rrd"],
     "run": ["--no-recordings"],
+    "watch": ["--no-view"],
     "run speed": ["--no-recordings", "--repeats", "1", "--set", "experiment.speeds_cm_s=30"],
 }
 """Command, or with its first argument -> what makes it short, and asks for no screen."""

@@ -8,16 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
 from colias_sim.envs import ENVS
 from dsnn import MODELS, Response, ResponseSeries
-from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
-from experiments.bench.footage.video import Picture
 from experiments.bench.report.palette import marks
-from experiments.bench.run.models import choose
 from experiments.bench.run.record import (
     APPLICATION,
     Content,
@@ -156,23 +152,3 @@ def test_wheels_and_the_terms_of_the_reward_differ_in_colour(tmp_path):
     held = columns(tmp_path / "episode.rrd", static=True)
     for entity, names in (("/world/observer/wheels", ["left", "right"]), ("/reward", ["ahead", "touch"])):
         assert held[entity]["names"] == [names] and len({*held[entity]["colors"][0]}) == 2
-
-
-def test_arrows_are_wide_on_any_screen_and_no_model_s_lies_on_another_s(tmp_path):
-    log = LiveLog.to_file(tmp_path / "watched.rrd", [choose("dsnn"), choose("emd")], (320, 180))
-    for frame in range(COUNT):
-        picture = Picture(frame, frame / 30.0, np.zeros((180, 320), np.uint8), 0.0, 0.0)
-        log.add(picture, [Response(0.4, -0.1, 1, 0), Response(0.1, -0.1, 0, 0)])
-    log.close()
-    held = columns(tmp_path / "watched.rrd", static=True)
-    arrows = {model: held[f"/world/observer/camera/motion/{model}"] for model in ("dsnn", "emd")}
-    assert all(max(arrow["radii"][0]) <= -2.0 for arrow in arrows.values()), "below 0 are points of the screen"
-    assert arrows["dsnn"]["origins"][0][0] != arrows["emd"]["origins"][0][0]
-    assert colour(arrows["emd"]) == rgb(marks(["dsnn", "emd"])["emd"].colour)
-
-
-@pytest.mark.parametrize(
-    ("potential", "length"), [((LONGEST_ARROW_AT / 2, 0.0), (45.0, 0.0)), ((1.0, -LONGEST_ARROW_AT), (90.0, -90.0))]
-)
-def test_an_arrow_is_as_long_as_its_potential_up_to_half_the_picture(potential, length):
-    assert arrow_lengths(np.array(potential), (320, 180)).tolist() == list(length)

@@ -6,11 +6,11 @@ import pytest
 
 from experiments import NAMES, OFFLINE, Claim
 from experiments.bench import registry
-from experiments.bench.footage.claims import FootageClaim
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.episode_scores import BehaviourClaim
+from experiments.bench.sources.motion import FootageClaim
 from experiments.bench.sources.robot_claims import RobotClaim, outcome
 from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, find_claim, of_kind, words
 from experiments.claims.readings import READINGS

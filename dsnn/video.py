@@ -1,0 +1,190 @@
+"""Video files as they are shown: PyAV decodes them, and what they say of orientation, fields and pixels is obeyed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any, NoReturn
+
+import av
+import numpy as np
+import numpy.typing as npt
+from av.filter import Graph
+from av.video.frame import VideoFrame
+from av.video.reformatter import ColorRange
+from av.video.stream import VideoStream
+
+from dsnn.model import USUAL_FPS
+
+Image = npt.NDArray[np.uint8]
+
+FASTEST = 1000.0
+"""Frames per second above which the rate that a file says is none: absent ones come as absurd numbers."""
+TRANSPARENT = "parts of it are transparent, and nothing says what is behind; put it onto a background first"
+SIDE_DATA = {
+    "STEREO3D": ((0, 8), "it has a picture for each eye; take one, for example by ffmpeg's filter stereo3d"),
+    "SPHERICAL": ((4,), "it shows a sphere; cut a flat view out of it, for example by ffmpeg's filter v360"),
+}
+"""What a frame may say of its kind -> the kinds that are flat pictures, and why others are refused with the way out."""
+
+
+def read_video(path: str | os.PathLike[str]) -> Video:
+    """Open a video file for its grey frames, each with its time.
+
+    A film is read as a player shows it: turned, mirrored and cut as the file says, with its range of grey levels. The
+    two fields of an interlaced frame become one picture.
+
+    Parameters
+    ----------
+    path
+        Any file that FFmpeg decodes.
+
+    Returns
+    -------
+    Video
+        Iterating it, once, yields pairs: the time in s since the first frame, and the frame, (R, C) uint8. A model's
+        ``run`` takes it as it is, and its series then has the film's times.
+
+    Raises
+    ------
+    ValueError
+        The file is no video, or it is transparent, stereoscopic, spherical or turned by an odd angle.
+
+    Examples
+    --------
+    >>> from dsnn import DSNN, DSNNParams, read_video
+    >>> film = read_video("street.mp4")  # doctest: +SKIP
+    >>> series = DSNN(film.shape, DSNNParams.offline()).run(film)  # doctest: +SKIP
+    >>> series.time_s, series.hs  # doctest: +SKIP
+    """
+    return Video(path)
+
+
+class Video:
+    """An open video file; see `read_video`.
+
+    Attributes
+    ----------
+    shape
+        (R, C) of the first frame, px.
+    size
+        (width, height) of the latest frame as it is shown, px: pixels need not be square.
+    fps
+        Mean number of frames per second; ``None`` where the file does not say.
+    length_s
+        Time that the file says its pictures last, s; 0 where it does not.
+    interlaced, damaged
+        Numbers of frames up to now: of two fields, and such as could not be decoded.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = os.fspath(path)
+        self.interlaced = self.damaged = 0
+        try:
+            self._container = av.open(f"file:{self._path}")  # without "file:" a name with a colon is taken for a URL
+        except av.FFmpegError as error:
+            raise ValueError(f"{self._path}: not a video that FFmpeg can decode ({error.strerror})") from None
+        stream = self._container.streams.best("video")
+        if not isinstance(stream, VideoStream) or stream.codec_context is None:
+            self._refuse("not a video that FFmpeg can decode (it has no pictures, or an unknown codec)")
+        if stream.metadata.get("alpha_mode") == "1":  # WebM: FFmpeg's own decoders leave the transparency out
+            self._refuse(TRANSPARENT)
+        stream.thread_type = "AUTO"
+        self._stream, self._pixel_aspect = stream, float(stream.sample_aspect_ratio or 1)
+        rate = float(stream.average_rate or stream.guessed_rate or 0)
+        self.fps = rate if 0.0 < rate <= FASTEST else None
+        # In MOV and MP4 edit lists leave frames out.
+        count = 0 if self._container.format.name.startswith("mov") else stream.frames
+        self.length_s = count / (self.fps or USUAL_FPS) or float((stream.duration or 0) * (stream.time_base or 0))
+        self._frames = self._upright()
+        first = next(self._frames, None)
+        if first is None:
+            self._refuse("no frame could be decoded")
+        self._first, self.shape = first, first[1].shape
+
+    def __iter__(self) -> Iterator[tuple[float, Image]]:
+        began_s, image = self._first
+        now_s, usual_s = 0.0, 1.0 / (self.fps or USUAL_FPS)
+        yield now_s, image
+        for stamp_s, image in self._frames:
+            later_s = 0.0 if stamp_s is None else stamp_s - (began_s or 0.0)
+            now_s = later_s if later_s > now_s else now_s + usual_s  # raw streams have no time stamps
+            yield now_s, image
+
+    def _upright(self) -> Iterator[tuple[float | None, Image]]:
+        """Yield the time stamp of each frame in s, where there is one, and its grey levels, turned as it is shown."""
+        graph: Graph | None = None
+        form: tuple[object, ...] = ()
+        for frame in self._decoded():
+            transparent = any(component.is_alpha for component in frame.format.components)
+            if transparent and frame.to_ndarray(format="rgba")[:, :, 3].min() < 255:
+                self._refuse(TRANSPARENT)
+            self.interlaced += frame.interlaced_frame
+            before, form = form, (frame.width, frame.height, frame.format.name, frame.color_range)
+            if form != before:
+                yield from self._filtered(graph, None)
+                graph = _to_grey(frame)
+            yield from self._filtered(graph, frame)
+        yield from self._filtered(graph, None)
+
+    def _decoded(self) -> Iterator[VideoFrame]:
+        for packet in self._container.demux(self._stream):
+            try:
+                frames: Any = packet.decode()
+                yield from frames
+            except av.FFmpegError:
+                self.damaged += 1
+        self._container.close()
+
+    def _filtered(self, graph: Graph | None, frame: VideoFrame | None) -> Iterator[tuple[float | None, Image]]:
+        """Push a frame, or the end, and yield what the graph has ready."""
+        if graph is None:
+            return
+        graph.vpush(frame)
+        while True:
+            try:
+                grey = graph.vpull()
+            except (av.BlockingIOError, av.EOFError):
+                return
+            yield grey.time, self._turned(grey)
+
+    def _turned(self, frame: VideoFrame) -> Image:
+        """Return the picture of a grey frame, turned and mirrored as its display matrix says."""
+        for name, (flat, problem) in SIDE_DATA.items():
+            if any(kind not in flat for kind in _side_data(frame, name)[:1]):
+                self._refuse(problem)
+        # A point (x, y) is shown at (xx x + xy y, yx x + yy y), with y downward.
+        xx, yx, _, xy, yy = _side_data(frame, "DISPLAYMATRIX")[:5] or (1, 0, 0, 0, 1)
+        picture, pixel_aspect = frame.to_ndarray(), self._pixel_aspect
+        if not xx and not yy:
+            picture, xx, yy, xy, yx, pixel_aspect = picture.T, xy, yx, 0, 0, 1 / pixel_aspect
+        if xy or yx or not xx or not yy:
+            self._refuse("its display matrix is no quarter turn and no mirror; turn it by: ffmpeg -i FILE TURNED.mp4")
+        self.size = (round(picture.shape[1] * pixel_aspect), picture.shape[0])
+        return np.ascontiguousarray(picture[:: -1 if yy < 0 else 1, :: -1 if xx < 0 else 1])
+
+    def _refuse(self, problem: str) -> NoReturn:
+        raise ValueError(f"{self._path}: {problem}")
+
+
+def _side_data(frame: VideoFrame, name: str) -> list[int]:
+    """Return what a frame says beside its picture, as whole numbers; empty if it has no data of this name."""
+    data: Any = frame.side_data.get(name)
+    return [] if data is None else np.frombuffer(bytes(data), "<i4").tolist()
+
+
+def _to_grey(frame: VideoFrame) -> Graph:
+    """Return a graph of FFmpeg's filters that makes grey levels from 0 to 255 of frames like this one."""
+    graph = Graph()
+    filters = [
+        graph.add_buffer(width=frame.width, height=frame.height, format=frame.format, time_base=frame.time_base),
+        graph.add("bwdif", "mode=send_frame:deint=interlaced"),
+        graph.add("scale", "sws_dither=none"),
+        graph.add("format", "pix_fmts=gray"),
+    ]
+    if frame.format.name.startswith("gray") and frame.color_range == ColorRange.MPEG:
+        # FFmpeg widens the range of every format with colours, and takes that of pure grey for wide already.
+        filters.append(graph.add("lut", "c0=round((val-16)*255/219)"))
+    graph.link_nodes(*filters, graph.add("buffersink"))
+    graph.configure()
+    return graph

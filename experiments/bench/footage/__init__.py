@@ -1,1 +1,0 @@
-"""Footage and cameras, watched live."""

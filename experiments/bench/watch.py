@@ -1,0 +1,342 @@
+"""Show a video, a camera, a folder of pictures or a stimulus to models, and find when what moved which way."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from dsnn import Response, ResponseSeries
+from dsnn.stimuli import STIMULI, StimulusEntry
+from experiments.bench.report.terminal import error_console, progress
+from experiments.bench.result import Run, load
+from experiments.bench.run import interrupts, provenance, viewer
+from experiments.bench.run.description import THRESHOLDS, begun, begun_by, read_description
+from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.run.files import NAME, new_folder, part
+from experiments.bench.run.folder import RunFolder
+from experiments.bench.run.models import ConfiguredModel, model_texts, rate_notes, shown_models
+from experiments.bench.run.parameters import Parameters, differing
+from experiments.bench.run.play import Sample, Showing, Trial, play
+from experiments.bench.run.rows import Failure
+from experiments.bench.run.runs import tell
+from experiments.bench.run.settings import assignments, changed, check_counts, watchers
+from experiments.bench.run.user_code import is_own
+from experiments.bench.sources import motion
+from experiments.bench.sources.clips import Clip, find_stimulus, outline
+from experiments.bench.sources.video import TRIALS, VideoSource
+from experiments.bench.stats import stored
+from experiments.bench.stats.verdict import Verdict
+
+QUALITY = 80
+"""JPEG quality of recorded frames."""
+BLOCK_FRAMES, EVERY_S = 64, 0.1
+"""Frames that are recorded at once, and time between two parts that a viewer gets."""
+REAL = "real"
+"""A model's frame rate that is the source's own."""
+NOTES = "notes"
+"""The entry of ``run.json`` that says what to know of the source."""
+
+
+@dataclass(frozen=True, slots=True)
+class WatchPlan:
+    """What is shown to which models, checked."""
+
+    source: VideoSource
+    models: tuple[ConfiguredModel, ...]
+    seed: int = 0
+    judged: bool = False
+    stimulus: Clip | None = None
+
+    def changed(self) -> Parameters:
+        """Return the models' parameters that are not at their defaults, by key and model."""
+        return differing(self.models, offline=True)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what ``run.json`` holds."""
+        source, clip = self.source, self.stimulus
+        shown = {"stimulus": clip.build(self.seed).params, "jitter_px": clip.jitter_px} if clip else {}
+        files = [source.name] if clip and is_own(source.name) else []
+        return {
+            "kind": "watch", "experiment": "watch", "source": source.name, "size": source.size, "fps": source.rate,
+            "seconds": source.seconds, "judged": self.judged, "seed": self.seed, "trials": 1, "models": self.models,
+            "changed": self.changed(), THRESHOLDS: {model.label: model.thresholds for model in self.models}, **shown,
+            **provenance.of([*(model.source for model in self.models), *files]),
+        }  # fmt: skip
+
+
+def plan(
+    source: str, models: Sequence[str] = (), texts: Sequence[str] = (), *, only: bool = False,
+    size: tuple[int, int] | None = None, fps: float | str | None = None, seconds: float | None = None, seed: int = 0,
+    jitter_px: float = 0.0, judge: bool = False,
+) -> WatchPlan:  # fmt: skip
+    """Return a checked plan; the parameters are those of `watch`, with settings as ``SECTION.NAME=VALUE`` texts.
+
+    Raises
+    ------
+    UsageError
+        There is nothing to read, or an argument is not legal.
+    """
+    check_counts(seed)
+    if seconds is not None and not seconds > 0:
+        raise UsageError(f"seconds must be above 0, got {seconds}")
+    labels = shown_models(["dsnn"], models, only)
+    entry = find_stimulus(source) if source in STIMULI or source.endswith(".py") else None
+    film = None if entry else VideoSource(source, size, seconds, flow=judge)
+    own = film.rate if film else getattr(entry.params, "fps", None) if entry else None
+    try:
+        rate = own if fps == REAL else None if fps is None else float(fps)
+    except ValueError:
+        raise UsageError(f"--fps must be {REAL} or a number of frames per second, got {fps}") from None
+    if fps == REAL and rate is None:
+        raise UsageError(f"--fps {REAL}: {source} tells no rate; give a number")
+    sections = {entry.name: entry.params} if entry else {}
+    listed = f"colias list parameters {source}, colias list parameters" if entry else "colias list parameters"
+    chosen, collected = watchers(labels, texts, sections, listed, fps=rate)
+    if film is not None:
+        return WatchPlan(film, chosen, seed, judge)
+    assert entry is not None
+    clip = clip_of(entry, collected.get(entry.name, {}), jitter_px)
+    shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed))
+    return WatchPlan(shown, chosen, seed, judge, clip)
+
+
+def clip_of(entry: StimulusEntry, changes: Mapping[str, str], jitter_px: float) -> Clip:
+    """Return a stimulus with changed parameters, name -> text, before a trembling camera; `UsageError` if not legal."""
+    params = changed(entry.name, entry.params, changes)
+    try:
+        return Clip(entry.name, replace(entry, params=params), (), jitter_px)
+    except ValueError as error:
+        raise UsageError(f"{entry.name}: {error}") from error
+
+
+class Recorder:
+    """Sends frames and responses on in blocks, so that nothing piles up; ends what every model failed in.
+
+    Parameters
+    ----------
+    streams
+        A file and a viewer, as far as they are wanted.
+    models
+        The models.
+    live
+        Whether one of the streams is a viewer's.
+    """
+
+    def __init__(self, streams: Sequence[Any], models: Sequence[ConfiguredModel], *, live: bool) -> None:
+        self._streams, self._models, self._live = streams, models, live
+        self._block: list[tuple[Sample, list[Response | None]]] = []
+        self.showing: Showing | None = None
+        self._frames, self._sent_s = 0, 0.0
+
+    def see(self, showing: Showing) -> None:
+        """Take the last frame."""
+        assert showing.sample is not None
+        self.showing = showing
+        if not any(showing.responses):
+            showing.source.stop()
+        if not self._streams:
+            return
+        self._block.append((showing.sample, showing.responses))
+        due = self._live and time.monotonic() - self._sent_s >= EVERY_S
+        if due or len(self._block) >= BLOCK_FRAMES:
+            self.send()
+
+    def send(self) -> None:
+        """Send what is there."""
+        from experiments.bench.run import record as rerun
+
+        if not self._block:
+            return
+        samples, responses = zip(*self._block, strict=True)
+        numbers = np.arange(self._frames, self._frames + len(samples))
+        time_s = np.array([sample.time_s for sample in samples])
+        series = {
+            model.label: ResponseSeries.from_responses(of_model)
+            for model, of_model in zip(self._models, zip(*responses, strict=True), strict=True) if None not in of_model
+        }  # fmt: skip
+        images = rerun.jpegs([sample.image for sample in samples], QUALITY)
+        frames = rerun.Frames(time_s, numbers, series, {"": images})
+        boxes = outline([sample.truth for sample in samples], rerun.times(time_s, numbers))
+        for stream in self._streams:
+            stream.send(frames, boxes)
+        self._block, self._frames, self._sent_s = [], self._frames + len(samples), time.monotonic()
+
+
+@contextmanager
+def _recorder(plan: WatchPlan, file: Path | None, *, view: bool) -> Iterator[Recorder]:
+    """Open the recording ``file`` and a viewer, as far as they are wanted; the file has its name once it is whole."""
+    if file is None and not view:
+        yield Recorder((), plan.models, live=False)
+        return
+    os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")  # a viewer that was closed is not missed
+    from experiments.bench.run.record import Content, Model, Stream
+
+    content = Content(tuple(map(Model.of, plan.models)), eyes=("",))
+    shown: list[tuple[Stream, float]] = []
+    if view:
+        _, address = viewer.opened("the Rerun viewer did not open on this screen: give --no-view")
+        shown.append((Stream.to_viewer(content, viewer.url(address), plan.source.label()), 5.0))
+    if file is not None:
+        shown.append((Stream.to_file(content, part(file)), math.inf))
+    recorder = Recorder([stream for stream, _ in shown], plan.models, live=view)
+    try:
+        yield recorder
+        recorder.send()
+    finally:
+        troubles = [stream.close(patience_s=patience_s) for stream, patience_s in shown]
+        if file is not None:
+            part(file).replace(file)
+    for trouble in filter(None, troubles):
+        error_console.print(f"note: not everything was shown or recorded: {trouble}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, slots=True)
+class WatchReport:
+    """Results of what was watched: its tables, the intervals of motion, the verdicts, and what failed."""
+
+    plan: WatchPlan
+    folder: Path
+    trials: pl.DataFrame
+    summary: pl.DataFrame
+    verdicts: list[Verdict]
+    failures: list[Failure]
+    ms: dict[str, float]
+    """Model -> milliseconds a frame of its own."""
+    early: str
+    """Why this is not all of the source; empty if it is."""
+
+
+def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> WatchReport:
+    """Show the source to the models, then write tables, intervals of motion and verdicts into a new folder.
+
+    Ctrl-C in a command ends the source: the files hold all that was seen until then.
+
+    Raises
+    ------
+    UsageError
+        The folder holds a run, or the viewer does not open.
+    """
+    source = plan.source
+    if begun(out):
+        raise UsageError(f"{out}: holds a run already; choose another --out")
+    trial = Trial("watch", 0, 0, plan.seed, source, plan.models)
+    with closing(RunFolder(out, TRIALS, source.frame_columns, plan.changed())) as folder:
+        folder.enter(plan.describe())
+        count = 0 if source.count is None else source.count
+        with (
+            interrupts.held(),
+            _recorder(plan, folder.recording(0) if recordings else None, view=view) as recorder,
+            progress(source.label(), count, quiet or not count, "frames") as advance,
+        ):
+
+            def see(showing: Showing) -> None:
+                recorder.see(showing)
+                advance()
+
+            try:
+                folder.add(play(trial, images=False, watch=see), source.label(), plan.seed)
+            except TrialError as error:
+                folder.fail(Failure(0, "", source.label(), plan.seed, str(error)))
+        frames = folder.frames()
+        one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
+        time_s = one["time_s"].to_numpy()
+        early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""
+        rates = [] if source.rate is None else rate_notes((model, source.rate) for model in plan.models)
+        notes = [*source.notes(time_s), *rates, *([early] if early else [])]
+        found = motion.motions(frames, {model.label: model.thresholds for model in plan.models})
+        judged = motion.verdicts(frames, plan.models, "watch") if plan.judged else []
+        folder.write_text("summary.csv", found.write_csv())
+        folder.write_json("claims.json", stored.document(judged))
+        folder.write_json(NAME, {**read_description(out), NOTES: notes})
+        folder.flush()
+        folder.end()
+        for note in notes:
+            error_console.print(f"note: {note}", soft_wrap=True, markup=False)
+        tell(folder)
+        runners = recorder.showing.runners if recorder.showing else []
+        ms = {runner.label: 1e3 * runner.seconds / max(len(time_s), 1) for runner in runners}
+        return WatchReport(plan, out, folder.trials(), found, judged, folder.failures(), ms, early)
+
+
+def watch(
+    source: str | os.PathLike[str],
+    *,
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    only: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    size: tuple[int, int] | None = None,
+    fps: float | str | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    judge: bool = False,
+    out: str | os.PathLike[str] | None = None,
+    recordings: bool = True,
+    quiet: bool = False,
+) -> Run:
+    """Show a video, a camera, pictures or a stimulus to models, with progress, and find when what moved which way.
+
+    Parameters
+    ----------
+    source
+        A video file, the index of a camera as a text (``"0"``), a folder of pictures, or a stimulus: a name, or the
+        path of a .py file that declares ``STIMULUS``.
+    models
+        Models to show it to beside ``dsnn``: names, or paths of .py files.
+    only
+        Whether to show it just to those of ``models``.
+    settings
+        Parameter -> value, as ``{"dsnn.n_con": 6}``, of models and of the stimulus.
+    size
+        Width and height that the models see, px; otherwise 320 px along the longer side, of a stimulus its own.
+    fps
+        The models' frame rate, or ``"real"``: the source's own; otherwise 30, to which the default thresholds belong.
+    seconds
+        How much to show; otherwise all. A camera has no end.
+    seed
+        Of what is random in a stimulus.
+    judge
+        Whether to compute optical flow between frames, to grade the models and judge claim C12 by it.
+    out
+        A new folder for the results; otherwise ``runs/watch-TIME``.
+    recordings
+        Whether to write a Rerun recording.
+    quiet
+        Whether to show no progress.
+
+    Returns
+    -------
+    Run
+        ``summary``: a row per interval of motion and model, with ``direction`` (rightward, leftward, downward, upward,
+        looming), ``start_s``, ``end_s``, ``frames`` over the threshold, ``peak`` and ``spikes``. ``frames``: a row per
+        frame and model. ``trials``: a row per model. ``failures``, ``claims``, and ``description["notes"]``: what is to
+        be known of the source.
+
+    Raises
+    ------
+    UsageError
+        There is nothing to read, or an argument is not legal. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import watch
+    >>> watch("street.mp4", models=["hybrid"]).summary
+    """
+    given: dict[str, Any] = {
+        "only": only, "size": size, "fps": fps, "seconds": seconds, "seed": seed, "judge": judge,
+    }  # fmt: skip
+    name, labels, texts = os.fspath(source), model_texts(models), assignments(settings)
+    planned = plan(name, labels, texts, **given)
+    folder = new_folder("watch") if out is None else Path(out)
+    arguments = {"source": name, "models": labels, "settings": texts, **given}
+    with begun_by({"call": "experiments.watch", "arguments": arguments}):
+        run(planned, folder, recordings=recordings, quiet=quiet)
+    return load(folder)
