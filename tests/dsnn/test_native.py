@@ -15,7 +15,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, LGMD1Params, forms, native
+from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, forms, native
 from dsnn.exponential import exp
 from dsnn.filters import blur, gaussian_kernel
 from tests.conftest import GOLDEN, ROOT, crossing
@@ -208,17 +208,6 @@ def test_any_layout_of_a_frame_is_the_same_frame():
     np.testing.assert_array_equal(doubles, expected)
 
 
-@built
-def test_a_still_scene_is_silent_and_a_mirrored_one_mirrored():
-    still = np.full((80, 30, 41), 99, np.uint8)
-    assert not DSNN((30, 41), form="native").run(still).hs.any()
-    frames = crossing()
-    balanced = DSNNParams(w_i=1.0)
-    there, back = (DSNN((72, 99), balanced, form="native").run(clip).hs for clip in (frames, frames[:, :, ::-1]))
-    np.testing.assert_allclose(there, -back, atol=1e-6)
-    assert there.max() > 0.3
-
-
 UNBUILT = """
 import sys
 sys.modules["_dsnn_native"] = None
@@ -240,11 +229,6 @@ def test_without_the_c_form_the_reference_runs_and_one_line_says_so():
     assert form == "reference reference 0.0 is not built", done.stderr
     assert "is not built" in note
     assert error == "form='native': the native form is not built: 'make setup' builds it"
-
-
-def test_a_form_is_one_of_two():
-    with pytest.raises(forms.FormError, match="form='fast'"):
-        DSNN((72, 99), form="fast")
 
 
 def test_a_module_built_from_other_sources_does_not_run(monkeypatch):
@@ -292,10 +276,3 @@ def test_a_size_that_cannot_be_is_refused():
     ):  # fmt: skip
         assert lib.dsnn_size(ffi.new("dsnn_config *", good | wrong)) == 0
     assert lib.lgmd1_size(ffi.new("lgmd1_config *", dict(rows=2, columns=1))) == 0
-
-
-@built
-def test_an_lgmd1_that_goes_on_after_a_reset_begins_anew():
-    frames = np.random.default_rng(3).integers(0, 256, (10, 20, 30)).astype(np.uint8)
-    model = LGMD1((20, 30), LGMD1Params(t_g=0.0), form="native")
-    np.testing.assert_array_equal(model.run(frames).looming, model.run(frames).looming)

@@ -101,18 +101,6 @@ def test_the_robot_s_spikes_are_those_of_its_published_constants():
     np.testing.assert_array_equal(seen.hs_spikes, np.where(seen.hs >= 0.2, np.floor(np.exp(1.0 * (seen.hs - 0.2))), 0))
 
 
-def test_blocked_pathways_sum_to_the_intact_model():
-    frames = crossing()
-    whole, on, off = (
-        DSNN(frames.shape[1:], DSNNParams(on=on, off=off)).run(frames)
-        for on, off in ((True, True), (True, False), (False, True))
-    )
-    np.testing.assert_allclose(on.hs + off.hs, whole.hs, atol=1e-6)
-    assert 0.4 * whole.hs.max() < on.hs.max() < 0.6 * whole.hs.max()
-    nothing = DSNN(frames.shape[1:], DSNNParams(on=False, off=False)).run(frames)
-    assert not nothing.hs.any()
-
-
 @pytest.mark.skipif(bool(native.missing()), reason="of the native form")
 def test_a_clip_that_goes_still_decays_to_zero_without_subnormals():
     """States that fade for minutes must not linger in subnormal numbers, which are slow and never end."""
@@ -125,17 +113,6 @@ def test_a_clip_that_goes_still_decays_to_zero_without_subnormals():
     # Tables, then states. What lies before them, and is no number, is shorter than this.
     memory = np.abs(model._network._memory[1024 : model._network._memory.size // 4 * 4].view(np.float32))
     assert not ((memory > 0) & (memory < np.finfo(np.float32).tiny)).any()
-
-
-def test_the_caller_may_reuse_its_frame_buffer():
-    frames = crossing(count=15)
-    buffer = np.empty_like(frames[0])
-    model = DSNN(frames.shape[1:])
-    reused = []
-    for frame in frames:
-        buffer[:] = frame
-        reused.append(model.step(buffer).hs)
-    np.testing.assert_array_equal(reused, model.run(frames).hs)
 
 
 def test_a_symmetric_expansion_cancels_in_a_balanced_network():
@@ -203,24 +180,6 @@ def test_readings_of_la_differ_where_the_gaussians_differ_in_sign_alone(kind):
     assert not la["common"][differ].any()
     np.testing.assert_allclose(la["centre"][differ], (centre - surround)[differ], atol=1e-3)
     np.testing.assert_allclose(la["centre"][alike], la["common"][alike], atol=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("polarity", "both"), ("lowpass", "euler"),
-     ("n_p", -1), ("d", 0), ("n_con", 0), ("w_i", 1.5), ("k_sig", 0.0), ("fps", 0.0), ("tau_s", (10.0,)),
-     ("tau_fast", float("nan")), ("t_sp", float("inf"))],
-)  # fmt: skip
-def test_a_parameter_out_of_range_is_named(name, value):
-    with pytest.raises(ValueError, match=name):
-        DSNNParams(**{name: value})
-
-
-def test_parameters_are_frozen_and_closed():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        DSNNParams().n_con = 4
-    with pytest.raises(ValueError, match="n_kon"):
-        DSNNParams(n_kon=4)
 
 
 def test_presets_and_delays():

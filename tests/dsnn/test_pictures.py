@@ -44,25 +44,19 @@ def turned(path: Path) -> None:
 OPAQUE = np.dstack([COLOURS, np.full_like(GREY, 255)])
 READ = {
     "8.png": lambda path: cv2.imwrite(str(path), GREY),
-    "8.jpg": lambda path: cv2.imwrite(str(path), GREY),
     "16.png": lambda path: cv2.imwrite(str(path), DEEP),
-    "16-colours.png": lambda path: cv2.imwrite(str(path), COLOURS.astype(np.uint16) * 257),
     "16.tif": lambda path: cv2.imwrite(str(path), DEEP),
     "16-white-is-0.tif": lambda path: tiff(path, 16, (65535 - DEEP).tobytes(), white=0),
-    "10.avif": lambda path: cv2.imwrite(str(path), GREY.astype(np.uint16) * 4, [cv2.IMWRITE_AVIF_DEPTH, 10]),
     "4.pgm": lambda path: pnm(b"P5", 15, GREY // 17, path),
     "12.pgm": lambda path: pnm(b"P5", 4095, GREY.astype(int) * 4095 // 255, path),
     "10.ppm": lambda path: pnm(b"P6", 1023, COLOURS.astype(int) * 1023 // 255, path),
     "palette.png": lambda path: pillow(GREY, path, "P"),
     "cmyk.jpg": lambda path: pillow(COLOURS, path, "CMYK", quality=95),
-    "cmyk.tif": lambda path: pillow(COLOURS, path, "CMYK"),
     "exif.jpg": lambda path: turned(path),
-    "exif.png": lambda path: turned(path),
     "opaque.png": lambda path: cv2.imwrite(str(path), OPAQUE),
-    "opaque.webp": lambda path: cv2.imwrite(str(path), OPAQUE, [cv2.IMWRITE_WEBP_QUALITY, 101]),
     "black-16.png": lambda path: cv2.imwrite(str(path), np.zeros_like(DEEP)),
 }
-COARSE = {"4.pgm": 17, "exif.jpg": 4, "cmyk.jpg": 4, "8.jpg": 4, "10.avif": 4, "opaque.webp": 2}
+COARSE = {"4.pgm": 17, "exif.jpg": 4, "cmyk.jpg": 4}
 """How many grey levels a file may be off: its own steps, or what its compression loses."""
 
 
@@ -78,19 +72,13 @@ def test_a_picture_reads_as_its_form_of_8_bits(tmp_path, name):
 REFUSED = {
     "12-in-16.png": lambda path: cv2.imwrite(str(path), GREY.astype(np.uint16) * 16),
     "14-in-16.tif": lambda path: cv2.imwrite(str(path), GREY.astype(np.uint16) * 64),
-    "12-in-16-colours.png": lambda path: cv2.imwrite(str(path), COLOURS.astype(np.uint16) * 16),
     "float.tif": lambda path: cv2.imwrite(str(path), (GREY / 255).astype(np.float32)),
-    "radiance.hdr": lambda path: cv2.imwrite(str(path), (COLOURS / 255).astype(np.float32)),
     "32.tif": lambda path: pillow(GREY.astype(np.int32) * 257, path),
     "alpha.png": lambda path: cv2.imwrite(str(path), np.dstack([COLOURS, GREY])),
-    "alpha-16.png": lambda path: cv2.imwrite(str(path), np.dstack([COLOURS, GREY]).astype(np.uint16) * 257),
-    "alpha.webp": lambda path: cv2.imwrite(str(path), np.dstack([COLOURS, GREY])),
     "palette.png": lambda path: pillow(GREY, path, "P", transparency=0),
-    "palette.gif": lambda path: pillow(GREY, path, transparency=0),
     "grey-and-key.png": lambda path: pillow(GREY, path, transparency=0),
     "grey-and-alpha.png": lambda path: pillow(np.dstack([GREY, GREY]), path),
     "empty.png": lambda path: path.write_bytes(b""),
-    "text.png": lambda path: path.write_text("import os"),
     "absent.png": lambda path: None,
 }
 

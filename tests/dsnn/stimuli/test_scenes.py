@@ -28,7 +28,7 @@ def noise(exponent, seed=0):
 @pytest.mark.parametrize("kind", SCENES)
 def test_a_scene_has_the_spectrum_and_contrast_of_natural_images(kind):
     photograph = contrasts(panorama("photograph", SHAPE, 0).view(0.0)).rms
-    for seed in (1, 2, 3):
+    for seed in (1, 2):
         picture = scene(kind, SHAPE, seed)
         assert picture.shape == SHAPE and picture.dtype == np.uint8
         assert PUBLISHED[0] < spectrum_slope(picture) < PUBLISHED[1]
@@ -110,9 +110,8 @@ def test_an_unknown_scene_and_a_small_one_are_refused_in_a_line():
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_a_scene_may_be_as_small_as_a_clip(kind):
-    for seed in range(5):
-        assert scene(kind, (8, 8), seed).shape == (8, 8)
-        assert scene(kind, (9, 300), seed).shape == (9, 300)
+    for shape in ((8, 8), (9, 300)):
+        assert scene(kind, shape, 1).shape == shape
 
 
 # --- a picture of one's own -------------------------------------------------------------------------------------------

@@ -4,8 +4,6 @@ import dataclasses
 import doctest
 import hashlib
 import math
-import subprocess
-import sys
 from itertools import pairwise
 
 import cv2
@@ -21,14 +19,6 @@ from dsnn.stimuli.scenes import pink
 
 SMALL = {"rows": 48, "columns": 80}
 DIRECTIONS = {"rightward": (1, 0), "leftward": (-1, 0), "downward": (0, 1), "upward": (0, -1)}
-
-
-@pytest.fixture(params=[*STIMULI, "jittered"])
-def clip(request):
-    """Every registered stimulus, small, and one seen by a trembling camera."""
-    if request.param == "jittered":
-        return Jittered(stimulus("plain", seed=3, **SMALL), 0.5, seed=3)
-    return stimulus(request.param, seed=3, **SMALL)
 
 
 def digest(clip):
@@ -73,46 +63,21 @@ def shift_between(before, after):
     return slopes[0] + whole[1], slopes[1] + whole[0]
 
 
-# --- every stimulus ---------------------------------------------------------------------------------------------------
+# --- every stimulus, beside the laws of ``colias check`` --------------------------------------------------------------
 
 
-def test_frames_are_grey_bytes_of_the_shape_asked_for(clip):
-    assert clip.shape == (48, 80) and clip.fps == 30
-    frames = list(clip)
-    assert len(frames) == len(clip) > 10
-    assert {(frame.luma.shape, frame.luma.dtype.name) for frame in frames} == {((48, 80), "uint8")}
-
-
-def test_a_clip_can_be_iterated_again_and_asked_for_any_frame(clip):
-    first = digest(clip)
-    for index in (len(clip) - 1, 5, 0):
-        np.testing.assert_array_equal(clip[index].luma, clip[index].luma)
-    assert digest(clip) == first
+def test_a_clip_has_frames_from_either_end():
+    clip = stimulus("plain", **SMALL)
     np.testing.assert_array_equal(clip[-1].luma, list(clip)[-1].luma)
     with pytest.raises(IndexError):
         clip[len(clip)]
 
 
-def test_a_frame_is_its_own_and_no_other_s(clip):
-    clip[3].luma[:] = 0
-    assert clip[3].luma.any()
-
-
-def test_equal_seeds_give_equal_bytes_in_another_process():
-    code = """
-import hashlib
-from dsnn.stimuli import STIMULI, stimulus
-for name in STIMULI:
-    clip = stimulus(name, seed=5, rows=48, columns=80, fps=10)
-    print(hashlib.sha256(b"".join(frame.luma.tobytes() for frame in clip)).hexdigest())
-"""
-    there = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert there.stdout.split() == [digest(stimulus(name, seed=5, fps=10, **SMALL)) for name in STIMULI]
-
-
-@pytest.mark.parametrize("name", ["cluttered", "grating", "dots", "reverse-phi", "foliage", "street"])
-def test_other_seeds_give_other_frames(name):
-    assert digest(stimulus(name, seed=1, fps=10, **SMALL)) != digest(stimulus(name, seed=2, fps=10, **SMALL))
+@pytest.mark.parametrize("name", STIMULI)
+def test_other_seeds_give_other_frames_where_something_is_random(name):
+    one, other = (lumas(stimulus(name, seed=seed, fps=10, **SMALL)) for seed in (1, 2))
+    random = name in ("cluttered", "grating", "dots", "reverse-phi", "foliage", "street")
+    assert np.array_equal(one, other) != random
 
 
 @pytest.mark.parametrize("name", ["plain", "grating", "dots", "edge", "bar", "reverse-phi"])
@@ -127,8 +92,8 @@ def test_the_rest_is_still_and_the_truth_says_so(name):
 
 @pytest.mark.parametrize("name", ["plain", "grating", "dots", "edge", "bar", "cluttered"])
 def test_the_network_answers_in_the_direction_that_the_truth_names(name):
-    for motion, (x, y) in DIRECTIONS.items():
-        changes = {"motion": motion}
+    for motion in ("leftward", "downward"):
+        (x, y), changes = DIRECTIONS[motion], {"motion": motion}
         if name == "grating":
             changes = {"direction_deg": math.degrees(math.atan2(y, x)), "temporal_hz": 4.0}
         sparse = {"count": 20} if name == "dots" else {}  # more saturate both systems
@@ -143,13 +108,16 @@ def test_the_network_answers_in_the_direction_that_the_truth_names(name):
 # --- the object -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("motion", [*DIRECTIONS, "looming", "receding"])
-@pytest.mark.parametrize(("grey", "ground"), [(40, 200), (255, 10)])
+@pytest.mark.parametrize(
+    ("motion", "grey", "ground"),
+    [("rightward", 40, 200), ("leftward", 255, 10), ("downward", 255, 10), ("upward", 40, 200), ("looming", 255, 10),
+     ("receding", 40, 200)],
+)  # fmt: skip
 def test_the_painted_object_is_the_truth_s_box(motion, grey, ground):
     size = {"width": 23.7, "height": 31.3, "speed": 51.0, "far_scale": 0.3}
     clip = stimulus("plain", motion=motion, grey=grey, background_grey=ground, enters=False, offset=3.4, **size)
     rows, columns = clip.shape
-    for frame in clip:
+    for frame in list(clip)[::4]:
         box, dark = frame.truth.box, darkness(frame, ground)
         assert min(box.left, box.top, columns - box.left - box.width, rows - box.top - box.height) > -1e-9
         x, y = centroid(dark)
@@ -160,8 +128,7 @@ def test_the_painted_object_is_the_truth_s_box(motion, grey, ground):
         assert dark.max(axis=1).sum() / abs(ground - grey) == pytest.approx(box.height, abs=0.05)
 
 
-@pytest.mark.parametrize("motion", DIRECTIONS)
-@pytest.mark.parametrize("speed", [21.0, 120.0, 333.3])
+@pytest.mark.parametrize(("motion", "speed"), [*zip(DIRECTIONS, (21.0, 120.0, 333.3, 50.0), strict=True)])
 def test_the_object_moves_at_the_speed_commanded(motion, speed):
     clip = stimulus("plain", motion=motion, speed=speed, width=30.5, height=20.25, enters=False, rest_s=0.1)
     moving = [i for i in range(len(clip)) if clip[i].truth.motion == motion][:-1]  # the last step may be a part of one
@@ -224,8 +191,7 @@ def test_receding_is_looming_reversed():
 # --- the background ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("image", ["photograph", "pink"])
-@pytest.mark.parametrize("speed", [-10.0, -2.0, 8.0, 37.3])
+@pytest.mark.parametrize(("image", "speed"), [("photograph", -10.0), ("pink", -2.0), ("photograph", 37.3)])
 def test_the_background_shifts_as_commanded(image, speed):
     clip = stimulus("cluttered", background=image, background_speed=speed, object="absent", seed=4)
     frames, apart = list(clip), 7
@@ -283,8 +249,7 @@ def test_the_object_hides_the_background():
 # --- the others -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("waveform", ["sine", "square"])
-@pytest.mark.parametrize("direction", [0, 40, 90, 180, 270])
+@pytest.mark.parametrize(("waveform", "direction"), [("sine", 0), ("square", 40), ("sine", 90), ("square", 180)])
 def test_a_grating_has_its_period_its_frequency_and_its_direction(waveform, direction):
     clip = stimulus("grating", waveform=waveform, direction_deg=direction, period_px=16, temporal_hz=3, rest_s=0)
     frames = lumas(clip)[:60].astype(float)  # 2 s, six periods
@@ -313,7 +278,7 @@ def test_a_square_grating_is_antialiased():
     assert 0.32 < steps.max() < 0.35
 
 
-@pytest.mark.parametrize("coherence", [0.0, 0.3, 0.7, 1.0])
+@pytest.mark.parametrize("coherence", [0.0, 0.3, 1.0])
 def test_dots_move_together_as_much_as_asked_for(coherence):
     clip = stimulus("dots", coherence=coherence, count=150, size=3, speed=150, rest_s=0, duration_s=3, seed=1)
     dark = 200.0 - lumas(clip)
@@ -329,9 +294,9 @@ def test_dots_are_of_the_number_and_size_asked_for():
     assert covered.min() > 0.9 * 40 * 3.5**2
 
 
-@pytest.mark.parametrize("motion", DIRECTIONS)
-@pytest.mark.parametrize(("polarity", "sign"), [("on", 1), ("off", -1)])
-def test_an_edge_only_brightens_or_only_darkens(motion, polarity, sign):
+@pytest.mark.parametrize(("motion", "polarity"), [*zip(DIRECTIONS, ("on", "off", "off", "on"), strict=True)])
+def test_an_edge_only_brightens_or_only_darkens(motion, polarity):
+    sign = 1 if polarity == "on" else -1
     change = sign * np.diff(lumas(stimulus("edge", motion=motion, polarity=polarity, speed=77.0)).astype(int), axis=0)
     assert change.min() == 0
     assert (change.sum(axis=0) == 160).all()  # and it passes every pixel
@@ -350,9 +315,9 @@ def test_a_bar_has_an_edge_of_either_polarity(motion):
     assert (clip[0].luma == 40).all() and (clip[-1].luma == 40).all()
 
 
-@pytest.mark.parametrize("motion", DIRECTIONS)
-@pytest.mark.parametrize(("kind", "sign"), [("reversed", -1), ("kept", 1)])
-def test_reverse_phi_reverses_contrast_at_each_displacement(motion, kind, sign):
+@pytest.mark.parametrize(("motion", "sign"), [*zip(DIRECTIONS, (-1, 1, -1, 1), strict=True)])
+def test_reverse_phi_reverses_contrast_at_each_displacement(motion, sign):
+    kind = "reversed" if sign < 0 else "kept"
     clip = stimulus("reverse-phi", contrast_at_a_step=kind, motion=motion, step_px=3, step_frames=2, rest_s=0)
     x, y = DIRECTIONS[motion]
     pictures = lumas(clip).astype(int) - 120
@@ -365,8 +330,7 @@ def test_reverse_phi_reverses_contrast_at_each_displacement(motion, kind, sign):
 PAIRS = ("on-on", "off-off", "on-off", "off-on")
 
 
-@pytest.mark.parametrize("motion", DIRECTIONS)
-@pytest.mark.parametrize("polarity", PAIRS)
+@pytest.mark.parametrize(("motion", "polarity"), [*zip(DIRECTIONS, PAIRS, strict=True)])
 def test_apparent_motion_is_two_steps_of_the_signs_asked_for(motion, polarity):
     """Each step changes its own bars alone, by the amplitude, and they stay; the second is a spacing further on."""
     clip = stimulus("apparent", motion=motion, polarity=polarity, delay_frames=3, rest_s=0.2, rows=90, columns=130)
@@ -405,10 +369,6 @@ def test_apparent_motion_s_truth_is_from_step_to_step():
     np.testing.assert_array_equal(clip[17].luma, clip[-1].luma)
 
 
-def test_nothing_in_apparent_motion_is_random():
-    assert digest(stimulus("apparent", seed=1, **SMALL)) == digest(stimulus("apparent", seed=2, **SMALL))
-
-
 def test_foliage_sways_in_its_band_and_goes_nowhere():
     clip = stimulus("foliage", low_hz=1.0, high_hz=2.0, duration_s=8, rest_s=0, seed=1, rows=96, columns=96)
     trace = lumas(clip)[:240].astype(float)
@@ -439,49 +399,33 @@ def test_jitter_of_nothing_changes_nothing():
 
 # --- what is refused --------------------------------------------------------------------------------------------------
 
-
-@pytest.mark.parametrize(
-    ("name", "changes", "says"),
-    [
-        ("plain", {"rows": -3}, ["plain.rows must be", "8, got -3"]),
-        ("plain", {"grey": 300}, ["plain.grey must be", "255, got 300"]),
-        ("plain", {"speed": math.nan}, ["plain.speed must be", "got nan"]),
-        ("plain", {"motion": "sideways"}, ["plain.motion must be", "'rightward'"]),
-        ("plain", {"width": 400, "enters": False}, ["width=400", "below the frame's 320"]),
-        ("plain", {"motion": "looming", "far_scale": 2}, ["far_scale=2", "below near_scale, 1.8"]),
-        ("plain", {"speeed": 3}, ["no parameter 'speeed'", "nearest: speed"]),
-        (
-            "cluttered",
-            {"background": "wall"},
-            ["cluttered.background='wall'", "legal is photograph, dead-leaves, pink"],
-        ),
-        ("grating", {"period_px": 1}, ["grating.period_px must be", "2, got 1"]),
-        ("dots", {"coherence": 1.2}, ["dots.coherence must be", "1, got 1.2"]),
-        ("edge", {"dark_grey": 220}, ["dark_grey=220", "below light_grey, 200"]),
-        ("reverse-phi", {"amplitude": 127}, ["amplitude=127", "up to 120"]),
-        ("apparent", {"width_px": 5}, ["width_px=5", "up to spacing_px, 4"]),
-        ("apparent", {"period_px": 5}, ["period_px must be between 6", "320, got 5"]),
-        ("apparent", {"period_px": 200, "motion": "upward"}, ["period_px must be between 6", "180, got 200"]),
-        ("apparent", {"amplitude": 121}, ["amplitude=121", "up to 120"]),
-        ("apparent", {"polarity": "on"}, ["apparent.polarity must be", "'on-off'"]),
-        ("foliage", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
-        ("street", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
-        ("street", {"movers": "crowd"}, ["street.movers must be", "'opposite'"]),
-        ("plane", {}, ["unknown stimulus 'plane'", "nearest: plain"]),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_line(name, changes, says):
-    with pytest.raises(ValueError) as raised:
-        stimulus(name, **changes)
-    message = str(raised.value)
-    assert "\n" not in message
-    assert all(part in message for part in says), message
+REFUSED = {
+    "plain": ({"rows": -3}, {"grey": 300}, {"speed": math.nan}, {"motion": "sideways"}, {"width": 400, "enters": False},
+              {"far_scale": 2, "motion": "looming"}, {"speeed": 3}),
+    "cluttered": ({"background": "wall"}, {"start": -1.0}),
+    "grating": ({"period_px": 1},),
+    "dots": ({"coherence": 1.2},),
+    "edge": ({"dark_grey": 220},),
+    "reverse-phi": ({"amplitude": 127},),
+    "apparent": ({"width_px": 5}, {"period_px": 5}, {"period_px": 200, "motion": "upward"}, {"amplitude": 121}),
+    "foliage": ({"low_hz": 9},),
+    "street": ({"low_hz": 9}, {"movers": "crowd"}),
+}  # fmt: skip
 
 
-def test_a_negative_seed_or_jitter_is_refused():
-    with pytest.raises(ValueError, match=r"seed=-1: legal is a whole number from 0 up"):
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_value_that_is_not_legal_is_named(name):
+    for changes in REFUSED[name]:
+        with pytest.raises(ValueError, match=next(iter(changes))):
+            stimulus(name, **changes)
+
+
+def test_an_unknown_name_a_negative_seed_and_jitter_are_refused():
+    with pytest.raises(ValueError, match="nearest: plain"):
+        stimulus("plane")
+    with pytest.raises(ValueError, match="seed"):
         stimulus("plain", seed=-1)
-    with pytest.raises(ValueError, match="sd_px must be between 0 and 10"):
+    with pytest.raises(ValueError, match="sd_px"):
         Jittered(stimulus("plain"), -0.1)
 
 
@@ -511,5 +455,3 @@ def test_a_place_in_the_photograph_can_be_named():
                            for seed, start in ((0, 0.0), (1, 100.0), (2, 1180.0)))  # fmt: skip
     assert np.array_equal(here[:, 100:], there[:, :-100])
     assert np.array_equal(there, around)
-    with pytest.raises(ValueError, match="start"):
-        stimulus("cluttered", start=-1.0)

@@ -24,10 +24,9 @@ def test_the_angle_is_that_of_l_over_v(l_over_v):
         np.testing.assert_allclose(np.diff(times), -1 / fps)
 
 
-@pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 0.0), (20.0, 0.0), (-20.0, 10.0)])
-@pytest.mark.parametrize("shade", [(40.0, 200.0), (200.0, 40.0)])
-def test_it_is_painted_where_the_angle_says(azimuth, elevation, shade):
-    grey, ground = shade
+@pytest.mark.parametrize(("azimuth", "elevation", "grey"), [(0.0, 0.0, 40.0), (20.0, 0.0, 200.0), (-20.0, 10.0, 40.0)])
+def test_it_is_painted_where_the_angle_says(azimuth, elevation, grey):
+    ground = 240.0 - grey
     clip = stimulus("looming", azimuth_deg=azimuth, elevation_deg=elevation, grey=grey, background_grey=ground)
     frame = clip[len(clip) // 2]
     weights = np.abs(frame.luma - ground)
@@ -98,16 +97,3 @@ def test_a_grating_drifts_behind_it_throughout():
     assert alone[middle].truth.box is None and alone[middle].truth.motion == "still"
     assert alone[middle].truth.background_velocity == (32.0, 0.0)
     assert (clip[0].luma != clip[1].luma).any(), "it drifts through the rest"
-
-
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"start_deg": 60.0}, "below end_deg"),
-        ({"background": "grating"}, "background_grey=200"),
-        ({"l_over_v_s": 0.0}, "l_over_v_s"),
-    ],
-)
-def test_a_value_out_of_range_is_named(changes, says):
-    with pytest.raises(ValueError, match=says):
-        stimulus("looming", **changes)
