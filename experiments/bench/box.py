@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from experiments.bench import sweep_plan
-from experiments.bench.grid import ENDS, apart, keys_of
+from experiments.bench.grid import ENDS, apart, keys_of, title_of
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up
 from experiments.bench.run.settings import changed, collect, schema_of, unit_of
@@ -37,8 +37,8 @@ class Range:
         Whether it takes whole numbers alone.
     choices
         The values by name; empty where there are ends.
-    unit
-        Of the values; empty where none is known.
+    unit, title
+        Of the values, empty where none is known; and what it means in a few words.
     network
         Whether it is a parameter of the model, so that its values can share their frames.
     """
@@ -49,6 +49,7 @@ class Range:
     whole: bool = False
     choices: tuple[str, ...] = ()
     unit: str = ""
+    title: str = ""
     network: bool = False
 
     @property
@@ -131,9 +132,9 @@ def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box
             if {key, apart(key)[0]} & taken:
                 raise UsageError(f"--over {text}: {key} is there twice, or --set settles it")
             taken.add(key)
-        if len({replace(part, key=name, unit="") for part in parts}) > 1:
+        if len({replace(part, key=name, unit="", title="") for part in parts}) > 1:
             raise UsageError(f"--over {text}: {' and '.join(keys_of(name))} take no one value")
-        ranges.append(replace(parts[0], key=name))
+        ranges.append(replace(parts[0], key=name, title=" and ".join(dict.fromkeys(part.title for part in parts))))
     if not ranges:
         raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
     return tuple(ranges)
@@ -171,4 +172,5 @@ def _range(text: str, sections: Mapping[str, Any], networks: set[str]) -> Range:
         parts[ENDS.get(end, 0)] = one
         changed("", value, {name: ",".join(parts)}, lambda _name, _text: f"--over {text}")
     whole = schema.get("type") == "integer" and not choices
-    return Range(key, low, high, whole, choices, unit_of(value, name), section in networks)
+    title = title_of(key, [{section: (value,)}])
+    return Range(key, low, high, whole, choices, unit_of(value, name), title, section in networks)

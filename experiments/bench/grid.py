@@ -122,7 +122,7 @@ def _axis(name: str, labels: list[str], bases: Sequence[Base]) -> Axis:
     if isinstance(values[labels[0]], float):
         labels.sort(key=float)
     defaults = {_default(key, bases) for key in keys}
-    title = " and ".join(dict.fromkeys(_title(key, bases) for key in keys))
+    title = " and ".join(dict.fromkeys(title_of(key, bases) for key in keys))
     levels = {label: tuple(f"{key}={label}" for key in keys) for label in labels}
     return Axis(name, levels, title, defaults.pop() if len(defaults) == 1 else None)
 
@@ -141,7 +141,7 @@ def _default(key: str, bases: Sequence[Base]) -> float | str | None:
     return str(value).lower() if isinstance(value, bool) else float(value) if isinstance(value, int | float) else value
 
 
-def _title(key: str, bases: Sequence[Base]) -> str:
+def title_of(key: str, bases: Sequence[Base]) -> str:
     """Return what a parameter means in a few words, with the end of it that moves and its unit."""
     parameter, end = apart(key)
     section, _, name = parameter.partition(".")

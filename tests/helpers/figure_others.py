@@ -102,9 +102,9 @@ def video(models: Sequence[str]) -> Figure:
 def fit(models: Sequence[str]) -> Figure:
     """A fit of three parameters in which two claims exclude each other."""
     ranges = (
-        Range("dsnn.t_sp", 0.05, 0.3),
-        Range("dsnn.n_con", 2, 8, whole=True),
-        Range("camera.ae_target", 60, 220, unit="grey levels"),
+        Range("dsnn.t_sp", 0.05, 0.3, title="Spike threshold"),
+        Range("dsnn.n_con", 2, 8, whole=True, title="Connections"),
+        Range("camera.ae_target", 60, 220, unit="grey levels", title="Mean grey that the loop aims at"),
     )
 
     def results(count: int, seed: int, replicates: int = 1) -> tuple[tuple[dict[str, str], ...], pl.DataFrame]:

@@ -57,11 +57,6 @@ def draw(fitted: Any) -> Figure:
     return figure
 
 
-def _label(part: Any) -> str:
-    name = " and ".join(dict.fromkeys(key.partition(".")[2].replace("_", " ") for key in part.key.split("+")))
-    return f"{name}{f' ({part.unit})' if part.unit else ''}"
-
-
 def _settings(panel: Axes, settings: pl.DataFrame, goal: str, sign: int, winner: int, one: Any, other: Any) -> None:
     """Draw search, sample and winner over two parameters, or the goal over one."""
 
@@ -77,8 +72,8 @@ def _settings(panel: Axes, settings: pl.DataFrame, goal: str, sign: int, winner:
         panel.scatter(x.filter(own), y.filter(own), s=12, c=ranks.filter(own), marker=marker, linewidths=0,
                       cmap="Blues", vmin=-0.2 * len(ranks), vmax=len(ranks))  # fmt: skip
     panel.plot(x[winner], y[winner], "*", color=DEFAULT, ms=10, mec="white", zorder=4)
-    panel.set_xlabel(_label(one))
-    panel.set_ylabel(goal if other is None else _label(other))
+    panel.set_xlabel(style.wrapped(one.title, 2.0))
+    panel.set_ylabel(goal if other is None else style.wrapped(other.title, 1.8))
     for part, axis, scale in ((one, panel.xaxis, panel.set_xscale), (other, panel.yaxis, panel.set_yscale)):
         if part is not None and part.choices:
             axis.set_ticks(range(len(part.choices)), part.choices)
@@ -92,7 +87,12 @@ def _turns(panel: Axes, fitted: Any) -> None:
     panel.imshow(shares, cmap="Greys", vmin=0.0, vmax=1.6, aspect="auto")
     for (down, across), share in np.ndenumerate(shares):
         panel.text(across, down, f"{share:.2f}", ha="center", va="center", fontsize=style.SMALL)
-    panel.set_xticks(range(len(fitted.plan.box)), list(map(_label, fitted.plan.box)), rotation=20, ha="right")
+    panel.set_xticks(
+        range(len(fitted.plan.box)),
+        [style.wrapped(part.title, 1.0) for part in fitted.plan.box],
+        rotation=20,
+        ha="right",
+    )
     panel.set_yticks(range(len(shares)), list(fitted.importance))
     panel.set_title("share that a parameter decides")
 

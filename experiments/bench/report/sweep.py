@@ -43,6 +43,8 @@ def draw(result: Any) -> Figure:
         symbols.append(f"Whiskers: 95 % interval, or the range of n = {number} replicates.")
     if not named and any(place(axis) is not None for axis in plan.axes):
         symbols.append("Triangles: defaults.")
+    if "unknown constants" in result.counts.columns and result.counts["unknown constants"].sum():
+        symbols.append("h: the claim's part about the DSNN alone.")
     if any(measure.has_threshold for measure, _ in plan.measures):
         symbols.append("Red: the spiking threshold T.")
     with style.look():
@@ -59,11 +61,11 @@ def finding(result: Any) -> str:
         low, high = (getattr(result.numbers.filter(measure=name)["value"], end)() for end in ("min", "max"))
         return f"{titles(result)[name]}: {low:.3g} to {high:.3g}" if low is not None else f"{name} has no value"
     claims = [claim.id for claim, _ in result.plan.claims]
+    axes = [axis.name for axis in result.plan.axes]
     whole: dict[tuple[Any, ...], bool] = {}
-    for (point, model, claim), outcomes in result.outcomes.items():
-        if claim in claims:
-            held = all(outcome.verdict == "holds" for outcome in outcomes)
-            whole[point, model] = whole.get((point, model), True) and held
+    for row in result.counts.filter(pl.col("claim").is_in(claims)).iter_rows(named=True):
+        point = (*(row[name] for name in axes), row["model"])
+        whole[point] = whole.get(point, True) and shown(row)[0] == 1.0
     what = f"All {len(claims)} claims hold" if len(claims) > 1 else f"{titles(result)[claims[0]]} ({claims[0]}): holds"
     return f"{what} in every replicate at {sum(whole.values())} of {len(whole)} points"
 
@@ -81,8 +83,9 @@ def shown(row: Mapping[str, Any]) -> tuple[float, str]:
     """
     counted = count_of(row)
     half = counted.half or counted
-    share = half.holds / counted.replicates if half.judged else math.nan
-    return share, f"{half.holds}/{row['replicates']}{'h' if counted.half else ''}"
+    if not half.judged:
+        return math.nan, "-"
+    return half.holds / counted.replicates, f"{half.holds}/{counted.replicates}{'h' if counted.half else ''}"
 
 
 def place(axis: Axis) -> float | None:
@@ -120,7 +123,8 @@ def _cells(result: Any) -> pl.DataFrame:
 def _panels(result: Any) -> Figure:
     """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
     axes, words = result.plan.axes, titles(result)
-    panels = _cells(result).partition_by("what", "model", maintain_order=True)
+    tables = _cells(result).partition_by("what", "model", maintain_order=True)
+    panels = [table for table in tables if table["claim"][0] or table["value"].count()] or tables[:1]
     several = len({table["model"][0] for table in panels}) > 1
     across = min(ACROSS, len(panels))
     down = math.ceil(len(panels) / across)
@@ -132,8 +136,11 @@ def _panels(result: Any) -> Figure:
     for panel, table in zip(grid.flat, panels, strict=False):
         _heat(panel, table, (len(up), len(axes[0].levels))) if up else _curve(panel, table)
         name = table["what"][0]
-        who = ", ".join(filter(None, (name * (name != TOGETHER), table["model"][0] * several)))
-        panel.set_title(style.wrapped(f"{words[name]}{f' ({who})' if who else ''}", inches, style.SMALL))
+        head, _, condition = name.partition(": ")  # spikes have one, of which some columns say nothing
+        parts = [part for part in condition.split(", ") if not part.endswith("=None")] if condition else [head]
+        who = ", ".join([*(parts if name != TOGETHER else ()), *[table["model"][0]] * several])
+        title = style.wrapped(f"{words[name]}{f' ({who})' if who else ''}", inches, style.SMALL)
+        panel.set_title(title, fontsize=style.SMALL)
         for axis, ticks, mark in zip(axes, (panel.set_xticks, panel.set_yticks), ("v", "<"), strict=False):
             steep = {"rotation": 90} if mark == "v" and len(axis.levels) > 6 else {}
             ticks(range(len(axis.levels)), list(axis.levels), **steep)
@@ -146,7 +153,7 @@ def _panels(result: Any) -> Figure:
     for panel in grid[-1]:
         panel.set_xlabel(style.wrapped(axes[0].title or axes[0].name, inches))
     for panel in grid[:, 0]:
-        panel.set_ylabel(style.wrapped(axes[1].title or axes[1].name, height) if up else "")
+        panel.set_ylabel(style.wrapped(axes[1].title or axes[1].name, height) if up else panel.get_ylabel())
     return figure
 
 
@@ -168,9 +175,10 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
     looks: Any = {"cmap": SHARES, "vmin": 0.0, "vmax": 1.0} if table["claim"][0] else {"cmap": SCALE}
     image = panel.imshow(cells, origin="lower", aspect="auto", **looks)
-    for line in range(1, max(size)):
-        panel.axvline(line - 0.5, color="white", lw=1.0)
-        panel.axhline(line - 0.5, color="white", lw=1.0)
+    panel.set_xticks(np.arange(1, size[1]) - 0.5, minor=True)
+    panel.set_yticks(np.arange(1, size[0]) - 0.5, minor=True)
+    panel.grid(which="minor", color="white", lw=1.0)
+    panel.tick_params(which="minor", length=0)
     for row in table.to_dicts() if cells.size <= MOST_WRITTEN or table["claim"][0] else ():
         panel.annotate(row["text"], (row["x"], row["y"]), ha="center", va="center", fontsize=style.SMALL - 1,
                        path_effects=style.HALO, annotation_clip=True)  # fmt: skip

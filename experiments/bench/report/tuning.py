@@ -23,7 +23,6 @@ from experiments.bench.stats.curves import Axis
 
 Row = Mapping[str, Any]
 """A model's preferences: `experiments.bench.tune.preferences`."""
-BY_CHANCE = "neighbours are no more alike than by chance"
 ACROSS = 4
 HEIGHTS = {"curve": 1.8, "map": 1.8, "polar": 2.0, "approach": 1.5}
 """Kind of a figure -> the height of its panels with their titles, inches."""
@@ -92,23 +91,16 @@ def draw(
 
 
 def peak_finding(x: Sequence[float], responses: Sequence[float], axis: Axis) -> str:
-    """Say where a response is largest, or why no value of x can be called preferred."""
+    """Say where a response is largest, or that no value of x can be called preferred."""
     best = curves.preferred(x, responses)
     if best is None:
         return "no response" if np.abs(responses).max(initial=0.0) <= curves.NOTHING else "no response along the motion"
-    low, high = (f"{end:.3g} {axis.unit}".strip() for end in best)
-    place = f"at {high}" if low == high else f"from {low} to {high}"
-    if curves.range_text(x, best) == "flat":
-        finding = "all responses are alike"
-    elif why := curves.undefined_peak(responses):
-        finding = BY_CHANCE if len(x) >= curves.LEAST_POINTS else why
-    elif curves.inside(x, best):
-        return f"largest response {place}"
-    elif best[1] == max(x):
-        finding = f"the response still rises at {high}" if low == high else f"the response is largest from {low} up"
-    else:
-        finding = f"the response is largest {place}, the lowest shown"
-    return f"no preferred {axis.noun}, {finding}"
+    text = curves.range_text(x, best)
+    if text == "flat":
+        return "all responses are alike"
+    if curves.undefined_peak(responses):
+        return f"no preferred {axis.noun}"
+    return f"largest response at {text} {axis.unit}".strip()
 
 
 def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
