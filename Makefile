@@ -91,7 +91,7 @@ test-train: $(READY) ## The tests of training, those too that need the extra [tr
 	$(BIN)/python -m pytest tests/bench/test_train.py
 
 fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
-	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/firmware/test_serial.py \
+	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/robot_side/test_serial.py \
 		-k "every_build or records_in_c"
 
 lint: $(READY)

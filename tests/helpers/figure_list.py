@@ -23,8 +23,6 @@ from experiments.bench.stats.verdict import Outcome
 from experiments.bench.study import TOGETHER
 from experiments.bench.study import Study as GridStudy
 from tests.helpers.figure_others import (
-    budget,
-    budgets_of,
     eyes_and_wheels,
     fit,
     range_of_eyes,
@@ -188,7 +186,6 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "range of eyes": range_of_eyes,
     "sensitivity": sensitivity,
     "fit": fit,
-    "chip's budget": budget,
     "video": video,
 }
 OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "range of eyes", "sensitivity", "fit")
@@ -199,8 +196,6 @@ def shown(name: str, models: Sequence[str]) -> list[str]:
     """The names that a figure draws a series, a panel or a row of."""
     if name.startswith("behaviours"):
         return behaviours_of(models)
-    if name == "chip's budget":
-        return budgets_of(models)
     if name == "training":
         return ["PPO", *behaviours_of(models)]
     return list(models)

@@ -1,4 +1,4 @@
-"""Figures of the chip's budget, the study of sensitivity and videos, from fixed rows."""
+"""Figures of the study of sensitivity and videos, from fixed rows."""
 
 from __future__ import annotations
 
@@ -14,10 +14,6 @@ from matplotlib.figure import Figure
 
 from experiments.bench import sweep, sweep_plan
 from experiments.bench.box import Range, setting_at
-from experiments.bench.firmware import figure as firmware_figure
-from experiments.bench.firmware.budget import Budget, Stage
-from experiments.bench.firmware.build import MAIN, Built, Placement
-from experiments.bench.firmware.settings import default
 from experiments.bench.fit import RESULTS, Fit, FitPlan, conclude
 from experiments.bench.report import fit as fit_figure
 from experiments.bench.report import sweep as sweep_figure
@@ -25,28 +21,6 @@ from experiments.bench.report.video import Canvas, Reel
 from experiments.bench.stats.verdict import Judged, Outcome
 from experiments.bench.study import Study, shipped
 from tests.helpers.figure_rows import wave
-
-# --- the chip ---------------------------------------------------------------------------------------------------------
-
-
-def budgets_of(models: Sequence[str]) -> list[str]:
-    """The names of as many programs as there are models."""
-    return [f"n_con={8 - place % 4} d={1 + place // 4} state_bits={8 if place % 2 else 16}"
-            for place in range(len(models))]  # fmt: skip
-
-
-def budget(models: Sequence[str]) -> Figure:
-    """Every third program is too large for the RAM, every fourth too slow."""
-    budgets = []
-    for place, name in enumerate(budgets_of(models)):
-        sizes = {".states": 90_000 + 5000 * (place % 3), ".ring": 28_512, ".stack": 4096, ".robot_main": 20_000,
-                 ".text": 30_000}  # fmt: skip
-        built = Built(Path("program.elf"), sizes, Placement(MAIN), {MAIN: 12_345} if place % 3 == 1 else {})
-        whole = Stage("whole", 2_000_000, 9_000_000 if place % 4 == 3 else 2_100_000)
-        point = {f"onboard.{key}": value for key, value in (setting.split("=") for setting in name.split())}
-        budgets.append(Budget(point, default(), built, 1000, (), whole, "square", "gcc", "qemu"))
-    return firmware_figure.draw(budgets)
-
 
 # --- the study of sensitivity -----------------------------------------------------------------------------------------
 

@@ -6,9 +6,9 @@ import shutil
 
 import pytest
 
-from experiments.bench.firmware import toolchain
+from experiments.bench.robot_side import qemu
 
-TOOLS = {toolchain.GCC: "gcc-arm-none-eabi", toolchain.QEMU: "qemu-system-arm"}
+TOOLS = {qemu.GCC: "gcc-arm-none-eabi", qemu.QEMU: "qemu-system-arm"}
 
 
 MISSING = [package for program, package in TOOLS.items() if shutil.which(program) is None]

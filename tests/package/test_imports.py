@@ -40,7 +40,6 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.robot_side": 5,
     "experiments.bench.box": 5,
     "experiments.bench.fit": 6,
-    "experiments.bench.firmware": 6,
     "experiments.bench.train": 6,
     "experiments.bench.reproduce": 6,
     "experiments.bench.api": 7,

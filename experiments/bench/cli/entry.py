@@ -84,10 +84,8 @@ def _is_plain(error: Exception) -> bool:
     if isinstance(error, OSError | ImportError):  # a missing OpenGL is the second
         return True
     # Looked up, not imported: their modules may be what could not be loaded.
-    known = (("experiments.bench.run.errors", "UsageError"), ("experiments.bench.run.errors", "TrialError"),
-             ("experiments.bench.firmware.emulator", "EmulatorError"))  # fmt: skip
-    kinds = tuple(getattr(sys.modules[module], name) for module, name in known if module in sys.modules)
-    return isinstance(error, kinds)
+    errors = sys.modules.get("experiments.bench.run.errors")
+    return errors is not None and isinstance(error, errors.UsageError | errors.TrialError)
 
 
 def _words(error: Exception) -> str:

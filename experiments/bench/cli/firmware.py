@@ -3,46 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import (
-    EXIT_FAILED,
-    Quiet,
-    Repeats,
-    Seed,
-    Workers,
-    resources,
-    results_folder,
-    run_folder,
-)
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from experiments.bench.firmware.budget import Tools
-    from experiments.bench.firmware.settings import Firmware
+from experiments.bench.cli.options import EXIT_FAILED, Out, Quiet, Repeats, Seed, Workers, resources, run_folder
 
 Sets = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="A parameter of dsnn-onboard (dsnn.n_con=4 is short for dsnn-onboard.n_con=4) or of the chip"
-        " (chip.shape=99x72); see colias firmware parameters. Repeatable.",
-    ),
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of colias firmware parameters. Repeatable."),
 ]
-Which = Annotated[
-    str | None,
-    typer.Option(
-        "--compiler", metavar="gcc|zig", help="gcc-arm-none-eabi or the ziglang wheel; otherwise what is there."
-    ),
-]
-DEFAULT_GRID = (
-    "dsnn-onboard.n_con=4,6,8", "dsnn-onboard.d=1,2", "dsnn-onboard.state_bits=8,16", "dsnn-onboard.lamina_bits=16,8",
-)  # fmt: skip
-"""What ``budget`` measures where it is given no parameters."""
+Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="A new or an empty folder.")]
 
 app = typer.Typer(
     help="What the robot's chip would compute: its memory and time, the program checked in QEMU, the source to flash.",
@@ -50,98 +21,77 @@ app = typer.Typer(
 )
 
 
-@app.command(short_help="RAM, flash and instructions on the chip, measured.")
+@app.command(short_help="Measure RAM, flash and instructions on the chip.")
 def budget(
     assignments: Sets = None,
     over: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=V1,V2", help="Measure every combination of these values. Repeatable."),
+        list[str] | None, typer.Option(metavar="KEY=V1,V2", help="Measure all combinations of values. Repeatable.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-budget-TIME.")
-    ] = None,
-    which: Which = None,
-    workers: Workers = None,
-    quiet: Quiet = False,
-) -> int:
-    """Build the chip's program, link it into the chip's memory, and count its instructions in QEMU.
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the whole table there too, as CSV.")] = None,
+) -> int:  # fmt: skip
+    """Build the chip's program, measure its memory, and count its instructions in QEMU.
 
-    RAM and flash are sections of the linked program, the stack a painted high-water mark. Instructions are counted in
-    clips with noise, flicker and motion; "fits" means the frame of the most. Without --set and --over it measures the
-    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states and LA of 8 and 16 bits. Writes budget.csv, budget.svg
-    and budget.png.
+    Bytes are those of the linked program. Instructions are those of the worst frame of clips with noise, flicker and
+    motion.
+
+    colias firmware budget --over dsnn.n_con=4,6,8 --set chip.ring_frames=2
     """
-    from experiments.bench.firmware import settings, table
-    from experiments.bench.firmware.budget import measure_all
-    from experiments.bench.firmware.export import check_folder
-    from experiments.bench.report.terminal import error_console, progress, show_places
+    import polars as pl
 
-    means = resources(workers, None, quiet, False)
-    grid = DEFAULT_GRID if over is None and not assignments else over or ()
-    points = settings.points(grid, assignments or ())
-    folder = results_folder(out, "firmware-budget")
-    check_folder(folder)
-    if not quiet:
-        _notes(wanted for _, wanted in points)
-    tools = _tools(which)
-    if not quiet:
-        programs = f"{len(points)} program{'s' * (len(points) > 1)}"
-        message = f"firmware budget: {programs} to build and to run in QEMU, into {folder}"
-        error_console.print(message, soft_wrap=True, markup=False)
-    with progress("budget", len(points), quiet, "programs") as advance:
-        budgets = measure_all(points, tools, means.workers, advance)
-    from experiments.bench.firmware import figure
-    from experiments.bench.report.style import save
+    from experiments.bench.grid import product
+    from experiments.bench.report.terminal import error_console, out_console, progress, show
+    from experiments.bench.robot_side import chip, firmware, qemu
 
-    folder.mkdir(parents=True, exist_ok=True)
-    table.write(budgets, folder / "budget.csv")
-    drawn = save(figure.draw(budgets), folder / "budget")
-    if not quiet:
-        table.show(budgets)
-        show_places({"table": folder / "budget.csv", "figure": drawn})
+    points = product(over, assignments or ()) if over else [()]
+    sets = [[*(assignments or ()), *(f"{key}={value}" for key, value in point)] for point in points]
+    programs = [chip.program(texts) for texts in sets]
+    for note in dict.fromkeys(filter(None, (chip.dead_zone_note(network) for network, _ in programs))):
+        error_console.print(f"note: {note}", soft_wrap=True)
+    with progress("budget", len(programs), False, "programs") as advance:
+        table, counts = firmware.budget(programs, advance)
+    varied = [{key.rpartition(".")[2]: value for key, value in point} for point in points]
+    table = table.with_columns(pl.Series(name, [point[name] for point in varied]) for name in varied[0])
+    if out is not None:
+        table.write_csv(out)
+    ms = pl.format("{}-{}", *(pl.col(name).round(1) for name in ("ms_least", "ms_most"))).alias("ms")
+    if over:
+        ram = pl.sum_horizontal("states", "ring", "tables", "stack").alias("RAM")
+        show(table.select(*varied[0], ram, "left", "over", "instructions", ms, "memory"))
+    else:
+        cells = table.with_columns(ms).drop("ms_least", "ms_most").row(0, named=True)
+        texts = [f"{value:,}" if isinstance(value, int) else str(value) for value in cells.values()]
+        show(pl.DataFrame({"budget": list(cells), "": texts}))
+        stages = counts[0].drop("clip")
+        worst = {"stage": stages.columns, "median": stages.median().row(0), "worst": stages.max().row(0)}
+        show(pl.DataFrame(worst).with_columns(pl.col("median", "worst").round().cast(int)), "instructions a frame")
+    least, most = chip.CYCLES
+    frame_ms = 1e3 / programs[0][0].fps
+    line = f"ms: the worst frame, of {frame_ms:.1f}, at an assumed {least} to {most} cycles an instruction"
+    out_console.print(f"{line}. {qemu.versions()}", soft_wrap=True)
     return 0
 
 
-@app.command(short_help="Hold the chip's program in QEMU against the host's form, bit for bit.")
-def check(
-    assignments: Sets = None,
-    trial: Annotated[bool, typer.Option(help="Show the frames of a trial rendered by MuJoCo too.")] = True,
-    which: Which = None,
-    quiet: Quiet = False,
-) -> int:
-    """Run the chip's program in QEMU on at least 1,000 frames, and compare every HS, VS and spike with the host's.
+@app.command(short_help="Compare the chip's program in QEMU with the network here, bit for bit.")
+def check(assignments: Sets = None) -> int:
+    """Run the chip's program in QEMU on over 1,000 frames, and compare every HS, VS and spike with the host's.
 
-    The frames: a still scene, noise, 0/255 flicker, a moving grating, a crossing, the golden clips where there is a
-    checkout, the camera's frames of a trial, and noise again after a reset. Exit status 1: an answer differs.
+    Exit status 1: a response differs.
     """
-    from experiments.bench.firmware import check as checking
-    from experiments.bench.firmware import clips, settings
-    from experiments.bench.report.terminal import error_console, out_console, progress
+    import polars as pl
 
-    wanted = settings.firmware(assignments or ())
-    tools = _tools(which)
-    if trial and not quiet:
-        error_console.print("rendering a trial of speed", markup=False)
-    sequences = checking.sequences(wanted.shape, clips.of_trial(wanted.shape) if trial else None)
-    with progress("check", len(sequences), quiet, "clips") as advance:
-        result = checking.check(wanted, tools, sequences, advance)
-    if result.difference is not None:
-        out_console.print(f"not equal: {result.difference.words()}", markup=False, soft_wrap=True)
-        return EXIT_FAILED
-    if not quiet:
-        for name, frames in result.clips.items():
-            out_console.print(f"{frames:>6} frames  {name}", markup=False)
-        if result.large:
-            out_console.print(
-                "note: this program is too large for the chip; QEMU's board has more memory", markup=False
-            )
-        spiking = f"{result.spiking:,} of them with spikes"
-        out_console.print(
-            f"equal: {result.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False
-        )
-        versions = f"{tools.compiler.version}; {tools.qemu.version}"
-        out_console.print(versions, markup=False, soft_wrap=True, style="dim")
-    return 0
+    from experiments.bench.report.terminal import out_console, show
+    from experiments.bench.robot_side import chip, firmware, qemu
+
+    table = firmware.check(chip.program(assignments or ()))
+    wrong = firmware.differing(table)
+    spikes = pl.any_horizontal(pl.col("hs_spikes", "vs_spikes") != 0).sum()
+    clips = table.group_by("clip", maintain_order=True).agg(frames=pl.len(), with_spikes=spikes)
+    show(clips.join(wrong.group_by("clip").agg(differ=pl.len()), on="clip", how="left").fill_null(0))
+    if wrong.height:
+        show(wrong.head(1), "first difference")
+    verdict = "not equal" if wrong.height else "equal"
+    out_console.print(f"{verdict}: {table.height:,} frames. {qemu.versions()}", soft_wrap=True)
+    return EXIT_FAILED if wrong.height else 0
 
 
 @app.command(short_help="Run an experiment whose observer has the emulated chip.")
@@ -149,164 +99,118 @@ def loop(
     experiment: Annotated[str, typer.Argument(help="A robot experiment that colias list shows, or a .py file.")],
     repeats: Repeats = None,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-NAME-TIME.")
-    ] = None,
+    out: Out = None,
     assignments: Sets = None,
-    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = False,
     workers: Workers = None,
     quiet: Quiet = False,
 ) -> int:
-    """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the host's form.
+    """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the network here.
 
-    The tables are those of colias run, with the models dsnn-onboard and dsnn-firmware. --set takes the
-    parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
+    Exit status 1: a trial failed, or a response of the chip differs from the host's.
     """
-    from experiments.bench import registry
-    from experiments.bench.api import perform
-    from experiments.bench.cli import robot_table as table
-    from experiments.bench.firmware import loop as looping
-    from experiments.bench.report.terminal import out_console
-    from experiments.bench.run.errors import UsageError
-    from experiments.bench.sources.experiment import Experiment
-    from experiments.bench.trials import Report
+    from experiments.bench import registry, trials
+    from experiments.bench.cli import robot_table
+    from experiments.bench.report.terminal import out_console, show
+    from experiments.bench.robot_side import loop as looping
 
-    declared = registry.find(experiment)
-    if not isinstance(declared, Experiment):
-        raise UsageError(f"{experiment}: shows clips; legal is an experiment with a robot, such as speed")
+    declared = registry.load(experiment)
+    planned = trials.plan(declared, looping.models(), looping.assignments(assignments or ()), repeats, seed)
     folder = run_folder(out, f"firmware-{declared.name}")
-    means = resources(workers, None, quiet, False)
-    report = perform(declared, folder, means, recordings=recordings, models=looping.models(), only=True,
-                     settings=looping.assignments(assignments or ()), repeats=repeats, seed=seed)  # fmt: skip
-    if not quiet and isinstance(report, Report):
-        table.show(report, recordings)
+    report = trials.run(planned, folder, resources(workers, None, quiet, False), recordings=False)
+    if not quiet:
+        robot_table.show(report, recordings=False)
     if report.failures:
         return EXIT_FAILED
-    comparison = looping.compare(folder)
-    if comparison.difference:
-        out_console.print(f"not equal: {comparison.difference}", markup=False, soft_wrap=True)
-        return EXIT_FAILED
-    if not quiet:
-        frames = f"{comparison.frames:,} frames of {comparison.trials} trials"
-        message = f"equal: {frames}; every HS, VS and spike of the chip is the host's"
-        out_console.print(message, markup=False, soft_wrap=True)
-    return 0
+    table, wrong = looping.compare(folder)
+    if wrong.height:
+        show(wrong.head(1), "first difference")
+    out_console.print(f"{'not equal' if wrong.height else 'equal'}: {table.height:,} frames of chip and host")
+    return EXIT_FAILED if wrong.height else 0
 
 
 @app.command(short_help="Write a folder that builds the network for the robot.")
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A new or an empty folder.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A new or an empty folder.")],
     assignments: Sets = None,
-    which: Which = None,
-    quiet: Quiet = False,
 ) -> int:
     """Write C sources, the header of the parameters, a linker script, an example main.c, a Makefile and one page.
 
     There is a program that measures itself on a board too; colias firmware decode reads what it sends.
-
-    The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
     """
-    from experiments.bench.firmware import export as exporting
-    from experiments.bench.firmware import settings
-    from experiments.bench.firmware.budget import measure_all
     from experiments.bench.report.terminal import error_console, show_places
-    from experiments.bench.run.errors import UsageError
+    from experiments.bench.robot_side import chip
+    from experiments.bench.robot_side import export as exporting
 
-    wanted = settings.firmware(assignments or ())
-    exporting.check_folder(folder)
-    if not quiet:
-        _notes([wanted])
-    try:
-        tools = _tools(which)
-    except UsageError as error:
-        if which is not None:
-            raise
-        exporting.export(wanted, folder, assignments or (), str(error))
-        if not quiet:
-            error_console.print(f"note: the budget was not measured: {error}", markup=False, soft_wrap=True)
-    else:
-        if not quiet:
-            error_console.print("building it, and counting its instructions in QEMU", markup=False)
-        (measured,) = measure_all([({}, wanted)], tools, 1, lambda: None)
-        exporting.export(wanted, folder, assignments or (), measured)
-    if not quiet:
-        show_places({"export": folder, "page": folder / "README.md"})
+    _check_empty(folder)
+    program = chip.program(assignments or ())
+    exporting.export(program, folder, assignments or ())
+    if note := chip.dead_zone_note(program[0]):
+        error_console.print(f"note: {note}", soft_wrap=True)
+    show_places({"export": folder, "page": folder / "README.md"})
     return 0
 
 
 @app.command(short_help="Make a log of what the self-measuring program has sent.")
 def decode(
     serial: Annotated[Path, typer.Argument(metavar="FILE", help="What the board's serial line sent, as it came.")],
-    out: Annotated[
-        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-serial-TIME.")
-    ] = None,
-    quiet: Quiet = False,
+    out: Folder,
 ) -> int:
     """Decode the serial line of the program that colias firmware export writes beside the network.
 
     Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
-    has no counter. A damaged line is skipped. Exit status 1: lines are damaged, or frames are missing.
+    has no counter. A damaged line is skipped and counted. Exit status 1: frames are missing.
     """
-    from experiments.bench.firmware import serial as line
-    from experiments.bench.firmware.export import check_folder
-    from experiments.bench.report.terminal import count, error_console, out_console, show_places
+    from experiments.bench.report.terminal import count, out_console, show_places
+    from experiments.bench.robot_side import serial as line
     from experiments.bench.run.errors import UsageError
 
-    folder = results_folder(out, "firmware-serial")
-    check_folder(folder)
-    capture = line.decode(serial.read_bytes())
-    if not capture.frames.height:
+    _check_empty(out)
+    frames, board, damaged = line.decode(serial.read_bytes())
+    if not frames.height:
         raise UsageError(f"{serial}: no frame is whole")
-    if capture.damaged or capture.missing:
-        lost = f"{count(capture.damaged, 'damaged line')} skipped; {count(capture.missing, 'frame')} missing"
-        error_console.print(f"{serial}: {lost}", markup=False, soft_wrap=True)
-    line.write(capture, folder)
-    if not quiet:
-        for text in line.summary(capture):
-            out_console.print(text, markup=False, soft_wrap=True)
-        show_places({"log": folder / line.LOG, "cycles": folder / line.CYCLES})
-    return EXIT_FAILED if capture.damaged or capture.missing else 0
+    out.mkdir(parents=True, exist_ok=True)
+    line.log(frames, board).write_csv(out / "log.csv")
+    frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
+    missing = board["trials"] * board["frames"] - frames.height if "trials" in board else 0
+    lost = f"{count(damaged, 'damaged line')} skipped, {count(missing, 'frame')} missing"
+    out_console.print(f"{frames.height} frames of {board.get('board', 'an unknown board')}; {lost}")
+    took, stack = line.time_ms(frames, board), board.get("bytes")
+    limit = board.get("frame_us", 0) / 1e3
+    time = "cycles were not counted" if took is None else f"worst frame: {took:.2f} ms of {limit:.2f}"
+    out_console.print(f"{time}; stack: {'unknown' if stack is None else f'{stack:,} B'} used, without interrupts")
+    show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
+    return EXIT_FAILED if missing else 0
 
 
 @app.command(short_help="Write a run with the robot as the log that a robot would have sent.")
 def log(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")],
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="A new folder.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")], out: Folder
 ) -> int:
     """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
-    from experiments.bench.firmware.export import check_folder
     from experiments.bench.report.terminal import show_places
     from experiments.bench.result import load
     from experiments.bench.robot_side import import_log
 
-    check_folder(out)
+    _check_empty(out)
     command = import_log.write(load(run), out)
     show_places({"log": out / import_log.LOG, "import by": command})
     return 0
 
 
 @app.command(short_help="List the parameters that --set reaches here.")
-def parameters() -> None:
+def parameters() -> int:
     """List every parameter of dsnn-onboard and of the chip: key, default, legal range, meaning."""
     from experiments.bench.cli.listing import show_parameters
-    from experiments.bench.firmware import settings
+    from experiments.bench.robot_side import chip
+    from experiments.bench.run.settings import described
 
-    show_parameters(settings.parameters())
-    typer.echo(f"note: {settings.longest_delay()}")
-
-
-def _notes(programs: Iterable[Firmware]) -> None:
-    """Print what the programs' formats cannot follow, each line once."""
-    from experiments.bench.firmware.settings import dead_zone_notice
-    from experiments.bench.report.terminal import error_console
-
-    for line in dict.fromkeys(filter(None, (dead_zone_notice(program.network) for program in programs))):
-        error_console.print(f"note: {line}", markup=False, soft_wrap=True)
+    show_parameters(described(chip.sections()))
+    return 0
 
 
-def _tools(which: str | None) -> Tools:
-    """Compiler and emulator; `UsageError` where one is missing."""
-    from experiments.bench.firmware.budget import Tools
-    from experiments.bench.firmware.toolchain import compiler, qemu
+def _check_empty(folder: Path) -> None:
+    """Raise `UsageError` where something is in the way of new files."""
+    from experiments.bench.run.errors import UsageError
 
-    return Tools(compiler(which), qemu())
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} must be a new or an empty folder")

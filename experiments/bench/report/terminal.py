@@ -108,7 +108,7 @@ def show(rows: pl.DataFrame, title: str = "") -> None:
     """Print a table: numbers right of texts, large ones with separators, blank what is null."""
     table = Table(title=title or None, title_justify="left", box=None, header_style="bold", pad_edge=False)
     for name, kind in rows.schema.items():
-        table.add_column(name.replace("_", " "), justify="right" if kind.is_numeric() else "left", no_wrap=True)
+        table.add_column(name, justify="right" if kind.is_numeric() else "left")
     for row in rows.rows():
         cells = ("" if cell is None else f"{cell:,}" if isinstance(cell, int) else str(cell) for cell in row)
         table.add_row(*cells)

@@ -173,7 +173,7 @@ def without(model: ConfiguredModel, unknown: Sequence[str]) -> ConfiguredModel:
     """Return a model that does not declare the channels that are unknown."""
     entry = model.declared
     channels = tuple(channel for channel in entry.channels if channel not in unknown)
-    thresholds = {channel: name for channel, name in entry.thresholds.items() if channel in channels}
+    thresholds = {str(channel): name for channel, name in entry.thresholds.items() if channel in channels}
     return dataclasses.replace(model, entry=dataclasses.replace(entry, channels=channels, thresholds=thresholds))
 
 

@@ -1,0 +1,116 @@
+"""Write a folder that builds the network for the robot: C sources, parameters, linker script, Makefile, one page."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from colias_sim.config import CameraConfig
+from dsnn.native.binding import ONBOARD
+from experiments.bench.robot_side.chip import MODEL, Program, dead_zone_note, full_key
+from experiments.bench.robot_side.firmware import (
+    CHIP_SIDE,
+    CONFIG,
+    COUNTED,
+    NATIVE,
+    QEMU_MEMORY,
+    TABLE_PLACE,
+    Frames,
+    clips,
+    config,
+    memory_script,
+)
+from experiments.bench.robot_side.import_log import FRAMES
+from experiments.bench.run.recordings import write_pictures
+from experiments.bench.run.templates import render
+
+ADDRESSES = {"FLASH": 0x0800_0000, "MAIN": 0x2000_0000, "CORE": 0x1000_0000}
+"""Addresses of the STM32F427's memories (its reference manual, memory map)."""
+SHOWN = ("noise", "pixel flicker", "grating")
+"""The clips that the self-measuring program shows: those with the frames of the most instructions."""
+COPIED = (
+    "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
+    "answers.c", "host_main.c", "states.h", "split.h", "measure_main.c", "record.c", "record.h", "cycles.c", "cycles.h",
+    "board.h", "board_qemu.c", "board_stm32.c", "sections.ld",
+)  # fmt: skip
+
+
+def export(program: Program, folder: Path, assignments: Sequence[str] = ()) -> None:
+    """Write the folder.
+
+    Parameters
+    ----------
+    program
+        The network's parameters, and the chip.
+    folder
+        A new or an empty one.
+    assignments
+        The ``--set`` texts that led here, for the page.
+
+    Raises
+    ------
+    UsageError
+        The parameters have no fixed-point form. Nothing was written.
+    """
+    network, chip = program
+    shown = {name: clip for name, clip in clips(chip.shape, COUNTED).items() if name in SHOWN}
+    sizes = {"FLASH": chip.flash, "MAIN": chip.ram_main, "CORE": chip.ram_core}
+    words = {
+        "chip": chip, "config": CONFIG, "table_place": TABLE_PLACE, "model": MODEL, "version": version("colias-sim"),
+        "note": dead_zone_note(network), "shown": shown, "frames": COUNTED, "fps": network.fps,
+        "options": "".join(f" --set {shlex.quote(text)}" for text in assignments),
+        "settings": "".join(f" --set {shlex.quote(text)}" for text in _settings(program, assignments)),
+    }  # fmt: skip
+    written = {
+        CONFIG: config(program),
+        "memory.ld": memory_script(chip, {name: (address, sizes[name]) for name, address in ADDRESSES.items()}),
+        "memory-qemu.ld": memory_script(chip, QEMU_MEMORY),
+        "measure_frames.h": _frames_header(program, shown),
+        "measure_frames.c": _frames_source(shown),
+        **{name: render(f"robot_side/templates/{name}.j2", **words) + "\n"
+           for name in ("Makefile", "README.md", "experiment.py")},
+    }  # fmt: skip
+    sources = {name: CHIP_SIDE / name for name in (*COPIED, "include/string.h")}
+    sources |= {"main.c": CHIP_SIDE / "robot_main.c", **{name: NATIVE / name for name in ONBOARD}}
+    (folder / "include").mkdir(parents=True, exist_ok=True)
+    for name, source in sources.items():
+        (folder / name).write_bytes(source.read_bytes())
+    for name, text in written.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    for index, frames in enumerate(shown.values()):
+        write_pictures(folder / FRAMES / f"trial-{index:04d}", frames, ".pgm")
+
+
+def _settings(program: Program, assignments: Sequence[str]) -> list[str]:
+    """Return what ``colias import`` sets so that model and camera are as they are here."""
+    network, chip = program
+    camera, values = CameraConfig(), {"width": chip.columns, "height": chip.rows, "fps": network.fps}
+    of_model = [text for text in map(full_key, assignments) if text.startswith(f"{MODEL}.")]
+    return of_model + [f"camera.{name}={value:g}" for name, value in values.items() if value != getattr(camera, name)]
+
+
+def _frames_header(program: Program, shown: dict[str, Frames]) -> str:
+    """Return ``measure_frames.h``: which frames the self-measuring program shows."""
+    network, chip = program
+    names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(shown))
+    lines = [
+        f"/* Frames that the self-measuring program shows, written by colias-sim:\n{names} */",
+        "#ifndef MEASURE_FRAMES_H", "#define MEASURE_FRAMES_H", "", "#include <stdint.h>", "",
+        f"#define MEASURE_TRIALS {len(shown)}u", f"#define MEASURE_FRAMES {COUNTED}u",
+        f"#define MEASURE_FRAME_US {round(1e6 / network.fps)}u", "",
+        f"extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{chip.rows * chip.columns}];",
+        "", "#endif", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _frames_source(shown: dict[str, Frames]) -> str:
+    """Return ``measure_frames.c``: the frames themselves, a line each."""
+    frames = np.concatenate(list(shown.values())).reshape(len(shown) * COUNTED, -1)
+    rows = ["{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames]
+    begin = f"const uint8_t measure_luma[{len(frames)}][{frames.shape[1]}] = {{"
+    return "\n".join(['#include "measure_frames.h"', "", begin, *rows, "};", ""])

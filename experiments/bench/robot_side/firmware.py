@@ -1,0 +1,274 @@
+"""The chip's program: built, measured in the emulator, and compared there with the network on this computer."""
+
+from __future__ import annotations
+
+import re
+import struct
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+import dsnn.native
+from dsnn.onboard.header import header
+from dsnn.onboard.model import OnboardDSNN
+from experiments.bench.robot_side.chip import CYCLES, ChipSettings, Program
+from experiments.bench.robot_side.qemu import Q15, STAGES, Emulator, compiler
+from experiments.bench.run.errors import UsageError, printable
+from experiments.bench.run.streams import stream
+
+NATIVE = Path(dsnn.native.__file__).parent
+CHIP_SIDE = NATIVE / "firmware"
+SOURCES = (
+    *(CHIP_SIDE / f"{name}.c" for name in ("startup", "memory", "camera", "semihost", "counter", "answers")),
+    NATIVE / "onboard.c",
+)
+CONFIG = "onboard_config.h"
+TABLE_PLACE = '__attribute__((section(".tables")))'
+"""What puts the tables that are looked up at random into RAM (``sections.ld``): each load from flash would wait."""
+QEMU_MEMORY = {"FLASH": (0x0000_0000, 2**22), "MAIN": (0x2000_0000, 2**22), "CORE": (0x2100_0000, 2**22)}
+"""Region -> address and bytes on QEMU's board mps2-an386. It has more than the chip: what is too large runs too."""
+PURPOSES = {".states": "MAIN", ".ring": "MAIN", ".data": "MAIN", ".bss": "MAIN", ".second": "CORE", ".tables": "CORE",
+            ".stack": "CORE"}  # fmt: skip
+"""Section of the linked program -> the RAM region that it lies in. LA and the adaptation's states are ``.second``."""
+CHANNELS = ("hs", "vs", "hs_spikes", "vs_spikes")
+COUNTED, COMPARED = 16, 143
+"""Frames of each clip that instructions are counted in, and that are compared: over 1,000 in all clips. The slowest
+state of the network's work, the adaptation, is at its level after 10."""
+Frames = npt.NDArray[np.uint8]
+
+
+def memory_script(chip: ChipSettings, memory: Mapping[str, tuple[int, int]] = QEMU_MEMORY) -> str:
+    """Return the text of ``memory.ld``: the regions with their addresses and sizes, and the stack's reserve."""
+    rights = {"FLASH": "rx", "MAIN": "rwx", "CORE": "rwx"}
+    regions = [
+        f"    {name} ({rights[name]}) : ORIGIN = 0x{address:08X}, LENGTH = {size}"
+        for name, (address, size) in memory.items()
+    ]
+    return "\n".join([f"CHIP_STACK = {chip.stack};", "MEMORY", "{", *regions, "}", ""])
+
+
+def config(program: Program) -> str:
+    """Return the text of `CONFIG`; `UsageError` where the parameters have no fixed-point form."""
+    network, chip = program
+    try:
+        return header(chip.shape, network)
+    except ValueError as error:
+        raise UsageError(printable(str(error))) from None
+
+
+def build(program: Program, folder: Path) -> Path:
+    """Compile and link the test program in a folder, and return the ELF file.
+
+    Raises
+    ------
+    UsageError
+        There is no compiler, it refuses the sources, or the parameters have no fixed-point form.
+    """
+    _, chip = program
+    (folder / CONFIG).write_text(config(program), encoding="ascii")
+    sections = (CHIP_SIDE / "sections.ld").read_text(encoding="ascii")
+    (folder / "chip.ld").write_text(memory_script(chip) + sections, encoding="ascii")
+    command = compiler()
+    libraries = () if "ziglang" in command else ("-lgcc",)
+    done = subprocess.run(
+        [*command, "-isystem", str(CHIP_SIDE / "include"), f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}",
+         f'-DONBOARD_CONFIG_HEADER="{CONFIG}"', f"-DONBOARD_IN_RAM={TABLE_PLACE}", "-DONBOARD_SPLIT",
+         f"-DCAMERA_FRAMES={chip.ring_frames}", "-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)",
+         "-T", "chip.ld", *map(str, SOURCES), *libraries, "-o", "chip.elf"],
+        cwd=folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise UsageError(f"the compiler refuses the program: {printable(done.stderr)}")
+    return folder / "chip.elf"
+
+
+def elf_sections(path: Path) -> dict[str, int]:
+    """Return the bytes of each section of a 32-bit ELF file that takes memory of the chip."""
+    data = path.read_bytes()
+    table, size, number, names = struct.unpack_from("<I10xHHH", data, 32)
+    rows = [struct.unpack_from("<10I", data, table + size * i) for i in range(number)]
+    sizes: dict[str, int] = {}
+    for name, _, flags, _, _, length, *_ in rows:
+        start = rows[names][4] + name
+        if flags & 0x2 and length:  # SHF_ALLOC
+            sizes[data[start : data.index(b"\0", start)].decode()] = length
+    return sizes
+
+
+@contextmanager
+def emulated(program: Program) -> Iterator[tuple[Emulator, dict[str, int]]]:
+    """Build a program and start it in QEMU; yield it with the sizes of its sections."""
+    with tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder:
+        elf = build(program, Path(folder))
+        with Emulator(elf) as chip:
+            yield chip, elf_sections(elf)
+
+
+def clips(shape: tuple[int, int], length: int) -> dict[str, Frames]:
+    """Return clips that drive the network from no work at all to all that it may have.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames.
+    length
+        Frames of each clip.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Name -> (T, R, C) uint8. ``still``: nothing changes. ``noise``: every pixel is drawn anew. ``pixel flicker``:
+        every pixel is 0 or 255, drawn anew. ``field flicker`` and ``board flicker``: all pixels, or the two halves of
+        a chequerboard, change from 0 to 255 at every frame. ``grating``: black and white bars of 4 px, moving by 2 px
+        a frame. ``crossing``: a dark square passes on noise of 8 grey levels.
+    """
+    rows, columns = shape
+    draw = stream("firmware.clips", 0)
+    times = np.arange(length)[:, None, None]
+    y, x = np.mgrid[:rows, :columns]
+    white = np.uint8(255)
+    crossing = draw.integers(180, 188, (length, rows, columns), dtype=np.uint8)
+    side = max(rows // 3, 2)
+    for time in range(length):
+        left = (2 * time) % columns
+        crossing[time, side : 2 * side, left : left + side] = 20
+    return {
+        "still": np.full((length, rows, columns), 128, np.uint8),
+        "noise": draw.integers(0, 256, (length, rows, columns), dtype=np.uint8),
+        "pixel flicker": draw.integers(0, 2, (length, rows, columns), dtype=np.uint8) * white,
+        "field flicker": np.broadcast_to((times % 2).astype(np.uint8), (length, rows, columns)) * white,
+        "board flicker": ((times + x + y) % 2).astype(np.uint8) * white,
+        "grating": (((x + 0 * y - 2 * times) // 4) % 2).astype(np.uint8) * white,
+        "crossing": crossing,
+    }
+
+
+def stage_names() -> list[str]:
+    """Return the network's stages in their order, as ``onboard.h`` names them."""
+    text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
+    (line,) = re.findall(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
+    return re.findall(r'"(\w+)"', line)
+
+
+def counts(chip: Emulator, shape: tuple[int, int], length: int = COUNTED) -> pl.DataFrame:
+    """Count instructions: a row per frame of the clips, a column per stage and one for the ``whole`` frame."""
+    names = [*stage_names(), *(f"stage {place}" for place in range(len(stage_names()), STAGES - 1)), "camera's luma"]
+    rows = []
+    for clip, frames in clips(shape, length).items():
+        chip.reset()
+        rows += [(clip, *map(round, chip.step(frame).instructions)) for frame in frames]
+    table = pl.DataFrame(rows, ["clip", *names], orient="row").drop(names[len(stage_names()) : -1])
+    return table.with_columns(whole=pl.sum_horizontal(pl.exclude("clip")))
+
+
+def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object], pl.DataFrame]:
+    """Build a program and measure what it takes of the chip.
+
+    Parameters
+    ----------
+    program
+        The program.
+    length
+        Frames of each clip.
+
+    Returns
+    -------
+    dict
+        A row of the budget: parameters, bytes by purpose, what is ``over`` and what is ``left`` for the robot, the
+        instructions of the worst frame, and the interval of its time.
+    polars.DataFrame
+        From `counts`.
+    """
+    network, chip = program
+    with emulated(program) as (running, sizes):
+        table, used = counts(running, chip.shape, length), running.stack_bytes()
+    regions = {"MAIN": chip.ram_main, "CORE": chip.ram_core}
+    for section, region in PURPOSES.items():
+        regions[region] -= sizes.get(section, 0)
+    room = sum(max(left, 0) for left in regions.values())
+    over = sum(max(-left, 0) for left in regions.values()) + max(chip.robot_ram - room, 0)
+    flash = sum(sizes.get(name, 0) for name in (".text", ".ARM.exidx", ".data", ".tables"))
+    stack = used + chip.interrupt_stack
+    worst = table.row(int(table["whole"].arg_max() or 0), named=True)
+    least, most = (worst["whole"] * cycles / (1000.0 * chip.clock_mhz) for cycles in CYCLES)
+    missing = {"RAM": over, "flash": flash - chip.flash, "stack": stack - chip.stack}
+    short = [name for name, size in missing.items() if size > 0]
+    row = {
+        "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
+        "states": sizes[".states"] + sizes[".second"], "tables": sizes.get(".tables", 0), "ring": sizes[".ring"],
+        "stack": sizes[".stack"], "stack_used": used, "left": sum(regions.values()), "over": over, "flash": flash,
+        "worst_clip": worst["clip"], "instructions": worst["whole"], "ms_least": least, "ms_most": most,
+        "memory": f"lacks {', '.join(short)}" if short else "fits",
+    }  # fmt: skip
+    return row, table
+
+
+def budget(
+    programs: Sequence[Program], done: Callable[[], None] = lambda: None
+) -> tuple[pl.DataFrame, list[pl.DataFrame]]:
+    """Measure programs, in threads, as compiler and emulator are processes of their own.
+
+    Parameters
+    ----------
+    programs
+        The programs.
+    done
+        Called as each is measured.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row per program.
+    list of polars.DataFrame
+        The counts of each.
+    """
+
+    def work(program: Program) -> tuple[dict[str, object], pl.DataFrame]:
+        measured = measure(program)
+        done()
+        return measured
+
+    with ThreadPoolExecutor() as pool:
+        rows, tables = zip(*pool.map(work, programs), strict=True)
+    return pl.DataFrame(rows), list(tables)
+
+
+def compare(program: Program, chip: Emulator, shown: Sequence[tuple[str, Frames]]) -> pl.DataFrame:
+    """Show clips to the chip and to the network on this computer, each after a reset.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row per frame: clip, frame, the chip's HS and VS in Q15 and their spikes, and the host's as ``hs_host``, ...
+    """
+    network, settings = program
+    model = OnboardDSNN(settings.shape, network)
+    rows = []
+    for name, frames in shown:
+        model.reset()
+        chip.reset()
+        for place, frame in enumerate(frames):
+            host = model.step(frame)
+            values = round(host.hs * Q15), round(host.vs * Q15), host.hs_spikes, host.vs_spikes
+            rows.append((name, place, *chip.step(frame).values, *values))
+    return pl.DataFrame(rows, ["clip", "frame", *CHANNELS, *(f"{name}_host" for name in CHANNELS)], orient="row")
+
+
+def differing(table: pl.DataFrame) -> pl.DataFrame:
+    """Return the rows of `compare` in which chip and host differ."""
+    return table.filter(pl.any_horizontal(pl.col(name) != pl.col(f"{name}_host") for name in CHANNELS))
+
+
+def check(program: Program, length: int = COMPARED) -> pl.DataFrame:
+    """Build a program and `compare` it on all clips, the noise once more at the end."""
+    _, chip = program
+    shown = clips(chip.shape, length)
+    with emulated(program) as (running, _):
+        return compare(program, running, [*shown.items(), ("noise again", shown["noise"])])

@@ -1,0 +1,153 @@
+"""The programs that build for the chip and emulate it: a cross compiler, and QEMU that runs what it has built."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import struct
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.bench.run.errors import UsageError
+
+GCC, QEMU = "arm-none-eabi-gcc", "qemu-system-arm"
+# Freestanding: there is no C library. Even so memcpy of a few bytes is an instruction, by the compiler's own knowledge
+# of it (-fbuiltin); what is longer calls memory.c.
+_COMMON = (
+    "-O3", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fbuiltin", "-fno-common",
+    "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables", "-nostdlib",
+    "-Wl,--gc-sections",
+)  # fmt: skip
+_GCC = ("-mthumb", "-mfloat-abi=soft", "-mcpu=cortex-m4", "-fno-tree-loop-distribute-patterns", "-nostartfiles")
+_ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-munaligned-access", "-g0",
+        "-Wl,--entry=chip_reset")  # fmt: skip
+
+SHIFT = 8
+"""``-icount shift=``: an instruction lasts 2^8 ns of the board's time. It changes no count, only how finely the board's
+25 MHz timer tells them: at 0 in steps of 40 instructions, at 8 one by one, 6.4 ticks each."""
+TICKS_AN_INSTRUCTION = 2**SHIFT / 40.0
+_HELLO, _FRAME, _RESET, _STACK = (struct.pack("<I", word) for word in (1, 2, 3, 4))
+Q15 = 32768.0
+"""A potential of 1 in the chip's answers."""
+STAGES = 12
+KNOWN, KNOWN_ERROR = 4097, 4
+"""Instructions of the test program's known loop, with the one that loads its number, and how far a count may be off."""
+
+
+def compiler() -> tuple[str, ...]:
+    """Return the command of a C compiler for the chip: GCC's where it is on the PATH, otherwise the ``ziglang`` wheel.
+
+    Raises
+    ------
+    UsageError
+        There is none; it names the packages.
+    """
+    if path := shutil.which(GCC):
+        return (path, *_COMMON, *_GCC)
+    if importlib.util.find_spec("ziglang") is not None:
+        return (sys.executable, "-P", "-m", "ziglang", "cc", *_COMMON, *_ZIG)
+    raise UsageError("no C compiler for the chip: install Debian's gcc-arm-none-eabi or the wheel ziglang")
+
+
+def emulator() -> str:
+    """Return the path of QEMU; `UsageError` with the package's name where it is missing."""
+    path = shutil.which(QEMU)
+    if path is None:
+        raise UsageError(f"no {QEMU} on the PATH: install Debian's qemu-system-arm")
+    return path
+
+
+def versions() -> str:
+    """Return the versions of compiler and emulator, as these say them: counts of instructions depend on both."""
+    command = compiler()
+    asked = (command[0], "--version") if "ziglang" not in command else (*command[:4], "version")
+    told = (
+        subprocess.run(one, capture_output=True, text=True, check=True).stdout for one in (asked, (QEMU, "--version"))
+    )
+    return "; ".join(text.splitlines()[0] for text in told)
+
+
+@dataclass(frozen=True, slots=True)
+class ChipResponse:
+    """Response of the chip to one frame.
+
+    Parameters
+    ----------
+    values
+        hs and vs in Q15, and their spikes.
+    instructions
+        Of each stage, (STAGES,), the cost of counting taken off; 0 where a stage did not run.
+    """
+
+    values: tuple[int, int, int, int]
+    instructions: npt.NDArray[np.float64]
+
+
+class Emulator:
+    """The test program in QEMU. It ends with ``close``, or when this process ends, as its input ends then.
+
+    Parameters
+    ----------
+    elf
+        The linked program.
+
+    Raises
+    ------
+    UsageError
+        This QEMU does not count instructions one by one.
+    """
+
+    def __init__(self, elf: Path) -> None:
+        command = [
+            emulator(), "-M", "mps2-an386", "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
+            "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native",
+            "-kernel", str(elf),
+        ]  # fmt: skip
+        pipe = subprocess.PIPE
+        self._process: Any = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe)
+        *_, self._cost, known = self._ask(_HELLO, "<7I")
+        counted = (known - self._cost) / TICKS_AN_INSTRUCTION
+        if abs(counted - KNOWN) > KNOWN_ERROR:
+            self.close()
+            raise UsageError(f"this {QEMU} counts {counted:.0f} instructions of {KNOWN}: no count can be had of it")
+
+    def step(self, frame: npt.NDArray[np.uint8]) -> ChipResponse:
+        """Show the next frame, (R, C) uint8."""
+        numbers = self._ask(_FRAME + frame.tobytes(), f"<4i{2 * STAGES}I")
+        hs, vs, hs_spikes, vs_spikes, *counts = numbers
+        ticks, calls = np.array(counts, np.float64).reshape(2, STAGES)
+        instructions = np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0)
+        return ChipResponse((hs, vs, hs_spikes, vs_spikes), instructions)
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._ask(_RESET, "<I")
+
+    def stack_bytes(self) -> int:
+        """Return the bytes of the stack used so far: its high-water mark, by a painted pattern."""
+        return self._ask(_STACK, "<I")[0]
+
+    def close(self) -> None:
+        """End the program and its process."""
+        self._process.kill()
+        self._process.communicate()
+
+    def __enter__(self) -> Emulator:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _ask(self, message: bytes, form: str) -> tuple[int, ...]:
+        self._process.stdin.write(message)
+        self._process.stdin.flush()
+        answer = self._process.stdout.read(struct.calcsize(form))
+        if len(answer) < struct.calcsize(form):
+            raise RuntimeError(f"{QEMU} has ended: {self._process.stderr.read().decode(errors='replace')}")
+        return struct.unpack(form, answer)

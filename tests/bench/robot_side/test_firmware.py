@@ -1,0 +1,134 @@
+"""The network on the robot's chip: exported, built, emulated and compared; skipped where a tool is missing."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from dsnn.onboard.model import OnboardDSNN
+from experiments.bench.cli import main
+from experiments.bench.robot_side import chip, export, firmware, qemu
+from experiments.bench.run.errors import UsageError
+from tests.helpers.firmware import needs_tools
+
+SMALL = ("chip.columns=33", "chip.rows=24")
+GOLDEN = Path(__file__).parents[2] / "golden"
+
+pytestmark = needs_tools
+
+
+def make(folder: Path, *words: str) -> None:
+    done = subprocess.run(["make", "-C", folder, *words], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0 and "warning" not in done.stderr, done.stderr
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("export") / "out"
+    export.export(chip.program(SMALL), folder, SMALL)
+    return folder
+
+
+def test_what_is_exported_compiles_clean_and_responds_as_the_host_does_bit_for_bit(exported):
+    """For the robot, for QEMU and for this computer; the Makefile has -std=c99 -Wall -Wextra -Werror."""
+    make(exported, "all", "qemu", "host")
+    program = chip.program(SMALL)
+    with qemu.Emulator(exported / "build" / "qemu.elf") as running:
+        table = firmware.compare(program, running, list(firmware.clips((24, 33), 50).items()))
+    assert not firmware.differing(table).height and (table["hs_spikes"] != 0).sum() > 50
+    noise = table.filter(clip="noise").select(firmware.CHANNELS)
+    frames = firmware.clips((24, 33), 50)["noise"]
+    done = subprocess.run([exported / "build" / "host"], input=frames.tobytes(), capture_output=True, check=True)
+    assert [tuple(map(int, line.split())) for line in done.stdout.decode().splitlines()] == noise.rows()
+
+
+def test_the_ziglang_wheel_compiles_the_exported_folder_too(exported):
+    if subprocess.run([sys.executable, "-m", "ziglang", "version"], capture_output=True, check=False).returncode:
+        pytest.skip("needs the wheel ziglang: pip install ziglang")
+    make(exported, "clean")
+    make(exported, "CROSS=zig", f"PYTHON={sys.executable}", "all", "qemu")
+
+
+def test_the_chip_responds_to_golden_clips_as_the_host_does_at_full_size():
+    """Tables of 8-bit delay states come from flash into RAM: a start that copied nothing would respond 0."""
+    clips = [(path.stem, np.load(path)["frames"][:60]) for path in sorted(GOLDEN.glob("right_*.npz"))]
+    clips = [(name, frames) for name, frames in clips if frames.shape[1:] == (72, 99)]
+    program = chip.program(())
+    with firmware.emulated(program) as (running, sizes):
+        table = firmware.compare(program, running, [(name, frames.astype(np.uint8)) for name, frames in clips])
+    assert sizes[".tables"] == 2 * 256 + 8 * 256  # the codes' values, and their decays of eight spacings
+    assert not firmware.differing(table).height and (table["hs_spikes"] != 0).sum() > 10
+
+
+def test_a_wrong_response_of_the_chip_is_found():
+    """The control: a network with another weight is not equal."""
+    with firmware.emulated(chip.program([*SMALL, "dsnn.w_i=0.8"])) as (running, _):
+        table = firmware.compare(chip.program(SMALL), running, list(firmware.clips((24, 33), 20).items()))
+    first = firmware.differing(table).row(0, named=True)
+    assert any(first[name] != first[f"{name}_host"] for name in firmware.CHANNELS)
+
+
+def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_known():
+    """Sizes and counts of instructions: none depends on the machine's load. The default has 2,808 B left, as ever."""
+    table, _ = firmware.budget([chip.program(SMALL)] * 2)
+    assert table[0].equals(table[1])
+    row, _ = firmware.measure(chip.program(()), 2)
+    assert row["left"] - chip.ChipSettings().robot_ram == 2808 and row["memory"] == "fits"
+    assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
+
+
+def test_instructions_grow_with_the_pixels_of_the_frame():
+    """Taking luma out of a frame is one loop over its pixels: a count is a line, whose slope is that of a loop."""
+    luma = []
+    for rows in (16, 32, 48):
+        _, counts = firmware.measure(chip.program(["chip.columns=32", f"chip.rows={rows}"]), 2)
+        luma.append(counts["camera's luma"].max())
+        assert counts["camera's luma"].n_unique() == 1, "the same loop in every frame"
+    steps = np.diff(luma)
+    assert abs(steps[1] - steps[0]) <= 2 and 5 <= 4 * steps[0] / 512 <= 40, "instructions for four pixels"
+
+
+def test_a_budget_says_which_memory_is_too_small_and_by_how_much():
+    network, settings = chip.program(SMALL)
+    row, _ = firmware.measure((network, settings), 1)
+    left = int(row["left"])
+    for more, memory in ((0, "fits"), (8, "lacks RAM")):
+        tight = dataclasses.replace(settings, robot_ram=left + more)
+        again, _ = firmware.measure((network, tight), 1)
+        assert (again["over"], again["memory"]) == (more, memory)
+    tight = dataclasses.replace(settings, stack=row["stack_used"] + 943, flash=4096)
+    assert firmware.measure((network, tight), 1)[0]["memory"] == "lacks flash, stack"
+
+
+def test_the_commands(tmp_path, capsys):
+    sets = [word for text in SMALL for word in ("--set", text)]
+    command = ["firmware", "budget", *sets, "--over", "dsnn.n_con=4,8", "--out", str(tmp_path / "budget.csv")]
+    assert main.command(command) == 0
+    rows = pl.read_csv(tmp_path / "budget.csv").to_dicts()
+    assert [row["n_con"] for row in rows] == [4, 8] and rows[0]["states"] < rows[1]["states"]
+    assert main.command(["firmware", "check", *sets]) == 0
+    assert "equal: 1,144 frames" in capsys.readouterr().out
+    with pytest.raises(UsageError, match="rows"):
+        main.command(["firmware", "check", "--set", "chip.rows=4"])
+
+
+def test_without_a_tool_its_package_is_named(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(UsageError, match="qemu-system-arm"):
+        qemu.emulator()
+
+
+def test_the_model_of_the_chip_responds_as_the_host_does():
+    """As `colias firmware loop` shows it."""
+    from experiments.bench.robot_side.emulated import MODEL
+
+    frames = firmware.clips((24, 33), 10)["grating"]
+    network = OnboardDSNN((24, 33), MODEL.robot).run(frames)
+    emulated = MODEL.build((24, 33), MODEL.robot).run(frames)
+    assert list(emulated.hs) == list(network.hs) and list(emulated.hs_spikes) == list(network.hs_spikes)
