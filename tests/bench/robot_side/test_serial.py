@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import experiments
@@ -120,6 +120,7 @@ def test_a_damaged_line_costs_nothing_else(what):
     assert damaged == 1 and frames.rows() == EXPECTED
 
 
+@settings(deadline=None)  # no time is measured here
 @given(st.integers(0, TRIALS * FRAMES + 2), st.data())
 def test_a_flipped_bit_costs_its_own_record_alone(place, data):
     """CRC-16 tells every single flipped bit of a record; one that makes a line's end makes two damaged lines."""
@@ -132,6 +133,7 @@ def test_a_flipped_bit_costs_its_own_record_alone(place, data):
     assert frames.rows() == [row for index, row in enumerate(EXPECTED, 1) if index != place]
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=600))
 def test_any_bytes_are_decoded(data):
     assert not serial.decode(data)[0].height
