@@ -54,6 +54,10 @@ def unit(name: str) -> Any:
     return Field(json_schema_extra={"unit": name})
 
 
+Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
+"""A time constant."""
+
+
 def meaning(cls: type[Any], name: str) -> str:
     """Return what a field means, in one line: the string below it, or its ``description``, of the class that has one.
 

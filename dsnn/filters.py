@@ -1,4 +1,4 @@
-"""Parts that the models are made of: first-order low-passes, Gaussian blurs, sums."""
+"""Parts that the models are made of: the retina, first-order low-passes, Gaussian blurs, sums, states that fade."""
 
 from __future__ import annotations
 
@@ -10,6 +10,32 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.exponential import exp
+
+Floats = npt.NDArray[np.float32]
+
+
+class Retina:
+    """Change of luminance (`high-pass`): the layer that every model of this library but the DSNN begins with."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._before: npt.NDArray[Any] = np.zeros(shape, np.uint8)
+        self._change: Floats = np.zeros(shape, np.float32)
+        self._first = True
+
+    def reset(self) -> None:
+        """Forget every frame."""
+        self._first = True
+
+    def step(self, luminance: npt.NDArray[Any]) -> Floats:
+        """Return P of this frame, 0 on the first: a buffer that stays valid until the next step."""
+        before = luminance if self._first else self._before
+        cv2.subtract(luminance, before, self._change, None, cv2.CV_32F)
+        if luminance.dtype == self._before.dtype:
+            np.copyto(self._before, luminance)
+        else:
+            self._before = luminance.copy()
+        self._first = False
+        return self._change
 
 
 def alpha(tau: float, dt: float, *, exact: bool = False) -> float:
@@ -50,19 +76,42 @@ def total(values: npt.NDArray[Any]) -> float:
     return float(np.add.reduce(values, axis=None, dtype=np.float64))
 
 
-FLUSH_EVERY = 64
-FLUSH_OFTEN = 16
-"""Floor for low-passes of 40 ms and less, which fade from 1e-30 to subnormal numbers in under 64 frames."""
 FACTOR = 1e-9
 """Floor of states that are multiplied with one another: nothing below it is kept: products of less are subnormal."""
 FADED = np.float32(1e-6)
 """Floor of a signal in grey levels that keeps a residue of its last value: nothing is left of what is smaller."""
 
 
-def flush(state: npt.NDArray[np.float32], below: float = 1e-30) -> None:
-    """Set what has decayed below 1e-30, or ``below`` another value, to zero, in place.
+class States:
+    """Arrays that fade: all 0 after a reset, and what has decayed below a floor is set to 0 every so many frames.
 
-    In a still scene a low-pass decays into subnormal numbers, on which a processor takes many
-    times longer; called every `FLUSH_EVERY` steps this keeps them out and costs next to nothing.
+    In a still scene a low-pass decays into subnormal numbers, on which a processor takes many times longer; this keeps
+    them out and costs next to nothing.
+
+    Parameters
+    ----------
+    arrays
+        The states.
+    every
+        Frames from one time to the next; 16 for low-passes of 40 ms and less, which fade from 1e-30 to subnormal
+        numbers in under 64 frames.
+    floor
+        The floor; `FACTOR` for states that are multiplied with one another.
     """
-    state[np.abs(state) < below] = 0.0
+
+    def __init__(self, *arrays: Floats, every: int = 64, floor: float = 1e-30) -> None:
+        self._arrays, self._every, self._floor = arrays, every, floor
+        self.frames = 0
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        for array in self._arrays:
+            array[:] = 0.0
+        self.frames = 0
+
+    def count(self) -> None:
+        """Count a frame, and clear what has faded when it is time."""
+        self.frames += 1
+        if self.frames % self._every == 0:
+            for array in self._arrays:
+                array[np.abs(array) < self._floor] = 0.0

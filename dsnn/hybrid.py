@@ -9,10 +9,10 @@ import numpy.typing as npt
 from pydantic import Field
 
 from dsnn.direction.network import DSNN
-from dsnn.field_docs import parameters, unit
+from dsnn.field_docs import Milliseconds, parameters, unit
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import Model, Response
-from dsnn.params import DSNNParams, Milliseconds
+from dsnn.params import DSNNParams
 
 
 @parameters

@@ -7,10 +7,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
+from dsnn.field_docs import Milliseconds, parameters, unit
 from dsnn.filters import alpha
-
-Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
 
 
 @parameters

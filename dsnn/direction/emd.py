@@ -10,11 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FLUSH_EVERY, alpha, flush, total
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import Floats, Retina, States, alpha, total
 from dsnn.model import Model, Response
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 FULL_SCALE = 255.0**2
 """The largest product of two signals, in squared grey levels."""
@@ -82,13 +80,13 @@ class EMD(Model[EMDParams]):
         self._shifts = q.spacing, q.spacing * width
         self._h: Floats = np.zeros((rows, width), np.float32)
         self._d = np.zeros_like(self._h)
+        self._states = States(self._h, self._d)
         self.reset()
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._retina.reset()
-        self._h[:] = 0.0
-        self._steps = 0
+        self._states.reset()
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         signal = self._h[:, : self.shape[1]]
@@ -97,13 +95,10 @@ class EMD(Model[EMDParams]):
             signal *= np.float32(self._pass)
         else:
             np.copyto(signal, luminance, casting="same_kind")
-        if self._steps == 0:
+        if self._states.frames == 0:
             np.copyto(self._d, self._h)
         cv2.accumulateWeighted(self._h, self._d, self._delay)
-        self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            flush(self._h)
-            flush(self._d)
+        self._states.count()
         hs, vs = (self._potential(self._opponent(shift)) for shift in self._shifts)
         return Response(hs, vs)
 

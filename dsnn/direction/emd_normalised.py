@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import Floats, Retina, States, alpha
 from dsnn.model import Model, Response
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 
 @parameters
@@ -76,24 +74,20 @@ class EMDNormalised(Model[EMDNormalisedParams]):
         self._retina = Retina(self.shape)
         self._h: Floats = np.zeros(self.shape, np.float32)
         self._d = np.zeros_like(self._h)
+        self._states = States(self._h, self._d)
         self.reset()
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._retina.reset()
-        self._h[:] = 0.0
-        self._d[:] = 0.0
-        self._steps = 0
+        self._states.reset()
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         self._h += self._retina.step(luminance)
         self._h *= np.float32(self._pass)
         c = self._normalised()
         cv2.accumulateWeighted(c, self._d, self._delay)
-        self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            flush(self._h)
-            flush(self._d)
+        self._states.count()
         d = self._d
         hs = self._mean(d[:, :-1], c[:, 1:], c[:, :-1], d[:, 1:])
         vs = self._mean(d[:-1], c[1:], c[:-1], d[1:])

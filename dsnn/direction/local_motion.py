@@ -13,10 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import FACTOR, FADED, Floats, Retina, States, alpha, blur
 
 RIGHT, LEFT, DOWN, UP = range(4)
 """The order of directions in arrays of four."""
@@ -102,14 +100,12 @@ class LocalMotion:
         self._window = (slice(None), slice(rows), slice(columns))
         self._planes = (2, high, wide)
         self._motion = np.zeros((4, *shape), np.float32)
-        self._steps = 0
+        self._states = States(self._signals, self._delayed, self._cells, every=16, floor=FACTOR)
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._retina.reset()
-        for state in (self._signals, self._delayed, self._cells):
-            state[:] = 0.0
-        self._steps = 0
+        self._states.reset()
 
     def step(self, luminance: npt.NDArray[Any]) -> Floats:
         """Local motion of the next frame, (4, R, C): right, left, down, up. Valid until the next step."""
@@ -118,10 +114,7 @@ class LocalMotion:
             cv2.accumulateWeighted(self._c, state, gain)
         self._correlate()
         cv2.accumulateWeighted(self._drive, self._cells, self._follow)
-        self._steps += 1
-        if self._steps % FLUSH_OFTEN == 0:
-            for state in (self._delayed, self._cells):
-                flush(state, FACTOR)
+        self._states.count()
         cells = self._cells.reshape(4, *self._planes)[(slice(None), *self._window)]
         t4, t5 = cells.swapaxes(0, 1)
         np.add(power(t4, self._q.exp_on), power(t5, self._q.exp_off), out=self._motion)

@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import Floats, Retina, States, alpha
 from dsnn.model import Model, Response
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 FULL_SCALE = 255.0
 """The grey level that counts as a luminance of 1."""
@@ -79,14 +77,13 @@ class ThreeArm(Model[ThreeArmParams]):
         self._retina = Retina(self.shape)
         self._h: Floats = np.zeros(self.shape, np.float32)
         self._x, self._delayed = np.zeros((2, 2, *self.shape), np.float32)
+        self._states = States(self._h, self._delayed)
         self.reset()
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._retina.reset()
-        self._h[:] = 0.0
-        self._delayed[:] = 0.0
-        self._steps = 0
+        self._states.reset()
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         self._h += self._retina.step(luminance)
@@ -96,10 +93,7 @@ class ThreeArm(Model[ThreeArmParams]):
         self._x /= np.float32(FULL_SCALE)
         for x, delayed in zip(self._x, self._delayed, strict=True):
             cv2.accumulateWeighted(x, delayed, self._delay)
-        self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            flush(self._h)
-            flush(self._delayed)
+        self._states.count()
         hs, vs = self._opponent(axis=1), self._opponent(axis=0)
         return Response(hs, vs)
 

@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.exponential import exp
-from dsnn.filters import total
+from dsnn.filters import Floats, total
 from dsnn.model import Model, Response
-from dsnn.retina import Floats
 
 REST = 0.5
 """An LGMD's membrane potential while nothing excites it."""

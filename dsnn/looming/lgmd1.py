@@ -12,10 +12,9 @@ from pydantic import Field
 
 from dsnn import forms
 from dsnn.field_docs import parameters, unit
-from dsnn.filters import total
+from dsnn.filters import Floats, Retina, total
 from dsnn.looming.layers import Detector, Grouping, convolve, ring
 from dsnn.native import NativeLGMD1
-from dsnn.retina import Floats, Retina
 
 
 @parameters

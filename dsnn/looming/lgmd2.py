@@ -10,11 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FLUSH_EVERY, alpha, flush, total
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import Floats, Retina, States, alpha, total
 from dsnn.looming.layers import Adaptation, Detector, Grouping, convolve, ring
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 Ring = tuple[float, float, float]
 Delays = tuple[Milliseconds, Milliseconds, Milliseconds]
@@ -88,17 +86,14 @@ class Pathway:
         self._sigma, self._centre = sigma, weights[0]
         self._kernels = ring(weights[1], 0.0), ring(0.0, weights[2])
         self._alphas = [alpha(tau, dt) for tau in taus]
-        self._states = np.zeros((4, *shape), np.float32)
-        self.signal, *self._delayed = self._states
+        states = np.zeros((4, *shape), np.float32)
+        self.signal, *self._delayed = states
+        self._states = States(states)
         self._scratch, self._zeros, self._s = np.zeros((3, *shape), np.float32)
 
     def reset(self) -> None:
         """Forget the signal and its delayed copies."""
-        self._states[:] = 0.0
-
-    def flush(self) -> None:
-        """See `dsnn.filters.flush`."""
-        flush(self._states)
+        self._states.reset()
 
     def step(self, rectified: Floats, weight: float) -> Floats:
         """Take max(P, 0) or max(-P, 0); return what ``weight`` times its inhibition leaves, valid until the next."""
@@ -109,6 +104,7 @@ class Pathway:
         cv2.scaleAdd(centre, -weight * self._centre, self.signal, self._s)
         for kernel, delayed in zip(self._kernels, (sides, corners), strict=True):
             cv2.scaleAdd(convolve(delayed, kernel, self._scratch), -weight, self._s, self._s)
+        self._states.count()
         return np.maximum(self._s, self._zeros, out=self._s)
 
 
@@ -164,7 +160,6 @@ class LGMD2(Detector[LGMD2Params]):
         for part in (self._retina, self._on, self._off, self._adaptation):
             part.reset()
         self._pm = 0.0
-        self._steps = 0
 
     def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
@@ -177,8 +172,4 @@ class LGMD2(Detector[LGMD2Params]):
         s = np.multiply(on, off, out=self._s)
         s += on
         s += off
-        self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            self._on.flush()
-            self._off.flush()
         return self._adaptation.step(self._grouping.potential(s))

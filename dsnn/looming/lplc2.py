@@ -11,11 +11,9 @@ import numpy.typing as npt
 from pydantic import Field
 
 from dsnn.direction.local_motion import power, split
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import FACTOR, FADED, Floats, Retina, States, alpha, blur
 from dsnn.looming.layers import Detector, by_quadrant, ring, sigmoid
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 
 @parameters
@@ -112,24 +110,21 @@ class LPLC2(Detector[LPLC2Params]):
         self._rows, self._columns = (_halves(n) for n in self.shape)
         self._signals, self._delayed, self._contrast = np.zeros((3, 2, rows, columns), np.float32)
         self._cells, self._drive = np.zeros((2, 2, 4, rows, columns), np.float32)
+        self._states = States(self._signals, self._delayed, self._cells, every=16, floor=FACTOR)
         self._outputs: deque[float] = deque(maxlen=q.length)
         self._forget()
 
     def _forget(self) -> None:
         self._retina.reset()
-        for state in (self._signals, self._delayed, self._contrast, self._cells):
-            state[:] = 0.0
+        self._states.reset()
+        self._contrast[:] = 0.0
         self._outputs.clear()
-        self._steps = 0
 
     def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         self._split(self._retina.step(luminance))
         motion = self._pathway(0, q.exp_on) + self._pathway(1, q.exp_off)
-        self._steps += 1
-        if self._steps % FLUSH_OFTEN == 0:
-            for state in (self._delayed, self._cells):
-                flush(state, FACTOR)
+        self._states.count()
         quadrants = np.maximum(self._quadrants(motion), 0.0)
         self._outputs.append(float(quadrants.prod()))
         mean = (sum(self._outputs) / q.length) ** 0.25

@@ -11,11 +11,9 @@ import numpy.typing as npt
 from pydantic import Field
 
 from dsnn.exponential import exp
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import FACTOR, FLUSH_OFTEN, alpha, flush
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import FACTOR, Floats, Retina, States, alpha
 from dsnn.looming.layers import REST, Detector
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 PAPER_FOCAL_PX, ROBOT_FOCAL_PX = 60.0, 70.7
 """Pixels per unit of tangent: of the paper's 200x150 frames (240 on a screen of 800x600), and of the robot's camera."""
@@ -161,15 +159,14 @@ class LPLC2GF(Detector[LPLC2GFParams]):
         self._retina = Retina(self.shape)
         self._h = np.zeros(self.shape, np.float32)
         self._delayed = np.zeros((2, *self.shape), np.float32)
+        self._states = States(self._h, self._delayed, every=16, floor=FACTOR)
         self._forget()
 
     def _forget(self) -> None:
         self._retina.reset()
-        self._h[:] = 0.0
-        self._delayed[:] = 0.0
+        self._states.reset()
         self._share_before = 0.0
         self._v = self.params.v_rest
-        self._steps = 0
 
     def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
@@ -204,10 +201,7 @@ class LPLC2GF(Detector[LPLC2GFParams]):
             cv2.accumulateWeighted(x, d, self._delay)
             horizontal += d[:, :-1] * x[:, 1:] - x[:, :-1] * d[:, 1:]
             vertical += d[:-1] * x[1:] - x[:-1] * d[1:]
-        self._steps += 1
-        if self._steps % FLUSH_OFTEN == 0:
-            flush(self._h, FACTOR)
-            flush(self._delayed, FACTOR)
+        self._states.count()
         return int(np.count_nonzero(self._arms(horizontal) & self._arms(vertical.T).T))
 
     def _arms(self, motion: Floats) -> npt.NDArray[np.bool_]:

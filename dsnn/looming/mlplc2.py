@@ -11,9 +11,8 @@ from pydantic import Field
 
 from dsnn.direction.local_motion import DOWN, LEFT, RIGHT, UP, LocalMotion, LocalMotionParams
 from dsnn.field_docs import parameters, unit
-from dsnn.filters import total
+from dsnn.filters import Floats, total
 from dsnn.looming.layers import Detector, by_quadrant, sigmoid
-from dsnn.retina import Floats
 
 
 @parameters

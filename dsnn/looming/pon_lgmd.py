@@ -10,9 +10,8 @@ import numpy.typing as npt
 from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
-from dsnn.filters import total
+from dsnn.filters import Floats, Retina, total
 from dsnn.looming.layers import REST, Detector, below, ring, sigmoid
-from dsnn.retina import Floats, Retina
 
 
 @parameters

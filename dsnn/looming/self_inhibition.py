@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dsnn.filters import FADED
-from dsnn.retina import Floats
+from dsnn.filters import FADED, Floats
 
 MOST_CHANGE, MOST_STATE = 127.0, 255.0
 """The largest halved change of luminance, and the largest state, in the firmware."""

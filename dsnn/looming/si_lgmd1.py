@@ -9,12 +9,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.field_docs import parameters, unit
-from dsnn.filters import alpha
+from dsnn.field_docs import Milliseconds, parameters, unit
+from dsnn.filters import Floats, Retina, alpha
 from dsnn.looming.layers import Detector, convolve, ring, sigmoid
 from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
-from dsnn.params import Milliseconds
-from dsnn.retina import Floats, Retina
 
 
 @parameters

@@ -77,15 +77,9 @@ class _Sweep(Stimulus[EdgeParams]):
     def _band(self, entered: float) -> Box:
         """Return the band whose leading edge is ``entered`` px inside the frame."""
         (rows, columns), thick = self.shape, self._thickness
-        match self.params.motion:
-            case "rightward":
-                return Box(entered - thick, 0.0, thick, rows)
-            case "leftward":
-                return Box(columns - entered, 0.0, thick, rows)
-            case "downward":
-                return Box(0.0, entered - thick, columns, thick)
-            case "upward":
-                return Box(0.0, rows - entered, columns, thick)
+        x, y = DIRECTIONS[self.params.motion]
+        start = entered - thick if x + y > 0 else _field(self.params) - entered
+        return Box(start, 0.0, thick, rows) if x else Box(0.0, start, columns, thick)
 
 
 def _field(params: EdgeParams) -> int:

@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.registry import look_up
 from dsnn.stimuli.stimulus import Luma
 from dsnn.stimuli.streams import stream
 
@@ -83,11 +84,9 @@ def scene(kind: str, shape: tuple[int, int], seed: int = 0) -> Luma:
     >>> scene("dead-leaves", (180, 540), seed=1).shape
     (180, 540)
     """
-    if kind not in SCENES:
-        raise ValueError(f"unknown scene '{kind}': known are {', '.join(SCENES)}")
     if min(shape) < SMALLEST_PX:
         raise ValueError(f"shape={shape}: legal is {SMALLEST_PX} px or more along each side")
-    return SCENES[kind](shape, seed)
+    return look_up("scene", kind, SCENES)(shape, seed)
 
 
 def pink(shape: tuple[int, int], rng: np.random.Generator) -> npt.NDArray[np.float32]:

@@ -8,7 +8,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from dsnn import DSNN, DSNNParams, ReferenceDSNN, native
-from dsnn.filters import FLUSH_EVERY, blur, gaussian_kernel
+from dsnn.filters import blur, gaussian_kernel
 from tests.conftest import crossing
 
 
@@ -107,7 +107,7 @@ def test_a_clip_that_goes_still_decays_to_zero_without_subnormals():
     frames = crossing(count=20)
     model = DSNN(frames.shape[1:])
     model.run(frames)
-    for _ in range(20 * FLUSH_EVERY):
+    for _ in range(20 * 64):
         answer = model.step(frames[-1])
     assert answer.hs == pytest.approx(0.0, abs=1e-12)
     # Tables, then states. What lies before them, and is no number, is shorter than this.
