@@ -15,7 +15,8 @@ from experiments.bench.offline import plan as clips_plan
 from experiments.bench.report.terminal import error_console, tell_troubles
 from experiments.bench.result import Run, load
 from experiments.bench.run import viewer
-from experiments.bench.run.description import begun_by, check_own
+from experiments.bench.run.command import begun_by
+from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import model_texts, shown_models

@@ -19,7 +19,8 @@ from dsnn.stimuli import STIMULI, StimulusEntry
 from experiments.bench.report.terminal import error_console, progress
 from experiments.bench.result import Run, load
 from experiments.bench.run import interrupts, provenance, viewer
-from experiments.bench.run.description import THRESHOLDS, begun, begun_by, read_description
+from experiments.bench.run.command import begun_by
+from experiments.bench.run.description import THRESHOLDS, begun, read_description
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.files import NAME, new_folder, part
 from experiments.bench.run.folder import RunFolder

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import re
 import sys
 
 from experiments.bench.run import interrupts
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 EXIT_USAGE = 2
 EXIT_CLOSED = 141
 """The status of a program that SIGPIPE ends: nobody reads its output on."""
+ERROR = "error:"
 
 
 def begin() -> None:
@@ -43,8 +45,20 @@ def run() -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python would try once more, and complain
         status = status or EXIT_CLOSED
     if message:
-        print(message, file=sys.stderr, flush=True)
+        print(_with_tip(message), file=sys.stderr, flush=True)
     sys.exit(status)
+
+
+def _with_tip(message: str) -> str:
+    """Return a message with the known name that was meant in a line of its own, and in colour on a terminal."""
+    hint = r"(?: \(|\()?nearest: ([^;)]+)(?:\)|; )"
+    if message.startswith(ERROR) and (near := re.search(hint, message)):
+        start = "(" if near[0].endswith("; ") and near[0].startswith(("(", " (")) else ""
+        space = " " if start and near[0].startswith(" ") else ""
+        message = f"{message[: near.start()]}{space}{start}{message[near.end() :]}\ntip: did you mean '{near[1]}'?"
+    if sys.stderr.isatty() and "NO_COLOR" not in os.environ:
+        message = message.replace(ERROR, f"\x1b[31m{ERROR}\x1b[0m", 1).replace("\ntip:", "\n\x1b[36mtip:\x1b[0m", 1)
+    return message
 
 
 def run_file(path: str) -> NoReturn:
@@ -73,7 +87,7 @@ def _outcome() -> tuple[int, str]:
         if user_code and user_code.of_users(error):
             status, message = EXIT_USAGE, user_code.traced(error)
         elif _is_plain(error):
-            status, message = EXIT_USAGE, f"colias: {_words(error)}"
+            status, message = EXIT_USAGE, f"{ERROR} {_words(error)}"
         else:
             raise
     return status, message

@@ -109,7 +109,7 @@ def loop(
     Exit status 1: a trial failed, or a response of the chip differs from the host's.
     """
     from experiments.bench import registry, trials
-    from experiments.bench.cli import robot_table
+    from experiments.bench.cli import tables
     from experiments.bench.report.terminal import out_console, show
     from experiments.bench.robot_side import loop as looping
 
@@ -118,7 +118,7 @@ def loop(
     folder = run_folder(out, f"firmware-{declared.name}")
     report = trials.run(planned, folder, resources(workers, None, quiet, False), recordings=False)
     if not quiet:
-        robot_table.show(report, recordings=False)
+        tables.show_trials(report, recordings=False)
     if report.failures:
         return EXIT_FAILED
     table, wrong = looping.compare(folder)
@@ -200,7 +200,7 @@ def log(
 @app.command(short_help="List the parameters that --set reaches here.")
 def parameters() -> int:
     """List every parameter of dsnn-onboard and of the chip: key, default, legal range, meaning."""
-    from experiments.bench.cli.listing import show_parameters
+    from experiments.bench.cli.see import show_parameters
     from experiments.bench.robot_side import chip
     from experiments.bench.run.settings import described
 

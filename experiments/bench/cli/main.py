@@ -11,46 +11,27 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from experiments.bench.cli import (
-    behave,
-    check,
-    doctor,
-    firmware,
-    fit,
-    leaderboard,
-    listing,
-    live,
-    new,
-    reproduce,
-    robot,
-    run,
-    sweep,
-    train,
-    tune,
-    video,
-    view,
-    watch,
-)
+from experiments.bench.cli import analyse, check, firmware, live, new, robot, run, see, watch
 
 GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     "run": {
-        "run": (run.run_experiment, "Run an experiment: trials, recordings, tables, figure, verdicts"),
+        "run": (run.run, "Run an experiment: trials, recordings, tables, figure, verdicts"),
         "watch": (watch.watch, "Show a video, a camera or a stimulus to models"),
         "live": (live.live, "Drive the stimulus by hand in a browser"),
-        "behave": (behave.behave, "Play behaviours in an env, scored against baselines"),
-        "train": (train.train, "Train policies on neural observations by PPO"),
+        "behave": (run.behave, "Play behaviours in an env, scored against baselines"),
+        "train": (run.train, "Train policies on neural observations by PPO"),
     },
     "analyse": {
-        "reproduce": (reproduce.reproduce, "Run the paper's experiments and report which claims hold"),
-        "sweep": (sweep.sweep, "Judge claims over a grid of parameters, in replicates"),
-        "fit": (fit.fit, "Search for parameters under which claims hold"),
-        "leaderboard": (leaderboard.leaderboard, "Rank models on the same trials and clips"),
-        "tune": (tune.tune, "Measure tuning curves: speed, size, contrast, direction, ..."),
+        "reproduce": (analyse.reproduce, "Run the paper's experiments and report which claims hold"),
+        "sweep": (analyse.sweep, "Judge claims over a grid of parameters, in replicates"),
+        "fit": (analyse.fit, "Search for parameters under which claims hold"),
+        "leaderboard": (analyse.leaderboard, "Rank models on the same trials and clips"),
+        "tune": (analyse.tune, "Measure tuning curves: speed, size, contrast, direction, ..."),
     },
     "see": {
-        "view": (view.view, "Open recordings in Rerun, or a scene in MuJoCo's viewer"),
-        "video": (video.video, "Make a video, a GIF, a strip or pictures of a recording"),
-        "list": (listing.app, "Name experiments, models, stimuli, claims, parameters, runs"),
+        "view": (see.view, "Open recordings in Rerun, or a scene in MuJoCo's viewer"),
+        "video": (see.video, "Make a video, a GIF, a strip or pictures of a recording"),
+        "list": (see.list_names, "Name experiments, models, stimuli, claims, parameters, runs"),
     },
     "make your own": {
         "new": (new.new, "Write a model, an experiment, a claim, ... to begin with"),
@@ -60,7 +41,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
         "firmware": (firmware.app, "Budget, check, loop, export and logs of the chip's program"),
         "import": (robot.import_log, "Make a run of a real robot's log"),
         "camera": (robot.camera, "Measure a real camera from its frames"),
-        "doctor": (doctor.doctor, "Look at what this machine has of what the bench needs"),
+        "doctor": (see.doctor, "Look at what this machine has of what the bench needs"),
     },
 }
 """Heading -> command -> what does it, and its line of help, in the order in which help shows them."""
@@ -69,6 +50,7 @@ EXAMPLES = """\
   colias view runs/speed-TIME          their recordings, in Rerun
   colias reproduce --quick             which of the paper's claims hold"""
 RENAMED = {
+    "cite": "CITATION.cff",
     "compare": "experiments.compare(A, B) in Python",
     "export": "colias video RUN --out FOLDER for frames, colias firmware log for a robot's log; tables are Parquet",
     "map": "colias sweep",
@@ -181,7 +163,7 @@ def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     # What it says of folders and fonts that it would like is no matter of a run's.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    from experiments.bench.run.description import begun_by
+    from experiments.bench.run.command import begun_by
 
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.

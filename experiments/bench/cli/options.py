@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands share, and the folder and the resources of a run that they ask for."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from experiments.bench.run.runs import Resources
     from experiments.bench.sources.pictures import Pictures
 
+EXIT_FAILED = 1
+"""Exit status of a command some of whose jobs failed."""
+
 
 def _figures_for(medium: str) -> str:
     """Have all figures of the command written for a medium."""
@@ -21,54 +24,42 @@ def _figures_for(medium: str) -> str:
     return medium
 
 
-EXIT_FAILED = 1
-"""Exit status of a command some of whose jobs failed."""
+def experiment_names(incomplete: str) -> list[str]:
+    """Return the experiments whose names begin so, for the shell's completion."""
+    from experiments import NAMES, OFFLINE
 
-Models = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--model",
-        metavar="MODEL",
-        help="A further model: a name, NAME:PARAM=VALUE or a .py file. Repeatable.",
-    ),
-]
-Only = Annotated[bool, typer.Option("--only", help="Show the models of --model alone.")]
+    return [name for name in (*NAMES, *OFFLINE) if name.startswith(incomplete)]
+
+
 Assignments = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of colias list parameters."),
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of colias list parameters.")
 ]
-Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 Cluster = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, tcp://HOST:PORT.")]
 For = Annotated[
     Literal["paper", "talk", "web"], typer.Option("--for", callback=_figures_for, help="Medium of the figures.")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
-Seed = Annotated[int, typer.Option(help="Seed of the run.")]
-OtherCode = Annotated[
-    bool,
-    typer.Option("--other-code", help="Resume a run that other code began."),
+Models = Annotated[
+    list[str] | None,
+    typer.Option("--model", metavar="MODEL", help="A further model: a name, NAME:PARAM=VALUE or a .py file."),
 ]
+Only = Annotated[bool, typer.Option("--only", help="Show the models of --model alone.")]
+OtherCode = Annotated[bool, typer.Option("--other-code", help="Resume a run that other code began.")]
 Out = Annotated[
     Path | None,
     typer.Option(metavar="FOLDER", help="Folder of results, or of a run to resume; otherwise runs/NAME-TIME."),
 ]
 OwnPictures = Annotated[
     Path | None,
-    typer.Option(
-        "--pictures",
-        metavar="FOLDER",
-        help="Pictures of your own, one a replicate: behind objects of clips, and on the arena's wall.",
-    ),
+    typer.Option("--pictures", metavar="FOLDER", help="Pictures behind objects of clips, and on the arena's wall."),
 ]
 Jitter = Annotated[float, typer.Option(metavar="PX", help="Standard deviation of a trembling camera's shifts, px.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
+Recordings = Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")]
 Repeats = Annotated[int | None, typer.Option(metavar="N", help="Trials of each condition.")]
-
-
-def experiment_names(incomplete: str) -> list[str]:
-    """Return the experiments whose names begin so, for the shell's completion."""
-    from experiments import NAMES, OFFLINE
-
-    return [name for name in (*NAMES, *OFFLINE) if name.startswith(incomplete)]
+Replicates = Annotated[int | None, typer.Option(metavar="N", help="Replicates, each with a seed of its own.")]
+Seed = Annotated[int, typer.Option(help="Seed of the run.")]
+Trial = Annotated[int | None, typer.Option(metavar="N", help="Trial or episode; otherwise the first recorded.")]
+Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 
 
 def resources(workers: int | None, cluster: str | None, quiet: bool, other_code: bool) -> Resources:
@@ -86,25 +77,16 @@ def own_pictures(folder: Path | None) -> Pictures | None:
 
 
 def results_folder(out: Path | None, name: str) -> Path:
-    """Return the folder asked for, or a new one under ``runs``, whatever it holds: the command judges that itself.
+    """Return the folder asked for, or the path of a new one under ``runs``."""
+    from experiments.bench.run.files import new_folder
 
-    The folder is not made.
-    """
-    from experiments.bench.run import files
-
-    return files.new_folder(name) if out is None else out
+    return new_folder(name) if out is None else out
 
 
 def run_folder(out: Path | None, name: str) -> Path:
-    """Return the folder of a run, as `results_folder` does; one asked for may hold what this run has done already.
+    """Return the folder of a run, as `results_folder` does; `UsageError` where it holds other files and no run."""
+    from experiments.bench.run.description import check_own
 
-    Raises
-    ------
-    UsageError
-        It holds other files and no run.
-    """
-    from experiments.bench.run import description, files
-
-    folder = files.new_folder(name) if out is None else out
-    description.check_own(folder, f"--out {folder}")
+    folder = results_folder(out, name)
+    check_own(folder, f"--out {folder}")
     return folder

@@ -34,7 +34,7 @@ def import_log(
     colias import log.csv --experiment speed --set experiment.speeds_cm_s=20,30
     """
     from experiments.bench import registry
-    from experiments.bench.cli import robot_table
+    from experiments.bench.cli import tables
     from experiments.bench.robot_side import import_log as importing
 
     declared = registry.load(experiment)
@@ -42,7 +42,7 @@ def import_log(
     plan, trials = importing.plan(declared, log, frames, ran or (), model or (), assignments or ())
     report = importing.run(plan, trials, log, folder, quiet=quiet)
     if not quiet:
-        robot_table.show(report, recordings=True)
+        tables.show_trials(report, recordings=True)
     return EXIT_FAILED if report.failures else 0
 
 

@@ -1,74 +1,47 @@
-"""The command ``colias run``. Heavy imports happen when it runs."""
+"""The commands that run something: ``colias run``, ``behave`` and ``train``. Heavy imports happen when they run."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
-from experiments.bench.cli.options import (
-    EXIT_FAILED,
-    Assignments,
-    Cluster,
-    For,
-    Models,
-    Only,
-    OtherCode,
-    Out,
-    OwnPictures,
-    Quiet,
-    Repeats,
-    Seed,
-    Workers,
-    experiment_names,
-    own_pictures,
-    resources,
-    run_folder,
-)
+from experiments.bench.cli import options
 
-if TYPE_CHECKING:
-    from experiments.bench.offline import OfflineReport
-    from experiments.bench.trials import Report
+REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
+"""Commands and calls whose runs can be repeated."""
+NOT_REPEATED: Mapping[str, Any] = {"other_code": False, "cluster": None, "live": False, "viewer": None,
+                                      "view": False}  # fmt: skip
+"""Options that say nothing of a run's numbers."""
 
 
-def run_experiment(
+def run(
     context: typer.Context,
     experiment: Annotated[
-        str | None,
-        typer.Argument(
-            help="A name that colias list shows, or the path of a .py file.", autocompletion=experiment_names
-        ),
+        str | None, typer.Argument(help="A name, or a .py file.", autocompletion=options.experiment_names)
     ] = None,
     again: Annotated[
-        Path | None,
-        typer.Option(metavar="RUN", help="Repeat this run instead, and compare every row."),
+        Path | None, typer.Option(metavar="RUN", help="Repeat this run instead, and compare every row.")
     ] = None,
-    repeats: Repeats = None,
-    seed: Seed = 0,
-    out: Out = None,
-    assignments: Assignments = None,
-    model: Models = None,
-    only: Only = False,
-    eyes: Annotated[
-        str,
-        typer.Option(metavar="one|both", help="both: the robot's modelled eye too, MODEL@ov7670."),
-    ] = "one",
-    pictures: OwnPictures = None,
-    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
-    live: Annotated[
-        bool,
-        typer.Option("--live", help="Show trials in a Rerun viewer while they run."),
-    ] = False,
-    viewer: Annotated[
-        str | None,
-        typer.Option(metavar="HOST:PORT", help="The address of that viewer."),
-    ] = None,
-    other_code: OtherCode = False,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    medium: For = "web",
-    quiet: Quiet = False,
+    repeats: options.Repeats = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    model: options.Models = None,
+    only: options.Only = False,
+    eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
+    pictures: options.OwnPictures = None,
+    recordings: options.Recordings = True,
+    live: Annotated[bool, typer.Option("--live", help="Show trials in a Rerun viewer while they run.")] = False,
+    viewer: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="The address of that viewer.")] = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
 ) -> int:
     """Run an experiment, and write tables, figure, verdicts and recordings into a folder.
 
@@ -77,62 +50,169 @@ def run_experiment(
     """
     from experiments.bench import registry
     from experiments.bench.api import perform
+    from experiments.bench.cli import tables
     from experiments.bench.report.terminal import tell_troubles
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.sources.clips import OfflineExperiment
 
     if again is not None:
-        from experiments.bench.cli.again import repeat_run
-
         sources = {name: context.get_parameter_source(name) for name in context.params}
         typed = {name for name, source in sources.items() if source and source.name == "COMMANDLINE"}
         if others := sorted(typed - {"again", "out", "workers", "medium", "quiet"}):
             raise UsageError(f"--again repeats a run as it was: leave out {', '.join(others)}")
-        return repeat_run(context, again, out, workers, quiet)
+        return _repeat(context, again, out, workers, quiet)
     if experiment is None:
         raise UsageError("colias run: give an experiment, or --again RUN")
     declared = registry.find(experiment)
-    means = resources(workers, cluster, quiet, other_code)
-    folder = run_folder(out, declared.name)
+    means = options.resources(workers, cluster, quiet, other_code)
     report = perform(
-        declared, folder, means, recordings=recordings, live=viewer or live, models=model or (), only=only,
-        settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes, pictures=own_pictures(pictures),
+        declared, options.run_folder(out, declared.name), means, recordings=recordings, live=viewer or live,
+        models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
+        pictures=options.own_pictures(pictures),
     )  # fmt: skip
     if not quiet:
-        _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))
+        tables.show(report, recordings)
     broken = tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
-    return EXIT_FAILED if report.failures or broken else 0
+    return options.EXIT_FAILED if report.failures or broken else 0
 
 
-def _show(report: Report | OfflineReport, recordings: bool) -> None:
-    """Print what a run of either kind amounts to."""
-    from experiments.bench.cli import robot_table
-    from experiments.bench.offline import OfflineReport
+def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | None, quiet: bool) -> int:
+    """Do what a run was begun by once more, with your own files as they are at their places, into a new folder.
 
-    if isinstance(report, OfflineReport):
-        _show_clips(report, recordings)
-    else:
-        robot_table.show(report, recordings)
+    Then every row is compared with the run's, and the first that differs is named. What computes otherwise than it
+    did, such as a file that has changed, is named in a note.
+    """
+    from experiments.bench.compare import first_difference
+    from experiments.bench.report.terminal import error_console, out_console
+    from experiments.bench.result import load
+    from experiments.bench.run import provenance
+    from experiments.bench.run.command import begun_by
+    from experiments.bench.run.description import ENDED, RESUMED
+    from experiments.bench.run.errors import UsageError
+
+    there = load(run)
+    command = there.description.get("command", {})
+    name = command["line"][0] if "line" in command else command.get("call")
+    if name not in REPEATED:
+        raise UsageError(f"{run}: a run of {name or there.kind} is not repeated; runs of {', '.join(REPEATED)} are")
+    if RESUMED in there.description or (there.done < there.planned and ENDED not in there.description):
+        raise UsageError(f"{run}: is not finished, or was resumed with other code: no one command repeats it")
+    folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
+    if folder.exists() and any(folder.iterdir()):
+        raise UsageError(f"--out {out}: holds files; choose a new folder, or an empty one")
+    given = {"out": folder, "workers": workers, "quiet": quiet}
+    with contextlib.chdir(command["folder"]), begun_by(command):
+        status = _call_again(command, run, given) if "call" in command else _type_again(context, command, given)
+    here = load(folder)
+    if other := provenance.difference(there.description, here.description):
+        error_console.print(f"note: {run}: {other}", soft_wrap=True)
+    if difference := first_difference(there, here):
+        out_console.print(f"differs: {difference}", soft_wrap=True)
+        return options.EXIT_FAILED
+    rows = f"{there.trials.height:,} of trials and {there.frames.height:,} of frames"
+    out_console.print(f"equal: every row of {run} ({rows})", soft_wrap=True)
+    return status
 
 
-def _show_clips(report: OfflineReport, recorded: bool) -> None:
-    """Print the peaks of every clip at the first seed, the verdicts, and where everything is."""
-    from rich.table import Table
+def _call_again(command: Mapping[str, Any], run: Path, given: Mapping[str, Any]) -> int:
+    """Do a call of `experiments.run` once more."""
+    import experiments
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.sources import visit
 
-    from experiments.bench.report.terminal import count, out_console, show_files, show_table, show_verdicts
+    arguments = dict(command["arguments"])
+    name = arguments.pop("experiment")
+    experiment = visit.declared(name, f"{run}: run.json") or name
+    if isinstance(experiment, Mapping):
+        raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
+    repeated = experiments.run(experiment, **arguments, **given)
+    return options.EXIT_FAILED if repeated.failures.height else 0
 
-    table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
-                  pad_edge=False)  # fmt: skip
-    counted = "HS spikes" if all(row["spikes"] == row["hs_spikes"] for row in report.rows) else "spikes"
-    for name in ("clip", "model", "HS", "VS", "looming", counted):
-        table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
-    for row in (row for row in report.rows if row["repeat"] == 0):
-        ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
-        spikes = "-" if row["spikes"] is None else f"{row['spikes']}"
-        table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", spikes)
-    show_table(table)
-    out_console.print()
-    show_verdicts(report.verdicts, model=False)
-    names = [*(["figure.png"] if report.rows else []), "trials.parquet", *(["claims.json"] if report.verdicts else [])]
-    done = count(len({row["trial"] for row in report.rows}), "clip")
-    show_files(report.folder, names, bool(recorded and report.rows), done)
+
+def _type_again(context: typer.Context, command: Mapping[str, Any], given: Mapping[str, Any]) -> int:
+    """Do a command line once more."""
+    group: Any = context.find_root().command
+    name, *line = command["line"]
+    chosen = group.commands[name]
+    with chosen.make_context(name, line, parent=context.parent) as inner:
+        inner.params |= {key: value for key, value in {**NOT_REPEATED, **given}.items() if key in inner.params}
+        return int(chosen.invoke(inner) or 0)
+
+
+def behave(
+    names: Annotated[list[str], typer.Argument(metavar="NAME...", help="Behaviours, a group, .py files or policies.")],
+    env: Annotated[str | None, typer.Option(help="Avoidance, Fixation, Optomotor or Pursuit.")] = None,
+    episodes: Annotated[int, typer.Option(help="Episodes of each behaviour, at as many seeds.")] = 20,
+    seed: options.Seed = 0,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="An argument of the env: robots=5.")
+    ] = None,
+    baselines: Annotated[bool, typer.Option(help="Play the baselines in the same worlds too.")] = True,
+    out: options.Out = None,
+    recordings: Annotated[bool, typer.Option(help="Write recordings of the first behaviour's episodes.")] = True,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Play behaviours' episodes, and those of their baselines in the same worlds, and score them with intervals.
+
+    Behaviours and groups are those of colias list behaviours; a policy (.npz) plays under the eye, wheels and
+    randomisation that it was trained with. Equal seeds are equal worlds, whoever plays in them. Where collisions
+    count, behaviours are compared with the first one.
+    """
+    from colias_sim.envs import ENVS
+    from experiments.bench import behave as behaving
+    from experiments.bench.report import behaviours
+    from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
+
+    plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
+    folder = options.run_folder(out, f"behave-{Path(names[0]).stem}")
+    means = options.resources(workers, cluster, quiet, other_code)
+    with means.pool() as pool:
+        report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
+    if not quiet and report.trials.height:
+        behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
+        if note := ENVS[plan.env].note:
+            show_line(note)
+        show_verdicts(report.verdicts, model=False)
+        files = ["figure.png", "summary.csv", "trials.parquet", "claims.json"]
+        show_files(folder, files, recordings, count(report.trials.height, "episode"))
+    return options.EXIT_FAILED if report.failures else 0
+
+
+def train(
+    env: Annotated[str, typer.Option(help="Optomotor or Fixation.")] = "Optomotor",
+    steps: Annotated[int, typer.Option(min=1, max=10**8, help="Steps of all envs together.")] = 40_960,
+    seed: options.Seed = 0,
+    envs: Annotated[int, typer.Option(min=1, max=64, help="Envs that are stepped together.")] = 8,
+    seeds: Annotated[int, typer.Option(min=1, max=100, help="Training seeds, from --seed up.")] = 1,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="camera, robot, noise or randomise: camera=ov7670."),
+    ] = None,
+    out: options.Out = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Train a small network on neural observations by PPO, and compare it with reflexes, rest, chance and truth.
+
+    Needs stable-baselines3 and PyTorch (make train sets them up). The folder gets policy-SEED.npz and
+    learning-SEED.csv of each training seed, and a run of the episodes that judged it, in worlds not trained in. On
+    one version of PyTorch, equal seeds, --steps and --envs give equal policies. colias behave FILE plays one.
+    """
+    from experiments.bench import train as training
+    from experiments.bench.report import behaviours
+    from experiments.bench.report.terminal import count, show_files
+
+    abouts = training.plan(env, steps, seed, envs, seeds, assignments or ())
+    folder = options.results_folder(out, f"train-{env}")
+    report, table = training.run(abouts, folder, options.resources(workers, None, quiet, other_code))
+    if not quiet and report.trials.height:
+        title = training.described(abouts)
+        behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)
+        files = ["figure.png", "summary.csv", *(["policies.png", "policies.csv"] if seeds > 1 else [])]
+        show_files(folder, files, False, count(seeds, "training seed"))
+    return options.EXIT_FAILED if report.failures else 0

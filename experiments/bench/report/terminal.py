@@ -244,7 +244,8 @@ def progress(
         To be called with the size of each job that is finished, 1 by default.
     """
     size = float(total if whole is None else whole)
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.fields[left]}"))
+    bars = BarColumn(complete_style="cyan", finished_style="green", pulse_style="cyan")
+    columns = (TextColumn("{task.description}", markup=False), bars, TextColumn("{task.fields[left]}"))
     bar = Progress(*columns, console=error_console, transient=True, disable=quiet or not error_console.is_terminal)
     began_s = shown_s = time.monotonic()
     done, amount = 0, 0.0

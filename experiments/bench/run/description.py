@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime
 import json
 from collections.abc import Iterator, Mapping
-from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 from experiments.bench.run import provenance
+from experiments.bench.run.command import command_note
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME, replacing, to_json
 from experiments.bench.run.models import family
@@ -19,8 +18,6 @@ KIND = "kind"
 """The entry that says what kind of run it is: ``trials``, ``clips``, ..."""
 BEGUN, ENDED = "begun", "ended"
 """The entries that say when the run was begun, and when the last of its trials was done: ISO 8601, UTC."""
-COMMAND = "command"
-"""The entry with the command line (``line``), or the call from Python (``call``, ``arguments``), and its folder."""
 RESUMED = "resumed_with"
 """The entry that lists what computed the run after `--other-code` let it go on with something else."""
 RENDERERS = "renderers"
@@ -30,7 +27,7 @@ PIXELS = "reference_frames"
 """The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
-NOTES = frozenset((KIND, BEGUN, ENDED, COMMAND, RESUMED, RENDERERS, PIXELS, THRESHOLDS, *provenance.KEYS))
+NOTES = frozenset((KIND, BEGUN, ENDED, "command", RESUMED, RENDERERS, PIXELS, THRESHOLDS, *provenance.KEYS))
 """Entries that are no parameters."""
 DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
@@ -40,24 +37,6 @@ OF_KILLED = {".lock", "recordings", f"{NAME}.part"}
 """What a run leaves that was killed before it wrote its description."""
 MOST_NAMED, LONGEST = 3, 60
 """Parameters, and characters of a value, that a refusal to resume names."""
-
-_command: ContextVar[Mapping[str, Any] | None] = ContextVar("command", default=None)
-
-
-@contextlib.contextmanager
-def begun_by(command: Mapping[str, Any]) -> Iterator[None]:
-    """Note a command, ``COMMAND`` of ``run.json``, in the runs that are begun in the block; the outermost counts."""
-    token = _command.set(_command.get() or {**command, "folder": str(Path.cwd())})
-    try:
-        yield
-    finally:
-        _command.reset(token)
-
-
-def command_note() -> dict[str, Any]:
-    """Return the entry `COMMAND`; none where the command is not known."""
-    command = _command.get()
-    return {} if command is None else {COMMAND: command}
 
 
 def now() -> str:

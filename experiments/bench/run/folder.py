@@ -17,12 +17,12 @@ import polars as pl
 from filelock import FileLock, Timeout
 
 from experiments.bench.run import provenance
+from experiments.bench.run.command import command_note
 from experiments.bench.run.description import (
     ENDED,
     PIXELS,
     RENDERERS,
     begun,
-    command_note,
     now,
     read_description,
     reconciled,

@@ -69,7 +69,7 @@ def test_stimulus_writes_what_python_paints(colias):
     (colias.folder / "sub" / "a.csv").unlink()
     again = colias("video", "plain", "--out", "sub/a.avi")
     assert (again.returncode, again.stderr) == (
-        2, "colias: sub/a.avi is there already: choose another name, or remove it\n"
+        2, "error: sub/a.avi is there already: choose another name, or remove it\n"
     )  # fmt: skip
     assert (colias.folder / "sub" / "a.avi").read_bytes() == before
 

@@ -175,8 +175,7 @@ def test_distances_have_no_common_window(colias):
     common = ("--repeats", "1", "--no-recordings", "--workers", "0", "--set", "experiment.distances_cm=5,6")
     done = colias("run", "distance-mechanism", *common, "--set", "experiment.speeds_cm_s=30", "--out", "out")
     assert done.returncode == 0, done.stderr
-    heads = next(line for line in done.stdout.splitlines() if line.startswith("cm "))
-    assert "s in view" in heads and "mean HS" in heads and "window" not in heads
+    assert "mean HS" in done.stdout and "window" not in done.stdout
 
 
 # --- declarations -----------------------------------------------------------------------------------------------------

@@ -116,7 +116,7 @@ def test_resume_refuses_other_parameters_and_names_them(colias, small):
     for command in (("run", "distance"), ("tune",), ("behave", "still")):
         done = colias(*command, "--out", "out", "--workers", "0")
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-        assert done.stderr.startswith('colias: out: experiment is "speed" there and '), done.stderr
+        assert done.stderr.startswith('error: out: experiment is "speed" there and '), done.stderr
 
 
 def test_a_finished_run_is_complete_and_not_redone(colias, small):

@@ -99,14 +99,7 @@ def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with(fo
 # --- models that do not spike ----------------------------------------------------------------------------------------
 
 
-def cells(printed: str, *begins: str) -> list[str]:
-    """The other cells of the line that begins with these."""
-    return next(line.split() for line in printed.splitlines() if tuple(line.split()[: len(begins)]) == begins)[
-        len(begins) :
-    ]
-
-
-def test_counts_of_a_model_that_does_not_spike_are_null(capsys):
+def test_counts_of_a_model_that_does_not_spike_are_null():
     models = ("--model", "emd", "--model", "lgmd1")
     assert main.command(["run", "speed", *QUICK, *models, "--repeats", "2", "--no-recordings", "--out", "out"]) == 0
     by_model = {model: [row for row in rows("out") if row["model"] == model] for model in ("dsnn", "emd", "lgmd1")}
@@ -119,10 +112,6 @@ def test_counts_of_a_model_that_does_not_spike_are_null(capsys):
     verdicts = {claim["model"]: claim for claim in json.loads(Path("out/claims.json").read_text())["claims"]}
     outcome = verdicts["emd"]["outcome"]
     assert outcome["verdict"] == "not shown" and "does not spike" in outcome["measured"]
-    printed = capsys.readouterr().out
-    assert cells(printed, "emd", "20")[:3] == ["2", "-", "-"]
-    peak = np.mean([row["peak_looming"] for row in by_model["lgmd1"]])
-    assert cells(printed, "lgmd1", "20")[-2:] == [f"{peak:+.2f}", "-"], "a detector is told of by its own potential"
     assert experiments.load("out").figure() is not None
 
 
@@ -136,7 +125,7 @@ def test_a_sweep_has_no_mean_of_what_does_not_spike():
         assert float(spiking["value"]) > 0 and spiking["not shown"] == "0"
 
 
-def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder, capsys):
+def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder):
     (folder / "way.py").write_text(
         "from experiments import Clip, OfflineExperiment\n\n"
         'SIZE = {"rows": 48, "columns": 64, "height": 24, "width": 16}\n'
@@ -145,7 +134,6 @@ def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder, capsys
     assert main.command(["run", "way.py", "--workers", "0", "--no-recordings", "--out", "out"]) == 0
     counts = {row["model"]: row["spikes"] for row in rows("out")}
     assert counts["emd"] is None and counts["dsnn"] is not None
-    assert cells(capsys.readouterr().out, "right", "emd")[-1] == "-"
     summary = {(row["model"], row["quantity"]) for row in experiments.load("out").summary.to_dicts()}
     assert ("dsnn", "spikes") in summary and ("emd", "peak_hs") in summary and ("emd", "spikes") not in summary
 

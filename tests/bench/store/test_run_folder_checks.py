@@ -79,7 +79,7 @@ def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, st
 
 def test_recordings_are_asked_for_once_and_for_all(base, monkeypatch, capsys):
     code, message = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", "whole", "--no-recordings")
-    assert (code, message) == (2, f"colias: whole: recordings is true there and false now: {ADVICE}\n")
+    assert (code, message) == (2, f"error: whole: recordings is true there and false now: {ADVICE}\n")
 
 
 # What computes: the user's files, the project's own.

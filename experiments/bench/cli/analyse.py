@@ -1,0 +1,298 @@
+"""The commands that analyse: ``colias reproduce``, ``sweep``, ``fit``, ``leaderboard`` and ``tune``.
+
+Heavy imports happen when they run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from experiments.bench.cli import options
+
+if TYPE_CHECKING:
+    from experiments.bench.run.runs import Resources
+
+MODEL_CLAIMS = "model-claims"
+"""The study of the claims of the looming models' own papers."""
+Claims = Annotated[
+    str | None, typer.Option(metavar="C13,C19", help="Claims; otherwise all that are declared about the model.")
+]
+
+
+def reproduce(
+    quick: Annotated[bool, typer.Option("--quick", help="A taste: two short replicates, nothing moved.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="40 replicates with the robot and 20 of clips, not 5.")] = False,
+    robot_only: Annotated[bool, typer.Option("--robot-only", help="The paper's trials with the robot alone.")] = False,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    model: options.Models = None,
+    only: options.Only = False,
+    experiment: Annotated[list[str] | None, typer.Option(help="An experiment to add: a name or a .py file.")] = None,
+    pictures: options.OwnPictures = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Run replicates of the paper's experiments, and one with each thing moved; write one page about it.
+
+    A replicate is the paper's own design at one seed: ten repeats of each condition. Each claim is judged in each.
+    The models are dsnn and dsn2017, with looming detectors where a claim is about them. The reflexes of colias behave
+    are played too. Verdicts are in claims.json and behaviours.json, the page is report.html. The exit status is 0
+    whatever the verdicts are, and 1 if trials failed.
+    """
+    from experiments.bench import reproduce as whole
+    from experiments.bench.report import page
+    from experiments.bench.report.terminal import out_console, show_files, show_verdict
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.settings import check_counts
+    from experiments.bench.stats.count import totals
+
+    if quick and full:
+        raise UsageError("--quick and --full: give one of them")
+    check_counts(seed)
+    means = options.resources(workers, cluster, quiet, other_code)
+    scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
+    models, folder = whole.models_shown(model, only), options.results_folder(out, "reproduce")
+    walls = options.own_pictures(pictures)
+    result = whole.reproduce(
+        folder, whole.planned(scale, seed, models, experiment or (), robot_only, only, walls), means
+    )
+    report = page.write(result)
+    if not quiet:
+        for verdict in (*result.claims, *result.own_claims):
+            show_verdict(verdict, model=False)
+        out_console.print(f"\n{'; '.join(totals([(verdict.id, verdict.count) for verdict in result.claims]))}\n")
+        show_files(folder, [report.name, "claims.json"], False, "reproduction")
+    return options.EXIT_FAILED if any(result.failures.values()) else 0
+
+
+def sweep(
+    experiment: Annotated[
+        str,
+        typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study."),
+    ],
+    over: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=V1,V2", help="An axis. KEY+KEY moves several; KEY.first, KEY.last are ends."),
+    ] = None,
+    claims: Claims = None,
+    measure: Annotated[
+        str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-speed-count, peak-hs.")
+    ] = None,
+    repeats: options.Repeats = None,
+    replicates: options.Replicates = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    model: Annotated[list[str] | None, typer.Option(metavar="MODEL", help="A model judged, otherwise dsnn.")] = None,
+    pictures: options.OwnPictures = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Run replicates of experiments at every point of a grid, and count in how many each claim holds.
+
+    A replicate has all conditions, or clips, at one seed; replicate k has the seed --seed + k. Writes the trials,
+    outcomes.csv (a row per point, model, claim and replicate), counts.csv, NAME.json and a figure. In the folder of a
+    reproduction the next report shows a study. The exit status is 0 whatever the counts are, and 1 if trials failed.
+    """
+    from experiments.bench import sweep as sweeps
+    from experiments.bench import sweep_plan
+    from experiments.bench.report.sweep import show
+    from experiments.bench.report.terminal import tell_troubles
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.study import called
+
+    means = options.resources(workers, cluster, quiet, other_code)
+    if experiment == MODEL_CLAIMS:
+        return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, means)
+    study = None if over else called(experiment)
+    if study is None:
+        study = sweeps.typed(
+            experiment, over or (), _names(claims), _names(measure), model or ("dsnn",), assignments or (), repeats,
+            1 if replicates is None else replicates,
+        )  # fmt: skip
+    else:
+        given = {"--claims": claims, "--measure": measure, "--set": assignments, "--model": model}
+        if option := next((name for name, value in given.items() if value is not None), ""):
+            raise UsageError(f"{option}: the study {study.name} has its own")
+        if repeats is not None and study.repeats is None:
+            raise UsageError(f"--repeats {repeats}: a replicate has each clip once; --replicates has more seeds")
+        study = dataclasses.replace(study, replicates=study.replicates if replicates is None else replicates,
+                                    repeats=study.repeats if repeats is None else repeats)  # fmt: skip
+    plan = sweep_plan.planned(study, seed, pictures=options.own_pictures(pictures))
+    name = f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name
+    folder = options.run_folder(out, name)
+    result = sweeps.run(plan, folder, means)
+    if not quiet:
+        show(result, folder)
+    return options.EXIT_FAILED if result.failures or tell_troubles(result.troubles()) else 0
+
+
+def _names(text: str | None) -> list[str]:
+    return [name for name in (text or "").split(",") if name]
+
+
+def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
+    """Judge the claims of models' own papers, and show them."""
+    from experiments.bench.report.terminal import count, show_files, show_verdict
+    from experiments.bench.reproduce import judge_models
+
+    verdicts, failures = judge_models(folder, names, seed, means)
+    if not means.quiet:
+        for verdict in verdicts:
+            show_verdict(verdict, model=True)
+        show_files(folder, ["model_claims.json"], False, count(len(verdicts), "claim"))
+    return options.EXIT_FAILED if failures else 0
+
+
+def fit(
+    experiment: Annotated[
+        str, typer.Argument(help="Experiments, joined by commas; a fit that ships; leaderboard or tuning.")
+    ],
+    over: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=A..B", help="A free parameter: KEY=A..B, KEY=V1,V2, or KEY in its whole range."),
+    ] = None,
+    claims: Claims = None,
+    trials: Annotated[int | None, typer.Option(min=1, help="Settings to search; otherwise 400.")] = None,
+    share: Annotated[int | None, typer.Option(min=1, help="Settings that share a rendering; otherwise 10.")] = None,
+    sample: Annotated[int | None, typer.Option(min=1, help="Settings that fill the box evenly; otherwise 64.")] = None,
+    held_out: Annotated[int | None, typer.Option(min=1, help="Replicates that judge the best; otherwise 20.")] = None,
+    maximise: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="slack, kept, a measure, a column. Several: a front.")
+    ] = None,
+    minimise: Annotated[list[str] | None, typer.Option(metavar="NAME", help="A measure to make small.")] = None,
+    sampler: Annotated[str | None, typer.Option(help="tpe (otherwise) or random.")] = None,
+    repeats: Annotated[int | None, typer.Option(min=1, help="Trials of each condition in search and sample.")] = None,
+    replicates: options.Replicates = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    model: Annotated[str | None, typer.Option(metavar="MODEL", help="The model, otherwise dsnn.")] = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Search a box of parameters for settings under which all claims hold together, or measures are largest.
+
+    The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
+    The share of the box in which all holds comes from settings that fill it evenly. Needs Optuna: the extra [fit].
+    Writes fit.csv, anew.csv, fit.json and a figure. With the same --out it resumes, also to more --trials.
+    """
+    from experiments.bench import fit as fits
+    from experiments.bench import study as studies
+    from experiments.bench.report import fit as report
+    from experiments.bench.run.errors import UsageError
+
+    numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
+                               "sampler": sampler, "search_repeats": repeats}  # fmt: skip
+    given = {name: value for name, value in numbers.items() if value is not None}
+    if experiment in studies.names("FIT"):
+        if over or claims or assignments or model or maximise or minimise:
+            raise UsageError(f"{experiment}: its box, goals, model and settings are written down in its file")
+        asked = studies.shipped(experiment, "FIT")
+        study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
+        asked = dataclasses.replace(asked, study=study, **given)
+    else:
+        asked = fits.typed(experiment, tuple(over or ()), tuple(_names(claims)), model or "dsnn",
+                           tuple(assignments or ()), tuple(maximise or ()), tuple(minimise or ()), replicates or 1,
+                           given)  # fmt: skip
+    plan = fits.planned(asked, seed)
+    folder = options.run_folder(out, asked.study.name)
+    fitted = fits.run(plan, folder, options.resources(workers, cluster, quiet, other_code))
+    if not quiet:
+        report.show(fitted, folder)
+    return options.EXIT_FAILED if fitted.failures else 0
+
+
+def leaderboard(
+    model: options.Models = None,
+    only: options.Only = False,
+    repeats: options.Repeats = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
+
+    Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
+    95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
+    """
+    from experiments.bench import leaderboard as board
+    from experiments.bench.report import scoreboard
+    from experiments.bench.report.terminal import count, show_files, show_line
+    from experiments.bench.run.models import COMPARED, shown_models
+
+    planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
+    folder = options.run_folder(out, "leaderboard")
+    boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet, other_code))
+    if not quiet:
+        for name, table in boards.items():
+            scoreboard.show(table, board.PANELS[name], board.finding(name, table))
+            show_line(f"{board.NOTE} Empty: does not apply, or no response.")
+        files = [f"{board.FILES[name]}.{ending}" for name in boards for ending in ("png", "csv")]
+        show_files(folder, files, False, count(sum(table.height for table in boards.values()), "model"))
+    return options.EXIT_FAILED if failures else 0
+
+
+def tune(
+    model: options.Models = None,
+    only: options.Only = False,
+    curve: Annotated[
+        list[str] | None, typer.Option(help="speed, size, contrast, frequency, direction, l-over-v or disc.")
+    ] = None,
+    stimulus: Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The stimulus of a curve --over.")] = None,
+    over: Annotated[str | None, typer.Option(metavar="NAME.PARAM=V1,V2", help="Its parameter and values.")] = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    other_code: options.OtherCode = False,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    medium: options.For = "web",
+    quiet: options.Quiet = False,
+) -> int:
+    """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
+
+    A direction model's response is the mean of (hs, vs), projected on the direction of the motion, over the second
+    half of the moving frames; a looming detector's is its peak above rest, also to approaches at six ratios l/v. A
+    preference within the noise of its measure is reported as not defined. Writes a figure for each curve, tuning.csv
+    and preferences.csv. The models are those registered, but dsnn-reference.
+    """
+    from experiments.bench import tune as curves
+    from experiments.bench.report import tuning
+    from experiments.bench.report.terminal import count, show_files
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.models import COMPARED, shown_models
+    from experiments.bench.sources.clips import find_stimulus
+
+    if (stimulus is None) != (over is None):
+        raise UsageError(f"--stimulus and --over go together, got {stimulus or over} alone")
+    entry = None if stimulus is None else find_stimulus(stimulus)
+    models = shown_models(COMPARED, model, only)
+    plan = curves.plan(models, curve or (), assignments or (), seed, entry, over or "")
+    folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet, other_code)
+    with means.pool(rendering=False) as pool:
+        points, preferences, failures = curves.run(plan, folder, pool, means)
+    figures = curves.draw(plan, folder, points, preferences)
+    if not quiet:
+        tuning.show(preferences)
+        show_files(
+            folder, ["tuning.csv", *(path.name for path in figures.values())], False, count(len(models), "model")
+        )
+    return options.EXIT_FAILED if failures else 0

@@ -1,0 +1,312 @@
+"""The commands that show something: ``colias view``, ``video``, ``list`` and ``doctor``.
+
+Heavy imports happen when they run.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.bench.cli import options
+
+if TYPE_CHECKING:
+    from experiments.bench.run.settings import Parameter
+
+ENDINGS = (".mp4", ".gif", ".webp", ".png")
+"""Of films and strips."""
+
+
+def view(
+    paths: Annotated[list[Path], typer.Argument(help="A run, an .rrd file, a scene, an arena; or two runs.")],
+    trial: options.Trial = None,
+    web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
+    screenshot: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Save a picture, without a window.")
+    ] = None,
+) -> int:
+    """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
+
+    A trial of a run stands beside the trial of a second one that has the same seed and condition, on one timeline. The
+    viewer ends with this command. --screenshot shows the middle of the recording, and needs no screen.
+    """
+    from experiments.bench.cli.beside import side_by_side
+    from experiments.bench.report.terminal import error_console
+    from experiments.bench.run import interrupts, viewer
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.recordings import recording, recordings_in
+    from scenes import ARENA_ENDINGS, ARENAS
+
+    first = paths[0]
+    if len(paths) > 2:
+        raise UsageError(f"view: give one path, or two runs to be seen side by side, got {len(paths)}")
+    if (str(first) in ARENAS and not first.exists()) or first.suffix in ARENA_ENDINGS:
+        return _view_scene(str(first))
+    if not web and screenshot is None:
+        viewer.require_screen(f"view {first}: ", "use --web")
+    with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
+        if len(paths) == 2:
+            title, data = side_by_side(first, paths[1], trial)
+            error_console.print(title, soft_wrap=True)
+            files = [Path(folder) / "both.rrd"]
+            files[0].write_bytes(data)
+        else:
+            files = [recording(first, trial)] if trial is not None or screenshot else recordings_in(first)
+            files = [first] if first.is_file() else files
+        if not files:
+            raise UsageError(f"{first}: no such file, or no .rrd recordings in it")
+        if screenshot is None:
+            return viewer.show(files, web=web, instead="use --web")
+        if screenshot.suffix != ".png":
+            raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
+        viewer.screenshot(files[0], screenshot)
+    return 0
+
+
+def _view_scene(arena: str) -> int:
+    """Show both robots in the arena, live, in MuJoCo's viewer."""
+    import mujoco.viewer
+    from pydantic import ValidationError
+
+    from colias_sim import CameraConfig, RobotConfig, SceneConfig
+    from colias_sim.gl import has_screen
+    from colias_sim.scene import compose
+    from colias_sim.simulation import TRIAL_ROBOTS
+    from experiments.bench.run.errors import UsageError, explain
+
+    if not has_screen():
+        raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")
+    try:
+        spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
+    except ValueError as error:  # a pydantic.ValidationError too
+        raise UsageError(explain(error) if isinstance(error, ValidationError) else str(error)) from None
+    spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
+    mujoco.viewer.launch(spec.compile())
+    return 0
+
+
+def video(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run, an .rrd file, or a stimulus.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help=".mp4, .gif, .webp, .png: a strip; .avi: a stimulus; or a folder.")
+    ],
+    trial: options.Trial = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, a GIF 640x360.")] = None,
+    fps: Annotated[float | None, typer.Option(help="Frames a second; otherwise all; in a GIF 12.5 at most.")] = None,
+    speed: Annotated[float, typer.Option(help="Seconds of the recording in a second of the video.")] = 1.0,
+    frames: Annotated[int | None, typer.Option(help="Moments of a strip, 1 to 12; otherwise 6.")] = None,
+    model: Annotated[list[str] | None, typer.Option(metavar="MODEL", help="Show this model, of several.")] = None,
+    caption: Annotated[str | None, typer.Option(help="Text at the top.")] = None,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME.PARAM=VALUE", help="Set a parameter of a stimulus.")
+    ] = None,
+    seed: options.Seed = 0,
+    jitter: options.Jitter = 0.0,
+    quiet: options.Quiet = False,
+) -> int:
+    """Show a recording in one picture: what is seen, what changed, robots from above, potentials, spikes.
+
+    MP4 is H.264, which browsers and slides play; WebP is a picture that moves, for pages. A strip has some moments
+    side by side above the traces, for papers. All but strips need the extra colias-sim[video]. Each model has a lane. A
+    folder gets the pictures as the camera saw them. An .avi of a stimulus is lossless, with a .csv of its truth.
+    """
+    if out.suffix == ".avi":
+        from experiments.bench.cli.watch import write_stimulus
+
+        return write_stimulus(str(source), out, assignments or (), seed, jitter)
+    from experiments.bench.report.terminal import error_console, progress, show_places
+    from experiments.bench.report.video import film_times, make, read, require_encoder, strip
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.recordings import recording
+
+    if out.suffix and out.suffix not in ENDINGS:
+        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
+    if out.exists() or not out.parent.is_dir():
+        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
+    shape = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "")
+    if size and shape is None:
+        raise UsageError(f"--size must be WIDTHxHEIGHT in pixels, as 1280x720, got {size}")
+    if frames is not None and out.suffix != ".png":
+        raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
+    if out.suffix not in ("", ".png"):
+        require_encoder(f"--out {out}: {out.suffix}")
+    path, width_height = recording(source, trial), (int(shape[1]), int(shape[2])) if shape else None
+    if out.suffix:
+        reel = read(path).with_models(model or ())
+        if reel.hidden:
+            error_console.print(f"note: {reel.not_shown()}: --model chooses", soft_wrap=True)
+    if not out.suffix:
+        _write_pictures(path, out)
+    elif out.suffix == ".png":
+        strip(reel, out, 6 if frames is None else frames, width_height, caption)
+    else:
+        count = len(film_times(reel, fps, speed, out.suffix)[0]) if speed > 0 and (fps or 1) > 0 else 0
+        with progress(out.name, count, quiet, "frames") as advance:
+            make(reel, out, width_height, caption, fps, speed, advance)
+    if not quiet:
+        show_places({"strip" if out.suffix == ".png" else "video" if out.suffix else "frames": out})
+    return 0
+
+
+def _write_pictures(recorded: Path, out: Path) -> None:
+    """Write what each camera saw as pictures into a folder."""
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.recordings import pictures, write_pictures
+
+    seen = pictures(recorded)
+    if not seen:
+        raise UsageError(f"--out {out}: {recorded} has no pictures")
+    for camera, images in seen.items():
+        write_pictures(out / camera, images, ".png")
+
+
+def list_names(
+    kind: Annotated[
+        str | None,
+        typer.Argument(
+            help="experiments, studies, fits, models, scenes, presets, stimuli, envs, behaviours, claims, parameters"
+            " or runs; otherwise all but the last two."
+        ),
+    ] = None,
+    of: Annotated[
+        str | None, typer.Argument(help="The experiment or stimulus of parameters; the folder of runs.")
+    ] = None,
+    model: options.Models = None,
+    only: options.Only = False,
+) -> int:
+    """Name what there is.
+
+    parameters: every key of --set, with its default, legal range, unit and meaning. runs: when each was begun, its
+    experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
+    """
+    from experiments.bench.run.errors import UsageError
+    from scenes.hints import nearest
+
+    if kind == "runs":
+        return _list_runs(Path(of or "runs"))
+    if kind == "parameters":
+        return _list_parameters(of or "speed", model, only)
+    names = _names()
+    if kind is not None and kind not in names:
+        known = (*names, "parameters", "runs")
+        raise UsageError(f"list: no kind '{kind}'{nearest(kind, known, ' (', ')')}: {', '.join(known)}")
+    for heading in names if kind is None else (kind,):
+        _show_names(heading, names[heading])
+    return 0
+
+
+def _show_names(heading: str, items: Mapping[str, str]) -> None:
+    from experiments.bench.report.terminal import out_console, show_line
+
+    out_console.print(heading, style="b")
+    for name, summary in items.items():
+        show_line(f"  {name:<20}{summary}", 22)
+
+
+def _names() -> dict[str, dict[str, str]]:
+    """Return what there is: kind -> name -> what it is."""
+    from colias_sim.config import CameraConfig, RobotConfig
+    from colias_sim.envs import ENVS
+    from dsnn import MODELS
+    from dsnn.stimuli import STIMULI
+    from experiments import NAMES, OFFLINE
+    from experiments.behaviours import BEHAVIOURS, GROUPS
+    from experiments.bench import registry, study
+    from experiments.bench.stats.claim import PAPER, claim_ids, words
+    from scenes import ARENAS
+
+    cameras = {f"camera.preset={name}": text for name, text in CameraConfig.preset_summaries().items()}
+    robots = {f"robot.preset={name}": text for name, text in RobotConfig.preset_summaries().items()}
+    studies = {name: study.shipped(name).summary for name in study.names()}
+    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()}
+    implied = {name: " (the equations imply it)" if words(name).implied else "" for name in claim_ids(PAPER)}
+    return {
+        "experiments": {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)},
+        "studies": {**studies, "model-claims": "the claims of the looming models' own papers, on clips"},
+        "fits": {name: study.shipped(name, "FIT").study.summary for name in study.names("FIT")},
+        "models": {name: entry.summary for name, entry in MODELS.items()},
+        "scenes": dict(ARENAS),
+        "presets": cameras | robots,
+        "stimuli": {name: entry.summary for name, entry in STIMULI.items()},
+        "envs": {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()},
+        "behaviours": behaviours | {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()},
+        "claims": {name: words(name).title + note for name, note in implied.items()},
+    }
+
+
+def show_parameters(rows: Iterable[Parameter]) -> None:
+    """Print parameters: key, value, legal range, unit, meaning."""
+    from rich.text import Text
+
+    from experiments.bench.report.terminal import show_line
+
+    for row in rows:
+        notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
+        legal = f"  ({notes})" if notes else ""
+        show_line(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")), 8)
+        show_line(f"    {row.description}", 4)
+
+
+def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
+    """Print the parameters of an experiment with the robot, or of a stimulus."""
+    from dsnn.stimuli import STIMULI
+    from experiments.bench import registry
+    from experiments.bench.run.models import shown_models
+    from experiments.bench.run.settings import described
+    from experiments.bench.run.user_code import declares, is_file
+    from experiments.bench.sources.clips import find_stimulus
+    from experiments.bench.trials import parameters
+
+    if name in STIMULI or (is_file(name) and declares(Path(name), "STIMULUS")):
+        entry = find_stimulus(name)
+        show_parameters(described({entry.name: entry.params}))
+    else:
+        declared = registry.load(name)
+        show_parameters(parameters(declared, shown_models(declared.models, models, only)))
+    return 0
+
+
+def _list_runs(folder: Path) -> int:
+    """Print the runs in a folder; those of another version in a line each, with the version that reads it."""
+    import polars as pl
+
+    from experiments.bench.report.terminal import error_console, show
+    from experiments.bench.result import runs
+
+    table = runs(folder)
+    trials = pl.when(pl.col("done") == pl.col("planned")).then(pl.col("done").cast(str))
+    listed = table.filter(pl.col("trouble").is_null()).with_columns(
+        pl.col("run").str.strip_prefix(f"{folder}/"),
+        pl.col("when").dt.to_string("%Y-%m-%d %H:%M"),
+        pl.col("seed").cast(str),
+        trials.otherwise(pl.format("{} of {}", "done", "planned")).alias("trials"),
+    )
+    columns = ("run", "when", "experiment", "seed", "trials", "failures", "models", "changed", "verdicts", "provenance")
+    if listed.height:
+        show(listed.select(*columns, "commit"))
+    for line in table["trouble"].drop_nulls() if table.height else [f"no runs in {folder}"]:
+        error_console.print(line, soft_wrap=True)
+    return 0
+
+
+def doctor() -> int:
+    """Say whether this machine has what the bench needs: Python, packages, what draws, the network, tools, extras.
+
+    A reference frame is drawn and compared with those that are known. If its hash is another, pixels differ a little,
+    and so may numbers. What is optional, only some commands need. The exit status is 1 if anything is missing.
+    """
+    from rich.text import Text
+
+    from experiments.bench.doctor import examine
+    from experiments.bench.report.terminal import show_line
+
+    colours, missing = {"ok": "green", "optional": "yellow", "missing": "red"}, False
+    for state, name, message in examine():
+        missing |= state == "missing"
+        show_line(Text.assemble((f"{state:<10}", colours[state]), f"{name:<20}{message}"), 30)
+    return options.EXIT_FAILED if missing else 0
