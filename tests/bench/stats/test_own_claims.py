@@ -3,7 +3,7 @@
 import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
-from experiments.bench.api import RunRequest, missing_models, planned
+from experiments.bench.api import _missing_models, planned
 from experiments.bench.sources import clip_claims
 from experiments.bench.sources.robot_claims import judge
 from experiments.bench.stats.checks import strength
@@ -154,7 +154,7 @@ def test_clips_that_a_claim_is_about():
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():
     def told(declaration, *models):
-        return missing_models(planned(declaration, RunRequest(models, only=bool(models))))
+        return _missing_models(planned(declaration, models=models, only=bool(models)))
 
     two = {"models": {"dsnn", "centroid2"}}
     note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"
