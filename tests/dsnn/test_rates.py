@@ -3,8 +3,8 @@
 import pytest
 
 import experiments
-from dsnn import DSNNParams
 from experiments.bench.cli import main
+from experiments.bench.run.models import choose, rate_notes
 from tests.helpers.footage import street, write
 
 MODEL = """
@@ -48,12 +48,20 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_a_model_s_rate_is_held_against_what_it_is_shown(folder):
+    """29.97 frames/s are 30; models of one rate share a line."""
+    dsnn, emd, slow, flow = (choose(name) for name in ("dsnn", "emd", "slow.py", "flow"))
+    assert rate_notes([(dsnn, 30.0), (emd, 29.97), (slow, 20.0), (flow, 60.0)]) == []
+    notes = rate_notes([(dsnn, 60.0), (emd, 60.0), (slow, 60.0), (slow, 30.0)])
+    assert notes == [
+        "dsnn, emd assume 30 frames/s and are shown 60",
+        "slow assumes 20 frames/s and is shown 30, 60",
+    ]
+
+
 @pytest.mark.parametrize(
     ("command", "note"),
     [
-        (("run", "speed", *OWN, "--only", "--no-recordings"), SLOW),
-        (("sweep", "speed", *OWN, "--measure", "spikes", "--over", "slow.t_sp=1"),
-         SLOW.replace("slow ", "slow.t_sp=1 ")),
         (("run", "fast.py", "--workers", "0"), "note: emd assumes 30 frames/s and is shown 60"),
         (("tune", "--model", "slow.py", "--only", "--curve", "direction", "--workers", "0"), SLOW),
         (("behave", "turn.py", "--episodes", "1", "--no-baselines", "--workers", "0"), SLOW),
@@ -77,10 +85,3 @@ def test_watch_says_so(folder, capsys):
     assert f"note: {note}" in capsys.readouterr().err.splitlines()
     assert experiments.watch(film, size=(32, 18), quiet=True).description["notes"] == [note]
     assert experiments.watch(film, size=(32, 18), quiet=True, fps=60).description["notes"] == []
-
-
-def test_nothing_is_said_of_a_rate_that_is_the_model_s_own(capsys):
-    assert DSNNParams().fps == 30.0
-    main.command(["run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0",
-                  "--no-recordings", "--out", "out"])  # fmt: skip
-    assert "frames/s" not in capsys.readouterr().err
