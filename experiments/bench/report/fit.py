@@ -11,9 +11,8 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.report import style
-from experiments.bench.report.sweep import DEFAULT, show_rows
-from experiments.bench.report.terminal import show_line, show_places
+from experiments.bench.report import style, terminal
+from experiments.bench.report.sweep import DEFAULT
 
 PAIRS = 3
 """Pairs of parameters that are drawn: of those on which the goal turns most."""
@@ -116,8 +115,8 @@ def _anew(panel: Axes, rows: pl.DataFrame, claims: bool) -> None:
 def show(fitted: Any, folder: Path) -> None:
     """Print the answer, the settings judged anew, and where everything is."""
     for line in fitted.sentences:
-        show_line(line, 4)
+        terminal.show_line(line, 4)
     best = fitted.anew["number"].unique(maintain_order=True)[:SHOWN]
     shown = fitted.anew.filter(pl.col("number").is_in(best.implode()) | pl.col("number").is_null())
-    show_rows(f"judged anew, the first {SHOWN} (anew.csv has all)", shown.to_dicts())
-    show_places({"figure": folder / "fit.png", "settings": folder / "fit.csv", "anew": folder / "anew.csv"})
+    terminal.show(shown, f"judged anew, the first {SHOWN} (anew.csv has all)")
+    terminal.show_places({"figure": folder / "fit.png", "settings": folder / "fit.csv", "anew": folder / "anew.csv"})

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from rich.table import Table
 
-from experiments.bench.report import style
-from experiments.bench.report.terminal import out_console, show_table, stacked
-from experiments.bench.stats.scores import written
+from experiments.bench.report import style, terminal
+from experiments.bench.stats.scores import Score
 
 ACROSS, ROW, AROUND = 4, 0.26, 1.1
 """Panels side by side, and the heights of a row and of what is around a panel's rows, inches."""
-PRINTED = 7
+PRINTED = 3
 """Measures in one table on the terminal."""
 Panels = Mapping[str, Sequence[str]]
 """Quantity -> its measures, by the names of their columns; those of times in us are on a logarithmic axis."""
@@ -76,19 +75,14 @@ def _panel(axes: Axes, table: pl.DataFrame, measures: Sequence[str]) -> None:
 
 
 def show(table: pl.DataFrame, panels: Panels, title: str) -> None:
-    """Print scores with their intervals below them: ``table`` and ``panels`` as of `draw`."""
+    """Print scores with their intervals: ``table`` and ``panels`` as of `draw`."""
     names = [name for measures in panels.values() for name in measures]
     for first in range(0, len(names), PRINTED):
         part = names[first : first + PRINTED]
-        printed = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
-        for name in ("model", *part):
-            printed.add_column(name.replace("_", "\n"), no_wrap=True)
-        for row in table.iter_rows(named=True):
-            ends = {name: f"{_cell(row[f'{name}_low'])} .. {_cell(row[f'{name}_high'])}".strip(" .") for name in part}
-            printed.add_row(row["model"], *(stacked(_cell(row[name]), ends[name]) for name in part))
-        show_table(printed)
-        out_console.print()
+        rows = [{"model": row["model"], **{name: _score(row, name) for name in part}} for row in table.to_dicts()]
+        terminal.show(pl.DataFrame(rows), title if not first else "")
 
 
-def _cell(value: float | None) -> str:
-    return "" if value is None else f"{value:.0f}" if abs(value) >= 100.0 else written(value)
+def _score(row: Mapping[str, Any], name: str) -> str:
+    value, low, high = (math.nan if row[key] is None else row[key] for key in (name, f"{name}_low", f"{name}_high"))
+    return "" if math.isnan(value) else str(Score(value, low, high, 0))

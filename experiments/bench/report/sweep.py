@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,8 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from rich.table import Table
 
-from experiments.bench.report import style
-from experiments.bench.report.terminal import out_console, show_places, show_table
+from experiments.bench.report import style, terminal
 from experiments.bench.stats.count import count_of
 from experiments.bench.study import TOGETHER, Axis
 
@@ -216,29 +214,9 @@ def show(result: Any, folder: Path) -> None:
     for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
         cells = rows.setdefault(tuple(row[name] for name in names), {name: row[name] for name in names})
         cells[row.get("claim") or row["measure"]] = shown(row)[1] if "claim" in row else row["value"]
-    judged = f"claims that hold in k of {plan.study.replicates} replicates" if result.counts.height else ""
-    show_rows(", and ".join(filter(None, (judged, "numbers" if result.numbers.height else ""))), list(rows.values()))
-    out_console.print(finding(result), markup=False)
+    judged = f"Claims: in how many of {plan.study.replicates} replicates they hold" if result.counts.height else ""
+    terminal.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), judged)
+    terminal.show_line(finding(result))
     for title, further in result.tables.items():
-        show_rows(title, further)
-    show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})
-
-
-def show_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print a table."""
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in rows[0] if rows else ():
-        table.add_column(name, justify="left" if isinstance(rows[0][name], str) else "right")
-    for row in rows:
-        table.add_row(*(cell_text(row.get(name)) for name in rows[0]))
-    out_console.print(f"\n{title}", markup=False, style="bold")
-    show_table(table)
-
-
-def cell_text(value: Any) -> str:
-    """Return a value as a table shows it: three digits of a number, several with commas."""
-    if value is None:
-        return "-"
-    if isinstance(value, float):
-        return f"{value:.3g}"
-    return ", ".join(map(cell_text, value)) if isinstance(value, list | tuple) else str(value)
+        terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
+    terminal.show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})

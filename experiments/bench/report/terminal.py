@@ -73,11 +73,6 @@ def coloured(count: Count) -> Text:
     return Text(count.label, VERDICT_COLOURS[count.kind])
 
 
-def stacked(upper: str, lower: str) -> Text:
-    """Return a text, and another below it, dimmed."""
-    return Text.assemble(f"{upper}\n", (lower, "dim"))
-
-
 def show_line(line: str | Text, indent: int = 0) -> None:
     """Print a line, broken between words; its other lines begin ``indent`` to the right."""
     line = Text(line) if isinstance(line, str) else line
@@ -110,9 +105,16 @@ def show(rows: pl.DataFrame, title: str = "") -> None:
     for name, kind in rows.schema.items():
         table.add_column(name, justify="right" if kind.is_numeric() else "left")
     for row in rows.rows():
-        cells = ("" if cell is None else f"{cell:,}" if isinstance(cell, int) else str(cell) for cell in row)
-        table.add_row(*cells)
+        table.add_row(*map(_text, row))
     show_table(table)
+
+
+def _text(cell: object) -> str:
+    if isinstance(cell, float) and abs(cell) < 1000.0:
+        return f"{cell:.3g}"
+    if isinstance(cell, list | tuple):
+        return ", ".join(map(_text, cell))
+    return "" if cell is None else f"{cell:,.0f}" if isinstance(cell, int | float) else str(cell)
 
 
 def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str = "") -> None:

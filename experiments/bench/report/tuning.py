@@ -13,10 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
-from rich.table import Table
 
-from experiments.bench.report import style
-from experiments.bench.report.terminal import out_console, show_line, show_table
+from experiments.bench.report import style, terminal
 from experiments.bench.run.parameters import in_title
 from experiments.bench.stats import curves
 from experiments.bench.stats.curves import Axis
@@ -200,14 +198,11 @@ def show(preferences: Sequence[Row]) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
     cells = pl.DataFrame([{name: _cell(row, name) for name in row if not name.endswith(ENDS)} for row in preferences])
     cells = cells.select(pl.col(name) for name in cells.columns if set(cells[name]) != {"-"})
-    table = Table(*(name.replace("_", " ") for name in cells.columns), box=None, header_style="bold", pad_edge=False)
-    for texts in cells.rows():
-        table.add_row(*texts)
-    show_table(table)
-    out_console.print(NOTE, style="dim")
+    terminal.show(cells)
+    terminal.show_line(NOTE)
     for row in preferences:
         if row["not_defined"]:
-            show_line(f"{row['model']}: not defined: {row['not_defined']}", 4)
+            terminal.show_line(f"{row['model']}: not defined: {row['not_defined']}", 4)
 
 
 def _cell(row: Row, name: str) -> str:

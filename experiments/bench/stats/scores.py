@@ -40,6 +40,8 @@ def written(value: float) -> str:
     """Return a number for people, to three digits and four decimal places; a dash for NaN."""
     if math.isnan(value):
         return "-"
+    if abs(value) >= 1000.0:
+        return f"{value:.0f}"
     # Rounded once: 0.64753 has four places of 0.6475, and three digits of that would be 0.647.
     places = min(2 - math.floor(math.log10(abs(value))), PLACES) if value and math.isfinite(value) else PLACES
     return f"{round(value, places):z.3g}"
