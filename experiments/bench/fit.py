@@ -467,8 +467,8 @@ def conclude(
     again = anew_table(fit, plan.box, searched, settings, best, anew)
     winner = ", ".join(f"{key}={value}" for key, value in settings[best[0]].items())
     ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in plan.box)
-    last = (f"searched: {len(settings)} settings of {ranges}, in {fit.study.replicates} replicates each; looked at the"
-            f" seeds of the judging anew {looks} times")  # fmt: skip
+    last = (f"searched: {len(settings)} settings of {ranges}, replicates each: {fit.study.replicates}; times that the"
+            f" seeds of the judging anew were looked at: {looks}")  # fmt: skip
     if fit.of_claims:
         counted = count(with_all(anew).filter(setting=0, name=again["claim"][0])["verdict"])
         kept = scores.filter(kept=len(names_of(scores.columns))).height
@@ -508,7 +508,7 @@ def _of_claims(
     return word, [
         f"{said}: {text}",
         f"its least slack is {_number(first['slack in the search'])} smallest differences in the search and"
-        f" {_number(first['slack anew'])} in the mean of {anew.replicates} replicates anew: the difference is luck",
+        f" {_number(first['slack anew'])} in the mean of {anew.replicates} fresh replicates; the drop is luck",
         f"{share.holds} of {share.replicates} settings that fill the box evenly keep every claim:"
         f" {100.0 * share.holds / share.replicates:.3g} % of the box, 95 % interval {low:.3g} % to {high:.3g} %",
     ]

