@@ -35,14 +35,14 @@ def draw(result: Any) -> Figure:
     """
     plan, number = result.plan, result.plan.study.replicates
     named = result.counts.height and not (plan.axes and all(axis.title for axis in plan.axes))
-    cell = f"A cell: in how many of n = {number} replicates the claim holds; hatched: not judged."
+    cell = f"Blue: the claim holds, orange: it fails, k/n: in k of n = {number} replicates; hatched: not judged."
     symbols = [cell if named or (len(plan.axes) > 1 and result.counts.height) else ""]
     if not named and len(plan.axes) < 2:
         symbols.append(f"Whiskers: 95 % interval, or the range of n = {number} replicates.")
     if not named and any(place(axis) is not None for axis in plan.axes):
         symbols.append("Triangles: defaults.")
     if "unknown constants" in result.counts.columns and result.counts["unknown constants"].sum():
-        symbols.append("h: the claim's part about the DSNN alone.")
+        symbols.append("Of a claim that hangs on another model's unknown constants the DSNN's half is shown (h).")
     if any(measure.has_threshold for measure, _ in plan.measures):
         symbols.append("Red: the spiking threshold T.")
     with style.look():
@@ -177,7 +177,8 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     panel.set_yticks(np.arange(1, size[0]) - 0.5, minor=True)
     panel.grid(which="minor", color="white", lw=1.0)
     panel.tick_params(which="minor", length=0)
-    for row in table.to_dicts() if cells.size <= MOST_WRITTEN or table["claim"][0] else ():
+    several = table["claim"][0] and bool(((cells > 0.0) & (cells < 1.0)).any())  # otherwise the colours say it
+    for row in table.to_dicts() if cells.size <= MOST_WRITTEN or several else ():
         panel.annotate(row["text"], (row["x"], row["y"]), ha="center", va="center", fontsize=style.SMALL - 1,
                        path_effects=style.HALO, annotation_clip=True)  # fmt: skip
     if not table["claim"][0]:
