@@ -7,8 +7,8 @@ from typing import Any
 import numpy.typing as npt
 from pydantic import Field
 
-from dsnn.direction.layers import sigmoid
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
+from dsnn.direction.reference import sigmoid
 from dsnn.field_docs import parameters
 from dsnn.filters import total
 from dsnn.model import Model, Response

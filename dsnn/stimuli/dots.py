@@ -11,7 +11,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import Luma, StimulusFrame, TimedParams, TimedStimulus, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 Floats = npt.NDArray[np.float64]
@@ -37,7 +37,7 @@ class DotsParams(TimedParams):
     """Grey level of the background."""
 
 
-class Dots(Stimulus[DotsParams]):
+class Dots(TimedStimulus[DotsParams]):
     """Dots that leave the frame come in on its other side; during the rest all of them stand."""
 
     def __init__(self, params: DotsParams, seed: int = 0) -> None:
@@ -58,9 +58,6 @@ class Dots(Stimulus[DotsParams]):
             chosen = rng.permutation(p.count)[:together]
             after[chosen] = (before[chosen] + np.array(self._velocity) / p.fps) % field
         return places
-
-    def __len__(self) -> int:
-        return self.params.rest_frames() + len(self._places)
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""

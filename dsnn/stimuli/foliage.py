@@ -12,7 +12,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.scenes import pink
-from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, TimedParams, Truth
+from dsnn.stimuli.stimulus import StimulusFrame, TimedParams, TimedStimulus, Truth
 from dsnn.stimuli.streams import stream
 
 Amplitude = Annotated[float, Field(ge=0.0, le=50.0), unit("px")]
@@ -91,7 +91,7 @@ class FoliageParams(TimedParams):
     """Distance over which leaves sway together."""
 
 
-class Foliage(Stimulus[FoliageParams]):
+class Foliage(TimedStimulus[FoliageParams]):
     """The seed makes texture (of 1/f amplitude) and sway. Still at first, the wind rises over the rest."""
 
     def __init__(self, params: FoliageParams, seed: int = 0) -> None:
@@ -101,9 +101,6 @@ class Foliage(Stimulus[FoliageParams]):
         rng = stream("stimulus", seed)
         self._texture = pink(self.shape, rng)
         self._sway = Sway(self.shape, p.amplitude_px, (p.low_hz, p.high_hz), p.patch_px, rng)
-
-    def __len__(self) -> int:
-        return self.params.rest_frames() + self.params.moving_frames() + 1
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""

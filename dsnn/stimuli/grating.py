@@ -11,7 +11,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS
-from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import StimulusFrame, TimedParams, TimedStimulus, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 STEPS = 4096
@@ -36,7 +36,7 @@ class GratingParams(TimedParams):
     """Mean grey level."""
 
 
-class Grating(Stimulus[GratingParams]):
+class Grating(TimedStimulus[GratingParams]):
     """The seed chooses the phase it starts at; seed 0 draws none: its phase is 0 in the middle of the frame."""
 
     def __init__(self, params: GratingParams, seed: int = 0) -> None:
@@ -51,9 +51,6 @@ class Grating(Stimulus[GratingParams]):
         phase = (across * x + down * y[:, np.newaxis] + start) % 1.0
         self._phase = np.rint(phase * STEPS).astype(np.int32)
         self._profile = _profile(params, across, down)
-
-    def __len__(self) -> int:
-        return self.params.rest_frames() + self.params.moving_frames() + 1
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import StimulusFrame, TimedParams, TimedStimulus, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 
@@ -36,7 +36,7 @@ class ReversePhiParams(TimedParams):
     """Difference of light and dark squares from the mean."""
 
 
-class ReversePhi(Stimulus[ReversePhiParams]):
+class ReversePhi(TimedStimulus[ReversePhiParams]):
     """The seed makes the pattern, which repeats beyond the frame's borders.
 
     The truth's velocity is that of the displacement, averaged over the steps; what is seen may be its opposite.
@@ -57,9 +57,6 @@ class ReversePhi(Stimulus[ReversePhiParams]):
         speed = p.step_px * p.fps / p.step_frames
         x, y = DIRECTIONS[p.motion]
         self._velocity = Velocity(x * speed, y * speed)
-
-    def __len__(self) -> int:
-        return self.params.rest_frames() + self.params.moving_frames() + 1
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""

@@ -263,3 +263,13 @@ class Stimulus(ABC, Generic[P]):
 
     def __getitem__(self, index: int) -> StimulusFrame:
         return self.frame(range(len(self))[index])
+
+
+T = TypeVar("T", bound=TimedParams, covariant=True)
+
+
+class TimedStimulus(Stimulus[T]):
+    """A clip of a rest, then a motion for a given time."""
+
+    def __len__(self) -> int:
+        return self.params.rest_frames() + self.params.moving_frames() + 1

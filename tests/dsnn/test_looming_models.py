@@ -152,17 +152,19 @@ def test_si_lgmd2_is_its_equations(changes, seed):
     assert answers.looming.max() > 0.55
 
 
+def field(image, size, sigma):
+    """A Gaussian field of ``size`` px, the border replicated."""
+    bell = np.exp(-0.5 * ((np.arange(size) - size // 2) / sigma) ** 2)
+    bell /= bell.sum()
+    padded, (rows, columns) = np.pad(image, size // 2, mode="edge"), image.shape
+    return sum(bell[i] * bell[j] * padded[i : i + rows, j : j + columns] for i in range(size) for j in range(size))
+
+
 def plain_lplc2(frames, q):
     """LPLC2's potential in float64, cell by cell where cells are paired and quadrants are summed."""
     (rows, columns), dt = frames.shape[1:], 1000 / q.fps
     cells = list(np.ndindex(rows, columns))
     ways = {"right": (0, 1), "left": (0, -1), "down": (1, 0), "up": (-1, 0)}
-
-    def field(image, size, sigma):
-        bell = np.exp(-0.5 * ((np.arange(size) - size // 2) / sigma) ** 2)
-        bell /= bell.sum()
-        padded = np.pad(image, size // 2, mode="edge")
-        return sum(bell[i] * bell[j] * padded[i : i + rows, j : j + columns] for i in range(size) for j in range(size))
 
     def gelu(z):
         return z / 2 * (1 + math.tanh(math.sqrt(2 / math.pi) * (z + 0.044715 * z**3)))
@@ -286,24 +288,15 @@ def plain_t4t5(frames, q):
     shape, dt = frames.shape[1:], 1000 / q.fps
     delays = [dt / (dt + tau) for tau in (80.0, 70.0, 60.0, 50.0, 40.0)]
 
-    def blurred(image, width, std):
-        radius = width // 2
-        bell = np.exp(-0.5 * (np.arange(-radius, radius + 1) / std) ** 2)
-        bell /= bell.sum()
-        padded = np.pad(image, radius, mode="edge")
-        return sum(
-            bell[i] * bell[j] * padded[i : i + shape[0], j : j + shape[1]] for i in range(width) for j in range(width)
-        )
-
     signals, delayed, cells = np.zeros((2, *shape)), np.zeros((5, 2, *shape)), np.zeros((4, 2, *shape))
     before, potentials = frames[0].astype(float), []
     for frame in frames.astype(float):
         p, before = frame - before, frame
-        centre, surround = blurred(p, 3, 10.0), blurred(p, 5, 20.0)
+        centre, surround = field(p, 3, 10.0), field(p, 5, 20.0)
         s = abs(centre - 1.2 * surround)
         fresh = np.stack([s * ((centre > 1e-3) & (surround > 1e-3)), s * ((centre < -1e-3) & (surround < -1e-3))])
         signals = fresh + 0.1 * signals
-        c = np.stack([np.tanh(x / (0.2 + blurred(x, 5, 20.0))) for x in signals])
+        c = np.stack([np.tanh(x / (0.2 + field(x, 5, 20.0))) for x in signals])
         c[c < 0.75] = 0.0
         drive = np.zeros_like(cells)
         for j, gain in enumerate(delays, start=1):

@@ -8,7 +8,7 @@ import pytest
 
 import experiments
 from dsnn import ReferenceDSNN
-from dsnn.direction import layers
+from dsnn.direction import reference as layers
 from dsnn.filters import alpha
 from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, planned

@@ -12,9 +12,6 @@ from dsnn.onboard.codes import coded, decoded
 from dsnn.onboard.dead_zone import SMALL, dead_zone
 from dsnn.onboard.numpy_form import rounded
 from dsnn.onboard.params import OnboardParams
-from experiments.bench.cli import firmware as commands
-from experiments.bench.cli import main
-from experiments.bench.run.errors import UsageError
 
 FORMATS = {
     "companded": {},
@@ -84,28 +81,3 @@ def test_no_format_that_ships_has_one():
         if name != "grey-levels":  # the control that does not work
             assert not dead_zone(params).matters, name
     assert dead_zone(OnboardParams.presets()["grey-levels"]).matters
-
-
-# Where a user meets it.
-
-SHARE = f"{100 * dead_zone(network(3000.0)).falling:.0f} %"
-
-
-def test_parameters_say_up_to_which_delay_it_works(capsys):
-    assert main.command(["firmware", "parameters"]) == 0
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
-    assert "2,166 ms" in line and "tau_s" in line and "state_bits=16" in line
-
-
-@pytest.fixture
-def without_tools(monkeypatch):
-    def missing(which):
-        raise UsageError("no compiler")
-
-    monkeypatch.setattr(commands, "_tools", missing)
-
-
-def test_an_export_says_so_too(without_tools, tmp_path, capsys):
-    assert main.command(["firmware", "export", str(tmp_path / "out"), "--set", "dsnn.tau_s=10,3000"]) == 0
-    assert f"stands still at up to {SHARE} of its range" in " ".join(capsys.readouterr().err.split())
-    assert f"stands still at up to {SHARE} of its range" in (tmp_path / "out" / "README.md").read_text()
