@@ -12,15 +12,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
-from pydantic.dataclasses import dataclass
+from pydantic import AfterValidator, Field, model_validator
 
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from scenes import ARENAS, arena_path
 from scenes.hints import nearest
-
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 COLIAS4: Mapping[str, Any] = {
     "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3, "motor_inequality": 3.29,
@@ -133,8 +130,7 @@ class _Presets:
         return cls(**cls._named[name][1])
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class RobotConfig(_Presets):
     """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body.
 
@@ -190,8 +186,7 @@ class RobotConfig(_Presets):
         return self
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class CameraConfig(_Presets):
     """The camera: an OV7670 as the Colias uses it, 99x72 pixels of luma, 70 degrees wide, 30 frames per second.
 
@@ -338,8 +333,7 @@ class CameraConfig(_Presets):
         return cls.preset("ideal")
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class SceneConfig:
     """Arena, light and the stimulus's shell, and how far the seed of a trial varies them."""
 

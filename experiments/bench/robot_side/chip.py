@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from dsnn.onboard.dead_zone import dead_zone
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.run.settings import changed, collect
@@ -21,8 +20,7 @@ CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
 
 
-@with_field_docs
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
+@parameters
 class ChipSettings:
     """The robot's processor and what else lives in it. The defaults are Colias's STM32F427 (its data sheet)."""
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeVar
 
-from pydantic import AfterValidator, ConfigDict, Field
-from pydantic.dataclasses import dataclass
+from pydantic import AfterValidator, Field
 
-from dsnn.field_docs import unit, with_field_docs
+from dsnn.field_docs import parameters, unit
 from experiments.bench.sources.conditions import Condition, Direction, Motion
-
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0), unit("cm/s")]
 SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0), unit("cm/s")]
@@ -46,8 +43,7 @@ def _ways(chosen: str) -> tuple[Direction, ...]:
     return tuple(way for way in both if chosen in (way, "both"))
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class Translation:
     """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
 
@@ -83,8 +79,7 @@ def angular(motion: Motion, angle: float, speed: float, near: float, far: float,
     return Condition(motion, way, speed, near, far, angle, acceleration_cm_s2=acceleration)
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class Angular:
     """Straight lines at several angles to the optical axis, through one point before the camera."""
 
@@ -114,8 +109,7 @@ class Angular:
         return tuple(angular(self.motion, a, self.speed_cm_s, near, far, start) for a in self.angles_deg)
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class General:
     """One of each motion: straight approach and recession, a crossing each way."""
 
@@ -147,8 +141,7 @@ class General:
         )
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class Contrast:
     """Crossings by shells of several greys, before the same wall."""
 
@@ -178,8 +171,7 @@ class Contrast:
         )
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class Clutter:
     """Crossings before walls of several contrasts."""
 
@@ -209,8 +201,7 @@ class Clutter:
         )
 
 
-@with_field_docs
-@dataclass(frozen=True, config=_STRICT)
+@parameters
 class Egomotion:
     """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
 
