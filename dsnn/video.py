@@ -63,6 +63,11 @@ def read_video(path: str | os.PathLike[str]) -> Video:
 class Video:
     """An open video file; see `read_video`.
 
+    Parameters
+    ----------
+    path
+        Any file that FFmpeg decodes.
+
     Attributes
     ----------
     shape

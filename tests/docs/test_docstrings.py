@@ -131,6 +131,7 @@ def test_what_chapters_import_is_public():
 NOT_RUN = {
     "experiments.run": "takes half a minute: tests/bench/public/test_public.py",
     "experiments.load": "needs a run",
+    "experiments.Run": "needs a run",
     "experiments.runs": "needs a folder of runs",
     "experiments.compare": "takes minutes",
     "experiments.watch": "needs a film",

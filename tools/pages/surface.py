@@ -17,6 +17,7 @@ BEYOND: Mapping[str, tuple[str, ...]] = {
     "dsnn.frames": ("luma",),
     "dsnn.onboard.dead_zone": ("DeadZone", "dead_zone"),
     "dsnn.onboard.error": ("ErrorReport", "compare"),
+    "dsnn.video": ("Video",),
     "experiments.behaviours": ("BEHAVIOURS", "ProportionalIntegral", "escape"),
     "scenes": ("ARENAS", "ROBOTS", "arena_path"),
 }
