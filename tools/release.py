@@ -129,7 +129,7 @@ EXTRA_TRIES: Mapping[str, Try] = {
     "video": Try("video", ("colias", "video", "runs/speed", "--trial", "0", "--out", "trial.mp4")),
     "fit": Try("fit", ("colias", "fit", "clean", "--over", "dsnn.t_sp=0.1..0.3", "--claims", "C1", "--trials", "4",
                        "--share", "2", "--sample", "4", "--held-out", "2", "--out", "runs/fit"), says="C1"),
-    "live": Try("live", ("python", "-c", "import viser, experiments.bench.live.run")),
+    "live": Try("live", ("python", "-c", "import viser, experiments.bench.live.page")),
     "cluster": Try("cluster", ("python", "-c", CLUSTER), says="rows"),
 }  # fmt: skip
 """Extra -> what needs it."""

@@ -8,6 +8,9 @@ import typer
 
 from experiments.bench.cli.options import Assignments, Models, Only, Seed, experiment_names
 
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+"""Hosts that only this machine reaches."""
+
 
 def live(
     experiment: Annotated[
@@ -51,42 +54,42 @@ def live(
     The command's own model is dsnn, or those that the experiment declares. Needs viser: the extra [live].
     Ctrl-C ends it.
     """
+    import importlib.util
     import webbrowser
 
-    from experiments.bench.live import run
+    from threadpoolctl import threadpool_limits
+
+    from experiments.bench import registry
     from experiments.bench.report.terminal import error_console, out_console
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import check_counts
 
     check_counts(seed)
-    run.require_viser()
+    if importlib.util.find_spec("viser") is None:
+        raise UsageError("colias live needs viser: run 'sh tools/setup.sh --live', or install colias-sim[live]")
     if footage is not None and (given := experiment or behaviour):
         raise UsageError(f"--footage {footage}: has no arena for {given}; give one of the two")
-    if warning := run.check_host(host, port):
+    if host not in LOOPBACK:
+        warning = f"warning: whoever reaches {host} can drive the page and write runs here; nothing protects it"
         error_console.print(warning, soft_wrap=True, markup=False)
 
-    from experiments.bench.live.session import Session
+    from experiments.bench.live.page import Page
+    from experiments.bench.live.session import ArenaSession, FootageSession
 
-    session: Session
+    session: ArenaSession | FootageSession
     if footage is None:
-        from experiments.bench import registry
-        from experiments.bench.live.arena import ArenaSession
-
         declared = registry.load(experiment).models if experiment else ["dsnn"]
         models = shown_models(declared, model, only)
         session = ArenaSession(models, assignments or (), seed, experiment=experiment, behaviour=behaviour)
     else:
-        from experiments.bench.live.footage import FootageSession
-
         session = FootageSession(footage, shown_models(["dsnn"], model, only), assignments or ())
         for note in session.notes():
             error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-
-    def ready(address: str) -> None:
-        out_console.print(f"{address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
-        if browser:
-            webbrowser.open(address)
-
-    run.run(session, host, port, dark=dark, ready=ready)
+    page = Page(session, host, port, dark=dark)
+    out_console.print(f"{page.address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
+    if browser:
+        webbrowser.open(page.address)
+    with threadpool_limits(1):
+        page.serve()
     return 0

@@ -1,4 +1,8 @@
-"""The page of ``colias live``, of viser's parts: what the network sees and answers, and the controls."""
+"""The page of ``colias live``, of viser's parts: what the network sees and answers, the controls, and the loop.
+
+Everything that a browser sends comes in on viser's threads. It is put into a queue, and done between two frames in the
+thread that advances the session. What is refused there changes nothing: the control goes back to what the session has.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,10 @@ import contextlib
 import dataclasses
 import io
 import math
-from collections.abc import Callable, Iterable
+import queue
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -15,26 +22,43 @@ import numpy.typing as npt
 import viser
 
 from dsnn import MODELS
-from experiments.bench.live.arena import ArenaSession
-from experiments.bench.live.driving import HINT, Driving
-from experiments.bench.live.inputs import Inputs
-from experiments.bench.live.session import Session, View
-from experiments.bench.live.traces import Traces
-from experiments.bench.run.errors import UsageError
-from experiments.bench.run.play import ModelRunner
+from experiments.bench.live.drawing import Scene, Traces
+from experiments.bench.live.session import ROBOTS, ArenaSession, FootageSession, Robot
+from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.run.models import PRESET
+from experiments.bench.run.play import Sample
+from experiments.bench.run.settings import described, preset_of, schema_of
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
-LEFT_PX, RIGHT_PX = 400.0, 370.0
-"""Widths of the two panels."""
+IDLE_S, RATE_FRAMES = 0.02, 30
+"""Time between two looks at what is asked for, and frames over which simulated and wall time are compared."""
 SETTLING_FRAMES = 45
 """Frames after which a new browser draws the plots anew: laying out its panels, it may leave out the time axis."""
 PAUSED = "  \n**paused**"
-NONE, FRAME = "none", "the camera's frame"
+NONE, FRAME, BY_HAND, CHANGED = "none", "the camera's frame", "by hand", "changed"
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
 """Name of a pace -> simulated seconds for each second."""
 MAPS = {"retina P": "p", "lamina LA": "la", "ON after FDSR": "f_on", "OFF after FDSR": "f_off"}
 """Name of a layer map -> what a `dsnn.Response` calls it."""
+MOVES: Mapping[str, tuple[float, float, str]] = {
+    "left": (0.0, 90.0, "J"), "ahead": (1.0, 0.0, "I"), "stop": (0.0, 0.0, "X"), "back": (-1.0, 0.0, "K"),
+    "right": (0.0, -90.0, "L"),
+}  # fmt: skip
+"""Button -> share of the speed, turn rate in degrees/s, and its key; with shift it is the observer's."""
+WORLD = {
+    "scene": ("light", "light_sd", "wall_contrast", "shell_grey"),
+    "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px"),
+}
+"""Section -> its parameters that the page offers."""
+HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view, and HS passes T.
+
+| | |
+|---|---|
+| `I` `K` | drive the stimulus ahead, back |
+| `J` `L` `X` | turn it left, right; stop |
+| with shift | the same for the observer |
+"""
 FILM_HINT = """**The network watches the footage.** Move its parameters in the tab *Model*.
 
 | | |
@@ -66,70 +90,115 @@ class Page:
         Whether it begins dark.
     """
 
-    def __init__(self, session: Session, host: str, port: int, *, dark: bool = False) -> None:
-        self.session = session
-        self.paused, self.pace, self.dark = False, 1.0, dark
+    def __init__(
+        self, session: ArenaSession | FootageSession, host: str = "127.0.0.1", port: int = 8099, *, dark: bool = False
+    ) -> None:
+        self.session, self.paused, self.pace, self.dark = session, False, 1.0, dark
         self._steps, self._map, self._settling = 0, NONE, 0
+        self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._controls: list[tuple[Any, Callable[[], Any]]] = []
         with contextlib.redirect_stdout(io.StringIO()):  # its banner: the command prints the address
             self.server = viser.ViserServer(host, port, label="colias live", verbose=False)
-        self.inputs = Inputs(self.server.gui, self.tell)
-        self.driving = Driving(self.server, self.inputs, session) if isinstance(session, ArenaSession) else None
-        self._traces: Traces | None = None
+        self.address = f"http://{self.server.get_host()}:{self.server.get_port()}"
+        self.scene: Scene | None = None
         self._film: Any = None
         self._drawn: list[Any] = []
         self._drawn_models: object = None
-        self._theme()
+        self._drawn_trial: object = None
         self._build()
+        self._draw_models()
 
-    @property
-    def address(self) -> str:
-        """The URL of the page."""
-        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+    def ask(self, do: Callable[[], None]) -> None:
+        """Let something be done between two frames."""
+        self._asked.put(do)
 
-    def close(self) -> None:
-        """Stop listening."""
-        with contextlib.redirect_stdout(io.StringIO()):
-            self.server.stop()
+    def heed(self) -> None:
+        """Do what was asked for, then let every control show what the session has."""
+        count = self._asked.qsize()
+        for _ in range(count):
+            try:
+                self._asked.get()()
+            except (ValueError, TypeError, KeyError) as error:
+                self.tell(str(error))
+        if count:
+            self._refresh()
+
+    def _refresh(self) -> None:
+        if self._drawn_models is not self.session.runners:
+            return  # the controls of other models are drawn with the next frame
+        self._controls = [(handle, present) for handle, present in self._controls if not handle._impl.removed]
+        for handle, present in self._controls:
+            if handle.value != (value := present()):
+                handle.value = value
 
     def tell(self, text: str) -> None:
         """Show a text to everybody who looks at the page."""
-        self._note.content = text.replace("<", "&lt;").replace("\n", "  \n")
+        self.note.content = text.replace("<", "&lt;").replace("\n", "  \n")
         for client in self.server.get_clients().values():
             client.add_notification("colias live", text, auto_close_seconds=6.0)
 
-    def due(self) -> bool:
-        """Say whether a frame is to be computed: not while it is paused, but for single steps."""
-        if self.paused and not self._steps:
-            return False
-        self._steps = max(self._steps - 1, 0)
-        return True
+    def follow(self, handle: Any, do: Callable[[Any], None], present: Callable[[], Any]) -> None:
+        """Let a control ask ``do`` by each new value; ``present`` returns the value that the session has."""
 
-    # What is built once
+        async def update(event: Any) -> None:  # at once, in viser's loop: from its pool a refresh could come before it
+            value = event.target.value
+            self.ask(lambda: None if value == present() else do(value))
 
-    def _theme(self) -> None:
-        self.server.gui.configure_theme(dark_mode=self.dark, show_logo=False, show_share_button=False)
+        self._controls.append((handle, present))
+        handle.on_update(update)
+
+    def _parameter(self, section: str, holder: Callable[[], Any], name: str, do: Callable[[str], None]) -> None:
+        """Add the control of a parameter, by its field's range and unit; none of a text, which may name a file."""
+        gui, value = self.server.gui, holder()
+        schema, now = schema_of(value, name), getattr(value, name, None)
+        field = next(field for field in described({section: value}) if field.key == f"{section}.{name}")
+        label = f"{name}, {field.unit}" if field.unit else name
+        hint = f"{field.description}; legal: {field.legal}; here: {field.value or 'none'}"
+        present: Callable[[], Any] = lambda: getattr(holder(), name)  # noqa: E731
+        handle: Any
+        if name == PRESET:
+            present = lambda: preset_of(holder()) or CHANGED  # noqa: E731
+            handle = gui.add_dropdown(label, (*schema["enum"], CHANGED), initial_value=present(), hint=hint)
+        elif "enum" in schema:
+            present = lambda: str(getattr(holder(), name))  # noqa: E731
+            handle = gui.add_dropdown(label, tuple(map(str, schema["enum"])), initial_value=present(), hint=hint)
+        elif isinstance(now, bool):
+            handle = gui.add_checkbox(label, now, hint=hint)
+        elif isinstance(now, int | float):
+            handle = _number(gui, label, schema, now, hint)
+        elif schema.get("type") == "array":
+            present = lambda: ",".join(f"{part:g}" for part in getattr(holder(), name))  # noqa: E731
+            handle = gui.add_text(label, present(), hint=hint)
+        else:
+            return
+        self.follow(handle, lambda value: do(str(value)), present)
 
     def _build(self) -> None:
-        gui, ask, follow = self.server.gui, self.inputs.ask, self.inputs.follow
+        """Add what is there throughout."""
+        gui, ask, follow, session = self.server.gui, self.ask, self.follow, self.session
+        gui.configure_theme(dark_mode=self.dark, show_logo=False, show_share_button=False)
         panel = gui.add_panel()
         with panel.add_tab("Network"):
             self._status = gui.add_markdown("")
             self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label=FRAME)
             self._plots = gui.add_folder("HS and VS against T, spikes")
         panel.dock_left()
-        panel.set_width(LEFT_PX)
+        panel.set_width(400.0)
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(RIGHT_PX)
-        gui.add_markdown((HINT if self.driving else FILM_HINT) + SHARED_HINT)
-        self._note = gui.add_markdown("")
+        gui.main_panel.set_width(370.0)
+        gui.add_markdown((HINT if isinstance(session, ArenaSession) else FILM_HINT) + SHARED_HINT)
+        self.note = gui.add_markdown("")
         tabs = gui.add_tab_group()
-        if self.driving:
+        if isinstance(session, ArenaSession):
             with tabs.add_tab("Drive"):
-                self.driving.build_drive()
+                self._build_drive(session)
         self._tab = tabs.add_tab("Model")
-        if self.driving:
+        if isinstance(session, ArenaSession):
             with tabs.add_tab("World"):
-                self.driving.build_world()
+                for section, name in ((section, name) for section, names in WORLD.items() for name in names):
+                    holder = partial(lambda section: getattr(session.spec.settings, section), section)
+                    self._parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
+                gui.add_button("reset the world").on_click(lambda _: ask(session.reset_world))
         with tabs.add_tab("View"):
             pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
             pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1", hint="seconds shown for each second")
@@ -138,110 +207,143 @@ class Page:
             record = gui.add_button("record", hint="C: a run of what was done since the beginning")
         pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
         record.on_click(lambda _: ask(self.record))
-        follow(pace, self._set_pace, lambda: next(name for name, rate in RATES.items() if rate == self.pace))
-        follow(maps, self._set_map, lambda: self._map)
+        follow(
+            pace,
+            lambda name: setattr(self, "pace", RATES[name]),
+            lambda: next(name for name, rate in RATES.items() if rate == self.pace),
+        )
+        follow(maps, self.set_map, lambda: self._map)
         follow(dark, self._set_dark, lambda: self.dark)
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
-            ("pause or go on", "space", partial(self.time, "pause")),
-            ("one frame", "N", partial(self.time, "step")),
-            ("begin again", "R", partial(self.time, "again")),
-            ("record", "C", self.record),
+            ("pause or go on", "space", partial(self.time, "pause")), ("one frame", "N", partial(self.time, "step")),
+            ("begin again", "R", partial(self.time, "again")), ("record", "C", self.record),
             ("reset the model's parameters", "Z", self.reset_model),
-        )
-        self.server.on_client_connect(lambda _: self.inputs.ask(self._settle))
+        )  # fmt: skip
         for label, key, do in commands:
             gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: ask(do))
+        self.server.on_client_connect(lambda _: setattr(self, "_settling", SETTLING_FRAMES))
 
-    # What is asked for
+    def _build_drive(self, session: ArenaSession) -> None:
+        """Add the controls of the robots, and what is drawn of the arena."""
+        server, gui, ask = self.server, self.server.gui, self.ask
+        server.scene.set_up_direction("+z")
+        server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
+        self.scene = Scene(server.scene, lambda x, y: ask(lambda: session.send("stimulus", x, y)))
+
+        def drive(robot: Robot, move: str) -> None:
+            session.drive(robot, *MOVES[move][:2])
+
+        for robot in ROBOTS:
+            also = "; or drag its handle" if robot == "stimulus" else ", with shift"
+            group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys J, I, X, K, L{also}")
+            group.on_click(lambda event, robot=robot: ask(partial(drive, robot, str(event.target.value))))
+            for move, (_, _, key) in MOVES.items():
+                shift: Any = None if robot == "stimulus" else "shift"
+                command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
+                command.on_trigger(lambda _, robot=robot, move=move: ask(partial(drive, robot, move)))
+        speed = gui.add_slider("speed, cm/s", 0.5, 35.0, 0.5, session.speed_cm_s)
+        sent = gui.add_dropdown("a click on the floor sends", ROBOTS)
+
+        def click(origin: Iterable[float], direction: Iterable[float]) -> None:
+            (x, y, z), (dx, dy, dz) = map(float, origin), map(float, direction)
+            if dz < 0.0:
+                session.send(sent.value, x - dx * z / dz, y - dy * z / dz)
+
+        server.scene.on_click()(lambda event: ask(partial(click, event.ray_origin, event.ray_direction)))
+        driver = gui.add_dropdown("the observer's driver", (BY_HAND, *session.behaviours),
+                                  initial_value=session.behaviour or BY_HAND)  # fmt: skip
+        looped = gui.add_dropdown("trial", (BY_HAND, *session.experiments), initial_value=self._looped()[0],
+                                  hint="by hand, or a condition of an experiment in a loop")  # fmt: skip
+        self.condition = gui.add_dropdown("its condition", self._conditions(), initial_value=self._looped()[1])
+        self.follow(speed, lambda value: session.set_speed(float(value)), lambda: session.speed_cm_s)
+        self.follow(driver, lambda value: session.behave("" if value == BY_HAND else str(value)),
+                    lambda: session.behaviour or BY_HAND)  # fmt: skip
+        self.follow(looped, lambda value: session.show("" if value == BY_HAND else str(value)),
+                    lambda: self._looped()[0])  # fmt: skip
+        self.follow(self.condition, lambda label: session.show(self._looped()[0], int(label.partition(":")[0])),
+                    lambda: self._looped()[1])  # fmt: skip
+
+    def _conditions(self) -> tuple[str, ...]:
+        """Return the conditions of the experiment that is looped, as its control lists them."""
+        looped = getattr(self.session, "looped", None)
+        if not looped or not isinstance(self.session, ArenaSession):
+            return ("",)
+        return tuple(f"{i}: {condition.label()}" for i, condition in enumerate(self.session.conditions(looped[0])))
+
+    def _looped(self) -> tuple[str, str]:
+        """Return the experiment that is looped and the label of its condition."""
+        looped = getattr(self.session, "looped", None)
+        return (looped[0], self._conditions()[looped[1]]) if looped else (BY_HAND, "")
 
     def time(self, word: str) -> None:
         """Pause or go on, go one frame, or begin again."""
         if word == "pause":
             self.paused = not self.paused
-            self._status.content = self._status.content.replace(PAUSED, "")
-            if self.paused:
-                self._status.content += PAUSED
+            self._status.content = self._status.content.replace(PAUSED, "") + (PAUSED if self.paused else "")
         elif word == "step":
             self.paused, self._steps = True, self._steps + 1
-        elif word == "again":
-            self.session.begin()
         else:
-            raise UsageError(f"time {word}: legal is pause, step, again")
+            self.session.begin()
 
     def record(self) -> None:
         """Record what was done since the beginning."""
         folder = self.session.record().folder
         self.tell(f"recorded into {folder}; repeat it by: colias run --again {folder}")
 
-    def change(self, model: str, name: str, text: str) -> None:
-        """Change a parameter of a model; the trace before stays as a ghost."""
-        self.session.change(model, name, text)
-        self._freeze()
-
     def reset_model(self) -> None:
         """Give the models the parameters that they began with."""
         self.session.reset_parameters()
-        self._freeze()
+        self.traces.freeze()
 
     def set_models(self, names: Iterable[str]) -> None:
-        """Show other models."""
+        """Show other models: those registered, and those that the command was given."""
         chosen = [name for name in dict.fromkeys(names) if name != NONE]
-        for name in chosen:
-            if name not in self._known():
-                raise UsageError(f"model {name}: legal are {', '.join(self._known())}")
+        if unknown := set(chosen) - {*MODELS, *self.session.given}:
+            raise UsageError(f"model must be one of {', '.join(MODELS)}, got {unknown.pop()}")
         self.session.choose_models(chosen)
 
-    def _known(self) -> tuple[str, ...]:
-        """Return the models that a page may name: those registered, and those that the command was given."""
-        return tuple(dict.fromkeys([*MODELS, *self.session.given]))
-
-    def _settle(self) -> None:
-        self._settling = SETTLING_FRAMES
-
-    def _freeze(self) -> None:
-        if self._traces is not None:
-            self._traces.freeze()
+    def _change(self, model: str, name: str, text: str) -> None:
+        self.session.change(model, name, text)
+        self.traces.freeze()
 
     def _set_dark(self, dark: bool) -> None:
         self.dark = dark
-        self._theme()
-        if self._traces is not None:
-            self._traces.dark = dark
-            self._traces.paint()
+        self.server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
+        self.traces.dark = dark
+        self.traces.paint()
 
-    def _set_map(self, name: str) -> None:
-        if name != NONE and name not in MAPS:
-            raise UsageError(f"layer map {name}: legal is {NONE}, {', '.join(MAPS)}")
-        self._map = name
-        self._image.label = FRAME if name == NONE else name
+    def set_map(self, name: str) -> None:
+        """Show a layer map of the first model in place of the frame."""
+        if name != NONE:
+            MAPS[name]  # refused where there is none
+        self._map, self._image.label = name, FRAME if name == NONE else name
         self.session.show_maps(name != NONE)
 
-    def _set_pace(self, name: str) -> None:
-        if name not in RATES:
-            raise UsageError(f"pace {name}: legal is {', '.join(RATES)}")
-        self.pace = RATES[name]
-
-    # Every frame
-
-    def show(self, view: View, rate: float) -> None:
+    def show(self, sample: Sample, rate: float) -> None:
         """Show a frame, at ``rate`` simulated seconds for each second of the clock."""
+        session = self.session
         with self.server.atomic():
-            if self._drawn_models != (models := [runner.chosen for runner in self.session.watching]):
-                self._drawn_models = models
+            if self._drawn_models is not session.runners:
+                for handle in (*self._drawn, self.traces):
+                    handle.remove()
                 self._draw_models()
-            if self.driving:
-                self.driving.show(view)
+            if isinstance(session, ArenaSession) and self.scene is not None:
+                if self._drawn_trial is not session.trial:
+                    self._drawn_trial = session.trial
+                    self.scene.draw(session.trial.sim, session.spec.settings.camera)
+                    self.condition.options = self._conditions()
+                    self._refresh()
+                self.scene.move(session.poses)
             else:
-                self._show_film(view.luma)
-            picture = self._picture(view)
+                self._show_film(sample.image)
+            picture = self._picture(sample)
             times = max(1, IMAGE_PX // picture.shape[1])
             self._image.image = _grey(np.repeat(np.repeat(picture, times, 0), times, 1))
-            assert self._traces is not None
-            self._traces.add(view)
+            self.traces.add(session.responses)
             if self._settling == 1:
-                self._traces.redraw()
+                self.traces.redraw()
             self._settling = max(self._settling - 1, 0)
-            self._status.content = self._line(view, rate)
+            self._status.content = self._line(sample, rate)
 
     def _show_film(self, luma: npt.NDArray[np.uint8]) -> None:
         """Show footage where the arena would be, facing the viewer."""
@@ -254,70 +356,92 @@ class Page:
 
     def _draw_models(self) -> None:
         """Draw the models' names and sliders, a folder a model, and their traces."""
-        for handle in self._drawn:
-            handle.remove()
-        if self._traces is not None:
-            self._traces.remove()
         gui, session = self.server.gui, self.session
-        names, (one, *others) = self._known(), session.models
+        self._drawn_models = session.runners
+        names, (one, *others) = tuple(dict.fromkeys([*MODELS, *session.given])), session.models
         with self._tab:
             first = gui.add_dropdown("model", names, initial_value=one)
             second = gui.add_dropdown("beside it", (NONE, *names), initial_value=others[0] if others else NONE)
             reset = gui.add_button("reset the parameters", hint="key Z")
-            self._drawn = [first, second, reset]
-            for runner in session.watching:
-                folder = gui.add_folder(runner.label)
-                self._drawn.append(folder)
-                with folder:
-                    self._draw_parameters(runner)
-        reset.on_click(lambda _: self.inputs.ask(self.reset_model))
-        self.inputs.follow(
-            first, lambda name: self.set_models((name, *self.session.models[1:])), lambda: self.session.models[0]
-        )
-        self.inputs.follow(
-            second, lambda name: self.set_models((self.session.models[0], name)),
-            lambda: (*self.session.models, NONE)[1],
-        )  # fmt: skip
+            self._drawn = [first, second, reset, *(gui.add_folder(runner.label) for runner in session.runners)]
+        for place, runner in enumerate(session.runners):
+            with self._drawn[3 + place]:
+                for field in dataclasses.fields(runner.network):
+                    self._parameter(
+                        runner.section, partial(lambda place: self.session.runners[place].network, place), field.name,
+                        partial(self._change, runner.label, field.name),
+                    )  # fmt: skip
+        reset.on_click(lambda _: self.ask(self.reset_model))
+        self.follow(first, lambda name: self.set_models((name, *session.models[1:])), lambda: session.models[0])
+        self.follow(second, lambda name: self.set_models((session.models[0], name)), lambda: (*session.models, NONE)[1])
         with self._plots:
-            self._traces = Traces(gui, session, self.dark)
+            self.traces = Traces(gui, session.runners, session.interval_s, dark=self.dark)
 
-    def _draw_parameters(self, runner: ModelRunner) -> None:
-        label = runner.label
-
-        def network() -> Any:
-            return next(runner.network for runner in self.session.watching if runner.label == label)
-
-        for field in dataclasses.fields(runner.network):
-            self.inputs.parameter(runner.section, network, field.name, partial(self.change, label, field.name))
-
-    def _picture(self, view: View) -> npt.NDArray[np.uint8]:
+    def _picture(self, sample: Sample) -> npt.NDArray[np.uint8]:
         """Return the camera's frame, or the chosen map of the first model that has it, about a middle grey."""
-        answer = next(iter(view.answers.values()), None)
-        layer = getattr(answer and answer.maps, MAPS[self._map], None) if self._map != NONE else None
-        if layer is None:
-            return view.luma
-        most = max(float(np.abs(layer).max()), 1e-9)
-        return np.asarray(127.5 + 127.5 * layer / most, np.uint8)
+        maps = getattr(next(iter(self.session.responses.values()), None), "maps", None)
+        if self._map == NONE or maps is None:
+            return sample.image
+        layer = getattr(maps, MAPS[self._map])
+        return np.asarray(127.5 + 127.5 * layer / max(float(np.abs(layer).max()), 1e-9), np.uint8)
 
-    def _line(self, view: View, rate: float) -> str:
-        number = f"frame {view.number}, {view.time_s:.2f} s; simulated / wall time {rate:.2f}"
-        lines = [self.session.title, number]
-        for runner in self.session.watching:
-            answer, channel, label = view.answers[runner.label], runner.chosen.counted, runner.label
-            if runner.trouble:
+    def _line(self, sample: Sample, rate: float) -> str:
+        session = self.session
+        number = f"frame {session.number - 1}, {sample.time_s:.2f} s; simulated / wall time {rate:.2f}"
+        lines = [session.title, number]
+        for runner, response in zip(session.runners, session.responses.values(), strict=True):
+            label, channel, began = runner.label, runner.chosen.counted, runner.chosen.network
+            if response is None:
                 lines.append(f"**{label} broke**\n```\n{runner.trouble}\n```")
                 continue
-            value = f"{channel.upper()} {getattr(answer, channel):+.3f}, " if answer is not None and channel else ""
-            lines.append(f"{label}: {value}{1000 * view.seconds[label]:.2f} ms a frame")
-            began = runner.chosen.network
-            changed = (
+            value = f"{channel.upper()} {getattr(response, channel):+.3f}, " if channel else ""
+            lines.append(f"{label}: {value}{1000 * session.cost_s[label]:.2f} ms a frame")
+            changed = [
                 f"{name} {getattr(began, name)} -> {now}"
-                for name in self.session.values.get(label, ())
+                for name in session.values.get(label, ())
                 if (now := getattr(runner.network, name)) != getattr(began, name)
-            )
-            if text := ", ".join(changed):
-                lines.append(f"**{label} changed: {text}**")
+            ]
+            if changed:
+                lines.append(f"**{label} changed: {', '.join(changed)}**")
         return "  \n".join(lines) + (PAUSED if self.paused else "")
+
+    def serve(self) -> None:
+        """Compute and show frame after frame at the page's pace. A slow machine slows it down; no frame is skipped."""
+        session, due = self.session, time.perf_counter()
+        times: deque[float] = deque(maxlen=RATE_FRAMES)
+        while True:
+            self.heed()
+            if self.paused and not self._steps:
+                time.sleep(IDLE_S)
+                due = time.perf_counter()
+                times.clear()
+                continue
+            self._steps = max(self._steps - 1, 0)
+            try:
+                sample = session.step()
+            except (TrialError, UsageError) as error:
+                self.tell(str(error))
+                self.paused = True
+                continue
+            times.append(time.perf_counter())
+            self.show(sample, (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6))
+            wait = session.interval_s / self.pace if session.paced else 0.0
+            due = max(due + wait, time.perf_counter() - session.interval_s)
+            while (left := due - time.perf_counter()) > 0.0:
+                time.sleep(min(left, IDLE_S))
+                self.heed()
+
+
+def _number(gui: viser.GuiApi, label: str, schema: Mapping[str, Any], now: float, hint: str) -> Any:
+    """Add the control of a number: a slider where it has two ends, with a mark at the present value."""
+    ends = [schema.get(name, schema.get(f"exclusive{name.capitalize()}")) for name in ("minimum", "maximum")]
+    if None in ends:
+        least = schema.get("minimum", schema.get("exclusiveMinimum"))
+        return gui.add_number(label, now, min=None if least is None else type(now)(least), hint=hint)
+    slot = 1 if isinstance(now, int) else float(10.0 ** math.floor(math.log10(max(ends[1] - ends[0], 1e-6) / 100)))
+    low = type(now)(ends[0] + (0 if "minimum" in schema else slot))
+    high = type(now)(ends[1] - (0 if "maximum" in schema else slot))
+    return gui.add_slider(label, min(low, now), max(high, now), slot, now, marks=((now, f"{now:g}"),), hint=hint)
 
 
 def _grey(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -143,16 +143,15 @@ def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[Pa
 
 @pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'")
 def test_the_traces_of_the_live_page_have_the_spikes_of_each_channel_with_their_signs():
-    from experiments.bench.live.traces import Traces
+    from experiments.bench.live.drawing import Traces
 
     chosen = choose("dsnn")
     runner = SimpleNamespace(chosen=chosen, network=chosen.network, label="dsnn")
-    session: Any = SimpleNamespace(watching=[runner], interval_s=1 / 30)
     page: Any = SimpleNamespace(add_uplot=lambda data, _series, **more: SimpleNamespace(data=data, **more))
-    traces = Traces(page, session, dark=False)
+    runners: Any = [runner]
+    traces = Traces(page, runners, 1 / 30, dark=False)
     for hs, vs in ((0, 0), (4, -3), (-1, 2), (-1, 0)):
-        view: Any = SimpleNamespace(answers={"dsnn": Response(hs / 4, vs / 4, hs, vs)})
-        traces.add(view)
+        traces.add({"dsnn": Response(hs / 4, vs / 4, hs, vs)})
     _, spikes = traces._plots
     _, hs_trace, vs_trace = (trace[-4:].tolist() for trace in spikes.data)
     assert (hs_trace, vs_trace) == ([0, 4, -1, -1], [0, -3, 2, 0])

@@ -13,10 +13,7 @@ from typing import Any
 import pytest
 
 from experiments.bench.cli.main import command
-from experiments.bench.live import run
-from experiments.bench.live.arena import ArenaSession
-from experiments.bench.live.footage import FootageSession
-from experiments.bench.live.session import Session
+from experiments.bench.live.session import ArenaSession, FootageSession
 from experiments.bench.sources.robot import forget_simulations
 from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
 from tests.helpers.footage import Walker, street, write
@@ -30,20 +27,19 @@ PORT = 8451
 
 
 @contextmanager
-def serving(port: int, make: Callable[[], Session]) -> Iterator[Any]:
+def serving(port: int, make: Callable[[], Any]) -> Iterator[Any]:
     """Serve a page in a thread of its own, in which the session runs; yield the page."""
     from experiments.bench.live.page import Page
 
     pages: list[Page] = []
 
     def work() -> None:
-        page = Page(make(), run.LOOPBACK, port)
+        page = Page(make(), port=port)
         pages.append(page)
         try:
-            run.serve(page)
+            page.serve()
         except SystemExit:
-            page.close()
-            page.session.close()
+            page.server.stop()
         finally:
             forget_simulations()  # which are of this thread
 
@@ -58,11 +54,11 @@ def serving(port: int, make: Callable[[], Session]) -> Iterator[Any]:
     try:
         yield pages[0]
     finally:
-        pages[0].inputs.ask(leave)
+        pages[0].ask(leave)
         thread.join()
 
 
-def dsnn() -> Session:
+def dsnn() -> ArenaSession:
     return ArenaSession(["dsnn"])
 
 
@@ -78,9 +74,9 @@ def watch(page: Any) -> list[float]:
     answers: list[float] = []
     show = page.show
 
-    def record_and_show(view: Any, rate: float) -> None:
-        answers.append(getattr(next(iter(view.answers.values())), "hs", 0.0))
-        show(view, rate)
+    def record_and_show(sample: Any, rate: float) -> None:
+        answers.append(getattr(next(iter(page.session.responses.values())), "hs", 0.0))
+        show(sample, rate)
 
     page.show = record_and_show
     return answers
@@ -88,7 +84,7 @@ def watch(page: Any) -> list[float]:
 
 @contextmanager
 def visited(
-    profile: Path, port: int, make: Callable[[], Session] = dsnn
+    profile: Path, port: int, make: Callable[[], Any] = dsnn
 ) -> Iterator[tuple[Any, Tab, list[float]]]:  # fmt: skip
     """Serve a session and open its page, until its plots are drawn."""
     with serving(port, make) as page, browser(profile, *SOFTWARE_GL) as tab:
@@ -107,7 +103,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     with visited(tmp_path / "profile", PORT) as (page, tab, answers):
         assert "Make it fire: press" in tab.ask("document.body.innerText")
         session = page.session
-        limit = session.watching[0].chosen.threshold
+        limit = session.runners[0].chosen.threshold
         tab.press("i")
         until(lambda: max(answers) > limit)
         robots = session.trial.sim.robots
@@ -129,7 +125,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: session.values)
         (text,) = session.values["dsnn"].values()
         assert list(session.values["dsnn"]) == ["t_sp"] and float(text) > limit
-        assert session.watching[0].network.t_sp == float(text)
+        assert session.runners[0].network.t_sp == float(text)
         tab.until("document.body.innerText.includes('before')")  # the ghost
         tab.press("c")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.number > 3)
@@ -137,7 +133,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: session.trial.sim.robots["observer"].pose.heading > 0.3)
         tab.press("X", shift=True)
         until(lambda: session._wheels["observer"] == (0.0, 0.0))
-        page.inputs.ask(lambda: page.set_models(["emd", "dsnn"]))
+        page.ask(lambda: page.set_models(["emd", "dsnn"]))
         until(lambda: session.models == ("emd", "dsnn"))
         tab.until("document.body.innerText.includes('emd HS')")
         tab.press(" ")
@@ -159,14 +155,14 @@ def test_footage_on_the_page(tmp_path: Path):
         text = tab.ask("document.body.innerText")
         tabs = tab.ask("[...document.querySelectorAll('[role=tab]')].map(t => t.innerText)")
         assert "street.avi" in text and "stimulus" not in text and tabs == ["Network", "Model", "View"]
-        limit = page.session.watching[0].chosen.threshold
+        limit = page.session.runners[0].chosen.threshold
         until(lambda: max(answers) > limit)
         before = len(answers)
         until(lambda: len(answers) > before + 90)  # its end is passed
-        page.inputs.ask(lambda: page._set_map("ON after FDSR"))
-        page.inputs.ask(lambda: page.set_models(["dsnn", "emd"]))
+        page.ask(lambda: page.set_map("ON after FDSR"))
+        page.ask(lambda: page.set_models(["dsnn", "emd"]))
         tab.until("document.body.innerText.includes('emd HS')")
-        assert page.session.watching[0].maps
+        assert page.session.runners[0].maps
         tab.press("c")
         tab.until("document.body.innerText.includes('this does it: colias watch')")
 
@@ -186,13 +182,13 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
     )
     with serving(PORT + 5, lambda: ArenaSession(["dsnn"], experiment=str(user_experiment), behaviour="")) as page:
         until(lambda: page.session.number > 3)
-        labels = page.driving.condition.options
+        labels = page.condition.options
         assert len(labels) == len(page.session.conditions(str(user_experiment))) and "12 cm/s" in labels[-1]
-        page.inputs.ask(lambda: page.session.show(str(user_experiment), len(labels) - 1))
-        until(lambda: page.driving.condition.value == labels[-1])
+        page.ask(lambda: page.session.show(str(user_experiment), len(labels) - 1))
+        until(lambda: page.condition.value == labels[-1])
         assert page.session.spec.condition.speed_cm_s == 12.0
-        page.inputs.ask(lambda: page.session.show("../mine.py"))
-        until(lambda: "unknown experiment" in page._note.content)
+        page.ask(lambda: page.session.show("../mine.py"))
+        until(lambda: "unknown experiment" in page.note.content)
     session = ArenaSession(["dsnn"], behaviour=str(reflex))
     for _ in range(20):
         session.step()
@@ -222,9 +218,9 @@ def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
     )
     with serving(PORT + 7, lambda: ArenaSession(["dsnn"], [f"scene.arena={arena}"])) as page:
         until(lambda: page.session.number > 2)
-        drawn = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
+        drawn = [handle.name for handle in page.scene.drawn if handle.name.startswith("/world/")]
         assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"
-        page.inputs.ask(lambda: page.session.set("scene.light", "0.5"))
+        page.ask(lambda: page.session.set("scene.light", "0.5"))
         until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
-        again = [handle.name for handle in page.driving._scene._drawn if handle.name.startswith("/world/")]
+        again = [handle.name for handle in page.scene.drawn if handle.name.startswith("/world/")]
         assert again == drawn

@@ -1,0 +1,260 @@
+"""What the page draws: running traces of potentials and spikes, and the arena with its robots, in centimetres."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+import trimesh
+import viser
+from PIL import Image
+from viser import uplot
+
+from colias_sim import Pose, Simulation
+from colias_sim.config import CameraConfig
+from dsnn import Response
+from dsnn.model import SPIKING
+from experiments.bench.live.session import ROBOTS
+from experiments.bench.report.palette import marks
+from experiments.bench.run.play import ModelRunner
+from experiments.bench.run.record import mixed, rgb, to_hex
+from scenes import ARENA_RADIUS_CM
+
+SHOWN_FRAMES = 180
+"""Frames of the running traces."""
+GREY, GHOST = "#8c8c8c", "#b9a88a"
+LIGHTER = 0.5
+"""Share of white in the colours on a dark page: the darkest hues could not be told from it."""
+LEAST = (0.3, 2.0)
+"""The least ends of the scales of potentials and of spikes."""
+DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
+CM = 100.0
+"""Units of the page for each of the simulation."""
+DRAGGED_S = 1.5
+"""Time after a drag for which the handle stays where it was left, while the stimulus follows."""
+EYE, FLOOR = (17, 55, 177), (196, 200, 206)
+Floats = npt.NDArray[np.float64]
+
+
+class Traces:
+    """The two plots: potentials against T, and spikes. Other models need other plots.
+
+    Parameters
+    ----------
+    gui
+        Where they are added.
+    runners
+        The models.
+    interval_s
+        Time between two frames.
+    dark
+        Whether the page is dark.
+    """
+
+    def __init__(self, gui: viser.GuiApi, runners: Sequence[ModelRunner], interval_s: float, *, dark: bool) -> None:
+        self._runners, self.dark = runners, dark
+        self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * interval_s
+        channels = [(one.label, name) for one in runners for name in one.chosen.channels]
+        blank = [0.0] * SHOWN_FRAMES
+        self._traces = [
+            {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in DASHES},
+            {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in SPIKING},
+        ]
+        self._ghost: list[Floats] = []
+        self._ends, self._redrawn, self._limits = list(LEAST), 0, self._thresholds()
+        axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
+        shared: dict[str, Any] = {"axes": axes, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
+        self._plots = [
+            gui.add_uplot(curves, series, scales=scales, height=height, **shared)
+            for curves, series, scales, height in zip(
+                self._curves(), self._series(), self._scales(), (195, 120), strict=True
+            )
+        ]
+
+    def _thresholds(self) -> list[float]:
+        """Return T and -T of the models, by their parameters as they are now."""
+        now = (replace(runner.chosen, network=runner.network).threshold for runner in self._runners)
+        return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
+
+    def _series(self) -> list[tuple[uplot.Series, ...]]:
+        looks = marks(runner.label for runner in self._runners)
+        tints = {label: mark.colour for label, mark in looks.items()}
+        if self.dark:
+            tints = {label: to_hex(mixed(rgb(tint), (255, 255, 255), LIGHTER)) for label, tint in tints.items()}
+        x, lines, counts = uplot.Series(label="s"), *(
+            [
+                uplot.Series(label=f"{label} {name.upper()}{what}", stroke=tints[label], width=2, dash=DASHES[name])
+                for label, name in traces
+            ]
+            for traces, what in zip(self._traces, ("", " spikes"), strict=True)
+        )  # fmt: skip
+        ghosts = [uplot.Series(label="before", stroke=GHOST, width=2)] * len(self._ghost)
+        limits = [
+            uplot.Series(label=f"T = {limit:g}" if limit > 0 else "-T", stroke=GREY, width=1, dash=[3, 3])
+            for limit in self._limits
+        ]
+        return [(x, *ghosts, *lines, *limits), (x, *counts)]
+
+    def _scales(self) -> list[dict[str, uplot.Scale]]:
+        x = uplot.Scale(time=False, range=(float(self._x[0]), 1e-6 * (self._redrawn % 2)))
+        return [{"x": x, "y": uplot.Scale(range=(-end, end))} for end in self._ends]
+
+    def _curves(self) -> list[tuple[Floats, ...]]:
+        potentials, spikes = ([np.array(trace) for trace in traces.values()] for traces in self._traces)
+        limits = [np.full(SHOWN_FRAMES, limit) for limit in self._limits]
+        return [(self._x, *self._ghost, *potentials, *limits), (self._x, *spikes)]
+
+    def add(self, responses: Mapping[str, Response | None]) -> None:
+        """Draw the responses to a frame."""
+        for traces, ending in zip(self._traces, ("", "_spikes"), strict=True):
+            for (label, name), trace in traces.items():
+                trace.append(float(getattr(responses[label], f"{name}{ending}", 0.0)))
+        if (limits := self._thresholds()) != self._limits:
+            self._limits = limits
+            self.paint()
+        curves = self._curves()
+        for place, (drawn, least) in enumerate(zip(curves, LEAST, strict=True)):
+            most = max((float(np.abs(curve).max()) for curve in drawn[1:]), default=0.0)
+            if most > self._ends[place] or max(most, least) < self._ends[place] / 3:
+                self._ends[place] = max(1.25 * most, least)
+                self.redraw()
+        for plot, data in zip(self._plots, curves, strict=True):
+            plot.data = data
+
+    def redraw(self) -> None:
+        """Let browsers draw the plots anew, on scales that are not equal to those before."""
+        self._redrawn += 1
+        for plot, scales in zip(self._plots, self._scales(), strict=True):
+            plot.scales = scales
+
+    def freeze(self) -> None:
+        """Keep the present trace of the first model's first channel as a ghost behind the others."""
+        self._ghost = [np.array(trace) for trace in self._traces[0].values()][:1]
+        self.paint()
+
+    def paint(self) -> None:
+        """Colour the traces for a light or a dark page."""
+        for plot, data, series in zip(self._plots, self._curves(), self._series(), strict=True):
+            plot.data, plot.series = data, series
+
+    def remove(self) -> None:
+        """Take the plots off the page."""
+        for plot in self._plots:
+            plot.remove()
+
+
+class Scene:
+    """The visible geoms of a trial, those of a robot below a frame that moves with it, and the stimulus's handle.
+
+    Parameters
+    ----------
+    scene
+        Where they are drawn.
+    drag
+        Called with the place (x, y) in cm to which the handle is dragged.
+    """
+
+    def __init__(self, scene: viser.SceneApi, drag: Callable[[float, float], None]) -> None:
+        self._scene, self._dragged = scene, -math.inf
+        self._frames: dict[str, Any] = {}
+        self.drawn: list[Any] = []
+        self.handle = scene.add_transform_controls(
+            "/handle", scale=5.0, active_axes=(True, True, False), disable_rotations=True,
+            translation_limits=((-44.0, 44.0), (-44.0, 44.0), (4.5, 4.5)), depth_test=False,
+        )  # fmt: skip
+
+        def update(event: Any) -> None:
+            self._dragged = time.monotonic()
+            drag(*(float(value) for value in event.target.position[:2]))
+
+        self.handle.on_update(update)
+
+    def draw(self, sim: Simulation, camera: CameraConfig) -> None:
+        """Draw a trial's arena and robots, and the observer's camera, in place of those before."""
+        for handle in self.drawn:
+            handle.remove()
+        model, data, scene = sim.model, sim.data, self._scene
+        self._frames = {name: scene.add_frame(f"/{name}", show_axes=False) for name in sim.robots}
+        self.drawn = [*self._frames.values()]  # and with them all that is below them
+        for index in (index for index in range(model.ngeom) if model.geom_group[index] < 3):
+            robot = model.body(model.geom_bodyid[index]).name.partition("/")[0]
+            position, rotation = data.geom_xpos[index], data.geom_xmat[index].reshape(3, 3)
+            if robot in sim.robots:
+                base = data.body(f"{robot}/base")
+                turn = base.xmat.reshape(3, 3)
+                position, rotation = turn.T @ (position - base.xpos), turn.T @ rotation
+            quaternion = np.zeros(4)
+            mujoco.mju_mat2Quat(quaternion, rotation.ravel())
+            name = f"/{robot}/{index}" if robot in sim.robots else f"/world/{index}"
+            mesh = _mesh(model, index)
+            handle = scene.add_mesh_trimesh(name, mesh, wxyz=tuple(quaternion), position=tuple(CM * position))
+            if robot not in sim.robots:
+                self.drawn.append(handle)
+        for name in ROBOTS:
+            scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
+        aspect, eye = camera.width / camera.height, (camera.forward_cm, 0.0, camera.up_cm)
+        vertical = 2 * math.atan(math.tan(math.radians(camera.hfov_deg) / 2) / aspect)
+        scene.add_camera_frustum(
+            "/observer/eye", vertical, aspect, scale=4.0, color=EYE, position=eye, wxyz=(0.5, -0.5, 0.5, -0.5)
+        )
+
+    def move(self, poses: Mapping[str, Pose]) -> None:
+        """Put the robots where they are."""
+        for name, pose in poses.items():
+            frame = self._frames[name]
+            frame.position = (CM * pose.x, CM * pose.y, 0.0)
+            frame.wxyz = (math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2))
+        if time.monotonic() - self._dragged > DRAGGED_S:
+            stimulus = poses["stimulus"]
+            self.handle.position = (CM * stimulus.x, CM * stimulus.y, 4.5)
+
+
+def _mesh(model: mujoco.MjModel, index: int) -> Any:
+    """Return the surface of a geom about its own middle, in its colour or its texture."""
+    kind, (x, y, z), make = mujoco.mjtGeom, CM * model.geom_size[index], trimesh.creation
+    material, mesh = model.geom_matid[index], None
+    colour = 255 * (model.mat_rgba[material] if material >= 0 else model.geom_rgba[index])
+    match model.geom_type[index]:
+        case kind.mjGEOM_PLANE:
+            mesh, colour = make.cylinder(ARENA_RADIUS_CM, 0.02, sections=72), (*FLOOR, 255)
+        case kind.mjGEOM_BOX:
+            mesh = make.box((2 * x, 2 * y, 2 * z))
+        case kind.mjGEOM_CYLINDER:
+            mesh = make.cylinder(x, 2 * y)
+        case kind.mjGEOM_CAPSULE:
+            mesh = make.capsule(2 * y, x)
+            mesh.apply_translation((0.0, 0.0, -mesh.bounds.mean(axis=0)[2]))
+        case kind.mjGEOM_MESH:
+            mesh = _of_file(model, index)
+        case _:
+            mesh = make.icosphere()
+            mesh.apply_scale((x, y or x, z or x))
+    if mesh.visual.kind != "texture":
+        mesh.visual.face_colors = np.asarray(colour, np.uint8)
+    return mesh
+
+
+def _of_file(model: mujoco.MjModel, index: int) -> Any:
+    """Return the mesh of a geom, with its texture where it has one; a vertex for each corner of a face."""
+    which, material = model.geom_dataid[index], model.geom_matid[index]
+    faces = slice(first := model.mesh_faceadr[which], first + model.mesh_facenum[which])
+    corners = (CM * model.mesh_vert[model.mesh_vertadr[which] :])[model.mesh_face[faces].ravel()]
+    mesh: Any = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    texture = -1 if material < 0 else model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB.value]
+    if texture >= 0 and model.mesh_texcoordadr[which] >= 0:
+        shape = model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture]
+        pixels = model.tex_data[model.tex_adr[texture] :][: math.prod(shape)].reshape(shape)
+        uv = model.mesh_texcoord[model.mesh_texcoordadr[which] :][model.mesh_facetexcoord[faces].ravel()]
+        visual: Any = trimesh.visual
+        look = visual.material.PBRMaterial(
+            baseColorTexture=Image.fromarray(pixels), metallicFactor=0.0, roughnessFactor=1.0, doubleSided=False
+        )
+        mesh.visual = visual.TextureVisuals(uv * (1, -1) + (0, 1), material=look)
+    return mesh
