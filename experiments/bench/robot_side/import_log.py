@@ -182,7 +182,7 @@ def write(recorded: Run, out: Path) -> str:
     Parameters
     ----------
     recorded
-        A run of trials with the robot.
+        A run of simulated trials with the robot.
     out
         A new folder.
 
@@ -194,15 +194,14 @@ def write(recorded: Run, out: Path) -> str:
     Raises
     ------
     UsageError
-        The run is not of the robot.
+        The run is of another kind.
     """
-    if recorded.kind not in ("trials", "measured"):
-        raise UsageError(f"{recorded.folder}: a log is of trials with the robot, not of {recorded.kind}")
+    if recorded.kind != "trials":
+        raise UsageError(f"{recorded.folder}: a log is of simulated trials with the robot, not of {recorded.kind}")
     conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
     table = recorded.frames.join(conditions, on=["trial", "model"], maintain_order="left")
-    of_robot = COLUMN in recorded.trials.columns and "simulat" not in recorded.provenance
     table = table.rename({"sim_time_s": TIME}).with_columns(
-        pl.lit(log.ROBOT if of_robot else log.SIMULATION).alias("origin"), *_declared(recorded.description)
+        pl.lit(log.SIMULATION).alias("origin"), *_declared(recorded.description)
     )
     there = [name for name in log.COLUMNS if table[name].null_count() < table.height]
     out.mkdir(parents=True, exist_ok=True)

@@ -5,6 +5,7 @@ A log is a CSV with a row per frame and model. docs/back-from-the-robot.md docum
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import hashlib
 import math
@@ -79,12 +80,15 @@ def read(path: Path, unnamed: str = "dsnn") -> pl.DataFrame:
     UsageError
         The line and the cell that is wrong.
     """
-    try:
-        cells = pl.read_csv(path, infer_schema=False, glob=False).rename(str.strip)
-    except pl.exceptions.PolarsError as error:
-        raise UsageError(f"{path} must be a table with commas between its columns ({short(str(error))})") from None
-    _check_header(path, cells.columns)
-    cells = cells.with_columns(pl.all().str.strip_chars().replace("", None)).with_row_index(LINE, 2)
+    with path.open(newline="", encoding="utf-8", errors="replace") as file:
+        reader = csv.reader(file)
+        names = [name.strip() for name in next(reader, [])]
+        _check_header(path, names)
+        rows = [(reader.line_num, *(cell.strip() or None for cell in row)) for row in reader if row]
+    for line, *row in rows:
+        if len(row) != len(names):
+            raise UsageError(f"{path}, line {line}: must have {len(names)} cells, as line 1 has, got {len(row)}")
+    cells = pl.DataFrame(rows, {LINE: pl.Int64, **dict.fromkeys(names, pl.String)}, orient="row")
     table = _numbers(path, cells)
     if "model" not in table.columns:
         table = table.with_columns(model=pl.lit(unnamed))
@@ -99,6 +103,8 @@ def _check_header(path: Path, names: Sequence[str]) -> None:
         if name not in COLUMNS:
             near = nearest(name, COLUMNS, after="; ")
             raise UsageError(f"{path}, line 1: unknown column {short(name)} ({near}all: {', '.join(COLUMNS)})")
+        if names.count(name) > 1:
+            raise UsageError(f"{path}, line 1: column {name} is there twice")
     needed = ["trial", TIME, *(POSES if set(POSES) & set(names) else ())]
     needed += [name for pair in CHANNELS.items() if set(pair) & set(names) for name in pair if name]
     if missing := [name for name in needed if name not in names]:

@@ -109,6 +109,9 @@ WRONG = {
     "a time that stands": ({3: [0, 20, 1 / 30, 0.1, 0]}, 3, "time_s"),
     "not a number": ({4: [0, 20, 0.1, "nan", 0]}, 4, "hs must be a number between -1 and 1, got 'nan'"),
     "a damaged number": ({4: [0, 20, 0.1, "0.1.3", 0]}, 4, "hs must be a number between"),
+    "a line cut short": ({4: [0, 20, 0.1]}, 4, "5 cells"),
+    "two lines in one": ({4: [0, 20, 0.1, 0.1, 0, 20, 0.1, 0.1, 0]}, 4, "5 cells"),
+    "a column twice": ({1: [*HEAD[:4], "hs"]}, 1, "hs"),
     "digits with a mark": ({4: [0, 20, 0.1, 0.1, "1_0"]}, 4, "hs_spikes must be a whole number"),
     "half a spike": ({4: [0, 20, 0.1, 0.1, 0.5]}, 4, "hs_spikes must be a whole number"),
     "a potential out of range": ({4: [0, 20, 0.1, 1.5, 0]}, 4, "hs must be a number between -1 and 1, got '1.5'"),
@@ -128,6 +131,13 @@ def test_what_is_wrong_is_named_by_its_line_and_nothing_is_written(what, tmp_pat
         imported(log, tmp_path / "run")
     assert str(refused.value).startswith(f"{log}, line {number}: ") and cell in str(refused.value)
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_bytes_of_a_disturbed_link_are_a_wrong_cell(tmp_path):
+    log = written(tmp_path / "log.csv")
+    log.write_bytes(log.read_bytes().replace(b",0.1,", b",0.\xff1,", 1).replace(b"0,20,0.1,", b"0,20,0.\xfe,"))
+    with pytest.raises(UsageError, match="line 4: time_s must be a number"):
+        imported(log, tmp_path / "run")
 
 
 def test_a_cell_of_a_log_runs_no_file(tmp_path):
