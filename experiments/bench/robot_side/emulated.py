@@ -42,7 +42,7 @@ class FirmwareDSNN(Model[OnboardParams]):
         weakref.finalize(self, stack.close)
 
     def _respond(self, luminance: Any, maps: bool) -> Response:
-        hs, vs, hs_spikes, vs_spikes = self._chip.step(np.rint(luminance).astype(np.uint8)).values
+        hs, vs, hs_spikes, vs_spikes = self._chip.step(np.rint(luminance).astype(np.uint8))[0]
         return Response(hs / Q15, vs / Q15, hs_spikes, vs_spikes)
 
     def reset(self) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import polars as pl
+from polars import selectors as cs
 
 import dsnn.native
 from dsnn.onboard.header import header
@@ -163,9 +164,9 @@ def counts(chip: Emulator, shape: tuple[int, int], length: int = COUNTED) -> pl.
     rows = []
     for clip, frames in clips(shape, length).items():
         chip.reset()
-        rows += [(clip, *map(round, chip.step(frame).instructions)) for frame in frames]
+        rows += [(clip, *chip.step(frame)[1]) for frame in frames]
     table = pl.DataFrame(rows, ["clip", *names], orient="row").drop(names[len(stage_names()) : -1])
-    return table.with_columns(whole=pl.sum_horizontal(pl.exclude("clip")))
+    return table.with_columns(whole=pl.sum_horizontal(pl.exclude("clip"))).with_columns(cs.float().round().cast(int))
 
 
 def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object], pl.DataFrame]:
@@ -257,7 +258,7 @@ def compare(program: Program, chip: Emulator, shown: Sequence[tuple[str, Frames]
         for place, frame in enumerate(frames):
             host = model.step(frame)
             values = round(host.hs * Q15), round(host.vs * Q15), host.hs_spikes, host.vs_spikes
-            rows.append((name, place, *chip.step(frame).values, *values))
+            rows.append((name, place, *chip.step(frame)[0], *values))
     return pl.DataFrame(rows, ["clip", "frame", *CHANNELS, *(f"{name}_host" for name in CHANNELS)], orient="row")
 
 

@@ -7,7 +7,6 @@ import shutil
 import struct
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -73,22 +72,6 @@ def versions() -> str:
     return "; ".join(text.splitlines()[0] for text in told)
 
 
-@dataclass(frozen=True, slots=True)
-class ChipResponse:
-    """Response of the chip to one frame.
-
-    Parameters
-    ----------
-    values
-        hs and vs in Q15, and their spikes.
-    instructions
-        Of each stage, (STAGES,), the cost of counting taken off; 0 where a stage did not run.
-    """
-
-    values: tuple[int, int, int, int]
-    instructions: npt.NDArray[np.float64]
-
-
 class Emulator:
     """The test program in QEMU. It ends with ``close``, or when this process ends, as its input ends then.
 
@@ -117,13 +100,19 @@ class Emulator:
             self.close()
             raise UsageError(f"this {QEMU} counts {counted:.0f} instructions of {KNOWN}: no count can be had of it")
 
-    def step(self, frame: npt.NDArray[np.uint8]) -> ChipResponse:
-        """Show the next frame, (R, C) uint8."""
+    def step(self, frame: npt.NDArray[np.uint8]) -> tuple[list[int], npt.NDArray[np.float64]]:
+        """Show the next frame, (R, C).
+
+        Returns
+        -------
+        list of int
+            hs and vs in Q15, and their spikes.
+        ndarray
+            Instructions of each stage, (STAGES,), the cost of counting taken off; 0 where a stage did not run.
+        """
         numbers = self._ask(_FRAME + frame.tobytes(), f"<4i{2 * STAGES}I")
-        hs, vs, hs_spikes, vs_spikes, *counts = numbers
-        ticks, calls = np.array(counts, np.float64).reshape(2, STAGES)
-        instructions = np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0)
-        return ChipResponse((hs, vs, hs_spikes, vs_spikes), instructions)
+        ticks, calls = np.array(numbers[4:], np.float64).reshape(2, STAGES)
+        return list(numbers[:4]), np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0)
 
     def reset(self) -> None:
         """Return to the state before the first frame."""

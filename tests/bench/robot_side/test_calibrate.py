@@ -26,7 +26,6 @@ from colias_sim.calibrate import (
 from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
 from experiments.bench.robot_side.calibrate import leaning
-from experiments.bench.run.errors import UsageError
 from experiments.bench.run.recordings import write_pictures
 
 LENS = CameraConfig().forward_cm / 100
@@ -203,5 +202,3 @@ def test_the_command_says_what_is_doubtful(tmp_path, capsys):
         write_pictures(tmp_path / "few" / f"loop{number}", settlings(LOOP)[number], ".pgm")
     settings, notes = camera(tmp_path / "few", capsys)
     assert settings == {} and len(notes) == 1
-    with pytest.raises(UsageError, match=r"still\*"):
-        camera(tmp_path, capsys)
