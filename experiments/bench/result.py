@@ -21,7 +21,7 @@ from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, re
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.recordings import recordings_in
-from experiments.bench.run.rows import Failure, schema_of, table
+from experiments.bench.run.rows import Failure, columns_of, table
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.stats import stored
 from experiments.bench.stats.tests import Summary
@@ -39,7 +39,7 @@ SUMMARIES = {
 """Kind -> the table that sums up such a run."""
 DEEPEST = 3
 """Levels of folders that are looked through for runs."""
-NUMBERS = schema_of(Condition, Summary) | pl.Schema({"p": float, "p_holm": float, "rank_biserial": float})
+NUMBERS = columns_of(Condition, Summary) | {"p": float, "p_holm": float, "rank_biserial": float}
 """Types of columns that can be empty in every row of a CSV file."""
 CLAIM_SCHEMA = pl.Schema(
     {
@@ -141,7 +141,7 @@ class Run:
     @cached_property
     def failures(self) -> pl.DataFrame:
         """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
-        return table(self._json("failures.json"), schema_of(Failure))
+        return table(self._json("failures.json"), columns_of(Failure))
 
     @property
     def recordings(self) -> list[Path]:
@@ -253,7 +253,7 @@ class Run:
         if not path.is_file():
             raise UsageError(f"{self.folder}: no {name} there")
         header = pl.read_csv(path, n_rows=0, glob=False).columns
-        types = {column: kind for column, kind in NUMBERS.items() if column in header}
+        types = pl.Schema({column: kind for column, kind in NUMBERS.items() if column in header})
         return pl.read_csv(path, schema_overrides=types, infer_schema_length=None, glob=False)
 
     def _json(self, name: str) -> Any:

@@ -17,7 +17,7 @@ import rerun as rr
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.cli.beside import side_by_side
-from experiments.bench.report.palette import marks
+from experiments.bench.report.palette import colours
 from experiments.bench.run import viewer
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, rgb
@@ -86,8 +86,8 @@ def test_the_first_screen_of_a_trial(tmp_path):
         screen.stop_at(HALF_S)
         views = {view.origin: view for view in state.views}
         assert set(views) == wanted(models)
-        for model, mark in marks(models).items():
-            trace = coloured(rgb(mark.colour), 0.5)
+        for model, colour in colours(models).items():
+            trace = coloured(rgb(colour), 0.5)
             assert screen.shows(tmp_path / f"{model}.png", trace, views[f"/models/{model}"]), "it crosses its lane"
             assert screen.shows(tmp_path / "whole.png", trace), "and is on the first screen"
         for origin in ("/world", CAMERA):
@@ -103,7 +103,7 @@ def test_what_was_watched_in_the_viewer(tmp_path):
     with viewing(run.recordings[0]) as screen:
         views = {view.origin: view for view in screen.state().views}
         assert set(views) == {CAMERA, "/models/dsnn", "/models/dsnn/spikes"}
-        blue = rgb(marks(["dsnn"])["dsnn"].colour)
+        blue = rgb(colours(["dsnn"])["dsnn"])
         assert screen.shows(tmp_path / "lane.png", coloured(blue, 20), views["/models/dsnn"])
         assert screen.shows(tmp_path / "seen.png", varied(20), views[CAMERA])
 
@@ -132,7 +132,7 @@ def test_two_runs_side_by_side_in_the_viewer(tmp_path):
         views = {view.origin: view for view in state.views}
         assert {f"/one{CAMERA}", f"/other{CAMERA}", "/one/models/dsnn", "/other/models/emd"} <= set(views)
         for path, model in (("/one/models/dsnn", "dsnn"), ("/other/models/emd", "emd")):
-            trace = coloured(rgb(marks([model])[model].colour), 0.5)
+            trace = coloured(rgb(colours([model])[model]), 0.5)
             assert screen.shows(tmp_path / "lane.png", trace, views[path])
 
 
@@ -143,7 +143,7 @@ def test_a_screenshot_has_the_traces_and_what_is_seen(tmp_path, monkeypatch):
     path, place = trial(tmp_path / "trial.rrd", "dsnn"), tmp_path / "trial.png"
     assert main.command(["view", str(path), "--screenshot", str(place)]) == 0
     picture = cv2.cvtColor(cv2.imread(str(place)), cv2.COLOR_BGR2RGB)
-    for colour in (rgb(marks(["dsnn"])["dsnn"].colour), ON, OFF):
+    for colour in (rgb(colours(["dsnn"])["dsnn"]), ON, OFF):
         assert coloured(colour, 200)(picture), colour
     with pytest.raises(experiments.UsageError):
         main.command(["view", str(path), "--screenshot", str(tmp_path / "trial.jpg")])

@@ -22,7 +22,7 @@ from colias_sim.config import CameraConfig
 from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.live.session import ROBOTS
-from experiments.bench.report.palette import marks
+from experiments.bench.report.palette import colours
 from experiments.bench.run.play import ModelRunner
 from experiments.bench.run.record import mixed, rgb, to_hex
 from scenes import ARENA_RADIUS_CM
@@ -84,7 +84,7 @@ class Traces:
         return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
 
     def _series(self) -> list[tuple[uplot.Series, ...]]:
-        looks = marks(runner.label for runner in self._runners)
+        looks = colours(runner.label for runner in self._runners)
         tints = {label: mark.colour for label, mark in looks.items()}
         if self.dark:
             tints = {label: to_hex(mixed(rgb(tint), (255, 255, 255), LIGHTER)) for label, tint in tints.items()}

@@ -95,38 +95,19 @@ def of_model(parameters: Parameters, model: str) -> dict[str, Any]:
     return {key: values.get(model) for key, values in parameters.items()}
 
 
-MOST_SAID = 8
+MOST_NAMED = 8
 """Parameters that a figure's title names."""
 
 
 def in_title(parameters: Mapping[str, Any]) -> str:
-    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are.
-
-    Of models whose labels tell a parameter's value nothing is repeated.
-    """
-    parameters = {key: _untold(key, values) for key, values in parameters.items()}
-    keys = [key for key, values in parameters.items() if values != {}]
-    listed = in_words({key: parameters[key] for key in keys[:MOST_SAID]})
-    more = f" and {len(keys) - MOST_SAID} more" if len(keys) > MOST_SAID else ""
-    return f"; set: {listed}{more}" if keys else ""
+    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are."""
+    named = in_words(dict(list(parameters.items())[:MOST_NAMED]))
+    more = f" and {len(parameters) - MOST_NAMED} more" if len(parameters) > MOST_NAMED else ""
+    return f"; set: {named}{more}" if parameters else ""
 
 
-def _untold(key: str, values: Any) -> Any:
-    """Return the values of the models whose labels, such as ``dsnn:n_con=4``, do not tell them."""
-    if not isinstance(values, Mapping):
-        return values
-    told = f"{key.rpartition('.')[2]}="
-    return {
-        label: value for label, value in values.items()
-        if value is not None and not any(part.startswith(told) for part in label.partition(":")[2].split(","))
-    }  # fmt: skip
-
-
-def in_words(parameters: Mapping[str, Any]) -> str:
-    """Return parameters, as ``run.json`` tells them, in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
-    parts = []
-    for key, values in parameters.items():
-        known = values.values() if isinstance(values, Mapping) else [values]
-        texts = dict.fromkeys(_number(value) for value in known if value is not None)
-        parts.append(f"{key}={'|'.join(texts)}")
-    return ", ".join(parts)
+def in_words(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return parameters in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
+    texts = {key: dict.fromkeys(_number(value) for value in values.values() if value is not None)
+             for key, values in parameters.items()}  # fmt: skip
+    return ", ".join(f"{key}={'|'.join(values)}" for key, values in texts.items())

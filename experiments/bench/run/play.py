@@ -19,13 +19,13 @@ from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.models import ConfiguredModel, family
-from experiments.bench.run.rows import Failure, FrameRow, ResponseRow, TrialRecord, recording_of, schema_of
+from experiments.bench.run.rows import FRAME, RESPONSES, Failure, TrialRecord, recording_of
 from experiments.bench.run.settings import changed, collect
 from experiments.bench.run.user_code import traced
 
-FRAMES = schema_of(FrameRow, ResponseRow)
+FRAMES = pl.Schema({**FRAME, **RESPONSES})
 """Columns of ``frames.parquet``: a row per frame and model."""
-FIELDS = tuple(ResponseRow.__annotations__)
+FIELDS = tuple(RESPONSES)
 """Fields of a `dsnn.ResponseSeries`, as the rows of frames have them."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from experiments.bench.run.user_code import traced
 
@@ -22,65 +22,29 @@ OBSERVER = "observer"
 """The robot that sees and, in an env, behaves: today's only value of the column ``robot``."""
 
 
-class JobRow(TypedDict):
-    """The columns that every row of a ``trials.parquet`` begins with."""
-
-    experiment: str
-    trial: int
-    """The job's number in the run."""
-    repeat: int
-    seed: int
-    """Seed of all its random draws."""
-    model: str
-    """Label of the vision model, or name of the behaviour, that answered."""
-
-
-class ModelRow(TypedDict):
-    """Spike counts of one vision model in a trial or a clip. A count is null where the channel does not spike."""
-
-    spikes: int | None
-    """Accumulated count of HS, or of looming where no direction is declared."""
-    hs_spikes: int | None
-    vs_spikes: int | None
-    looming_spikes: int | None
+JOB: Mapping[str, type] = {"experiment": str, "trial": int, "repeat": int, "seed": int, "model": str}
+"""The columns that every row of a ``trials.parquet`` begins with: ``trial`` is the job's number in the run, ``seed``
+that of all its random draws, ``model`` the label of the vision model, or the name of the behaviour, that responded."""
+COUNTS: Mapping[str, type] = dict.fromkeys(("spikes", "hs_spikes", "vs_spikes", "looming_spikes"), int)
+"""Spike counts of a model in a trial or a clip, null where the channel does not spike; ``spikes`` are those of HS, or
+of looming where no direction is declared."""
+FRAME: Mapping[str, type] = {"trial": int, "model": str, "frame": int}
+"""The columns that every row of a ``frames.parquet`` begins with; frames are numbered from 0 up."""
+RESPONSES: Mapping[str, type] = {"hs": float, "vs": float, "hs_spikes": int, "vs_spikes": int, "looming": float,
+                                 "looming_spikes": int, "azimuth": float}  # fmt: skip
+"""A `dsnn.ResponseSeries` at one frame."""
 
 
-class FrameRow(TypedDict):
-    """The columns that every row of a ``frames.parquet`` begins with."""
-
-    trial: int
-    model: str
-    frame: int
-    """Number of the frame, from 0 up."""
-
-
-class ResponseRow(TypedDict):
-    """A `dsnn.ResponseSeries` at one frame."""
-
-    hs: float
-    vs: float
-    hs_spikes: int
-    vs_spikes: int
-    looming: float
-    looming_spikes: int
-    azimuth: float
-
-
-def schema_of(*rows: type) -> pl.Schema:
-    """Return the columns of typed rows: one for each key of the ``rows``' types, in their order.
-
-    A key declared again by a later type keeps its place.
-    """
-    import polars as pl  # not before: declarations of claims import this module
-
+def columns_of(*kinds: type) -> dict[str, type]:
+    """Return the fields of dataclasses that a table can have, with their types, in their order."""
     columns: dict[str, type] = {}
-    for row in rows:
-        for name, kind in get_type_hints(row).items():
-            kinds = [part for part in get_args(kind) or (kind,) if part is not type(None)]
-            kind = str if isinstance(kinds[0], str) else kinds[0]  # of a Literal
-            if kind in (int, float, str, bool):  # a condition has paths too, which are no columns
-                columns[name] = kind
-    return pl.Schema(columns)
+    for kind in kinds:
+        for name, hint in get_type_hints(kind).items():
+            given = next(part for part in get_args(hint) or (hint,) if part is not type(None))
+            given = str if isinstance(given, str) else given  # of a Literal
+            if given in (int, float, str, bool):  # a condition has paths too, which are no columns
+                columns[name] = given
+    return columns
 
 
 def table(rows: Sequence[Mapping[str, Any]], schema: Mapping[str, Any]) -> pl.DataFrame:

@@ -16,7 +16,7 @@ from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
-from experiments.bench.run.rows import JobRow, ModelRow, schema_of
+from experiments.bench.run.rows import COUNTS, JOB
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats.claim import Claim, check_claims
@@ -144,59 +144,31 @@ def _rebuilt(name: str, file: str, attribute: str, changes: Iterable[tuple[str, 
     return Clip(name, stimulus_of_file(Path(file), attribute), changes, jitter_px)
 
 
-class ClipRow(JobRow):
-    """Columns of what a clip shows; null where its stimulus has no such parameter."""
+SHOWN: Mapping[str, type] = {
+    "motion": str, "grey": float, "speed": float, "speed_unit": str, "background": str, "background_speed": float,
+    "object": str, "movers": str, "foliage": str, "polarity": str, "fps": float,
+}  # fmt: skip
+"""Columns that are parameters of clips, null where its stimulus has no such.
 
-    stimulus: str
-    clip: str
-    motion: str | None
-    grey: float | None
-    speed: float | None
-    speed_unit: str | None
-    background: str | None
-    """What is behind the object: the photograph, a scene, or the name of a user's own picture."""
-    background_speed: float | None
-    object: str | None
-    movers: str | None
-    foliage: str | None
-    polarity: str | None
-    """Polarity of an edge, ``on`` or ``off``, of two steps ``on-off`` and so on."""
-    fps: float | None
-    """Frames per second of the clip."""
-    background_mean: float | None
-    """Mean grey of what the object passes."""
-
-
-SHOWN = tuple(
-    name
-    for name in ClipRow.__annotations__
-    if name not in (*JobRow.__annotations__, "stimulus", "clip", "background_mean")
+``background`` is the photograph, a scene, or the name of a user's own picture; ``polarity`` of an edge is on or off.
+"""
+TRIALS = pl.Schema(
+    {
+        **JOB,
+        "stimulus": str,
+        "clip": str,
+        **SHOWN,
+        "background_mean": float,  # mean grey of what the object passes
+        **COUNTS,
+        **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming"), float),
+        "hs_rightward": float,  # the highest HS of the frames in which the truth says rightward
+        "hs_leftward": float,  # the lowest HS of those in which it says leftward
+        "hs_against": float,  # distance that HS goes against the truth's direction in either, 0 if it never does
+        "frames": int,
+        "wall_s": float,  # time that the clip took to show
+        "code": str,  # digest of the code that computed the row: see `experiments.bench.run.provenance`
+    }
 )
-"""The columns that are parameters of clips."""
-
-
-class ShownRow(ClipRow, ModelRow):
-    """Columns of ``trials.parquet``: one clip, and the responses of one model."""
-
-    peak_hs: float
-    trough_hs: float
-    peak_vs: float
-    trough_vs: float
-    peak_looming: float
-    hs_rightward: float | None
-    """The highest HS of the frames in which the truth says rightward; null without such frames."""
-    hs_leftward: float | None
-    """The lowest HS of those in which it says leftward."""
-    hs_against: float | None
-    """Distance that HS goes against the truth's direction in either, 0 if it never does; null without such frames."""
-    frames: int
-    wall_s: float
-    """Time that the clip took to show."""
-    code: str
-    """Digest of the code that computed the row: see `experiments.bench.run.provenance`."""
-
-
-TRIALS = schema_of(ShownRow)
 """Columns of ``trials.parquet`` of clips: a row per clip and model."""
 
 

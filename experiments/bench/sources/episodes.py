@@ -28,18 +28,19 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import replacing
 from experiments.bench.run.models import ConfiguredModel, beside, choose
 from experiments.bench.run.play import FIELDS, FRAMES
-from experiments.bench.run.rows import OBSERVER, JobRow, schema_of
+from experiments.bench.run.rows import JOB, OBSERVER
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import declared, is_own
 from experiments.bench.sources.behaviour import ENDING, Behaviour, Policy, load_policy
 from experiments.bench.sources.episode_scores import COLUMNS
 from scenes.hints import nearest
 
-EPISODES = schema_of(JobRow) | pl.Schema(
-    {"robot": str, "env": str, "frames": int, "seconds": float, "touched": bool, "driven_m": float, "reward": float}
-    | dict.fromkeys(COLUMNS, float)
-    | {"code": str}
-)
+EPISODES = pl.Schema(
+    {
+        **JOB, "robot": str, "env": str, "frames": int, "seconds": float, "touched": bool, "driven_m": float,
+        "reward": float, **dict.fromkeys(COLUMNS, float), "code": str,
+    }
+)  # fmt: skip
 """Columns of ``trials.parquet``: a row per episode, ``model`` being the behaviour. Null where an env has no such."""
 STEPS = FRAMES | pl.Schema(
     {"robot": str}

@@ -3,87 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any
 
-from experiments.bench.run.rows import FrameRow, JobRow, ModelRow, ResponseRow, is_imported, schema_of
+import polars as pl
+
+from experiments.bench.run.rows import COUNTS, FRAME, JOB, RESPONSES, columns_of, is_imported
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Drawing
 from experiments.bench.stats.checks import is_number
 
+RESPONDED: Mapping[str, type] = {
+    **COUNTS,
+    "firing_rate_hz": float,
+    **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming"), float),
+    "achieved_speed_cm_s": float,  # mean of the stimulus where it was to be constant; null where it stopped before that
+    "path_error_mm": float,  # largest distance of the stimulus from its line there
+    "drift_mm": float,  # distance of the stimulus from its line at the end, left of its way positive
+    "drive": str,  # of the stimulus: by ``feedback`` of its pose, or ``open`` loop
+    "closest_cm": float,  # shortest distance between the robots
+    "seconds_in_view": float,  # time for which the stimulus's centre is in the camera's field
+    "spikes_in_view": int,  # this and the other counts are null where the model does not spike
+    "rate_in_view_hz": float,
+    "mean_hs_in_view": float,  # null where it is never in view
+    "mean_hs_near_axis": float,  # within 3.5 cm of the optical axis; null where it does not cross that
+    "spikes_in_window": int,  # in a time about the axis that is the same at every speed
+    "spikes_in_inner_window": int,  # in a shorter time about it: see `experiments.bench.sources.measures`
+    "darkest": int,  # lowest grey level in the frames that the model was shown, 0 to 255
+    "brightest": int,
+    "frames": int,
+    "wall_s": float,  # time that the trial took to compute
+    "code": str,  # digest of the code that computed the row: see `experiments.bench.run.provenance`
+}
+"""Columns of ``trials.parquet`` after those of the trial's condition: what one model responded."""
+POSES = (
+    "stimulus_bearing_deg", "stimulus_x_cm", "stimulus_y_cm", "stimulus_heading_deg", "observer_x_cm", "observer_y_cm",
+    "observer_heading_deg",
+)  # fmt: skip
+"""Poses of both robots at the end of a frame's exposure; the bearing is from the observer's axis, right positive."""
 
-class RobotRow(JobRow):
-    """A trial's row begins with what every row does, and the robot that saw."""
-
-    robot: str
-
-
-class TrialRow(ModelRow):
-    """Columns of ``trials.parquet`` after those of the trial's condition: what one model responded."""
-
-    firing_rate_hz: float | None
-    peak_hs: float
-    trough_hs: float
-    peak_vs: float
-    trough_vs: float
-    peak_looming: float
-    achieved_speed_cm_s: float | None
-    """Mean speed of the stimulus where it was to be constant; null where it stopped before that."""
-    path_error_mm: float | None
-    """Largest distance of the stimulus from its line there."""
-    drift_mm: float
-    """Distance of the stimulus from its line at the end, left of its way positive."""
-    drive: str
-    """Drive of the stimulus: by ``feedback`` of its pose, or ``open`` loop."""
-    closest_cm: float
-    """Shortest distance between the robots."""
-    seconds_in_view: float
-    """Time for which the stimulus's centre is in the camera's field."""
-    spikes_in_view: int | None
-    """Number of spikes in view. This and the other counts are null where the model does not spike."""
-    rate_in_view_hz: float | None
-    mean_hs_in_view: float | None
-    """Over these frames; null where there are none."""
-    mean_hs_near_axis: float | None
-    """Over the frames in which it is within 3.5 cm of the optical axis; null where it does not cross that."""
-    spikes_in_window: int | None
-    """Number of spikes in a time about the axis that is the same at every speed; null where the stimulus does not cross
-    it.
-    """
-    spikes_in_inner_window: int | None
-    """Number of spikes in a shorter time about the axis: see `experiments.bench.sources.measures`."""
-    darkest: int
-    """Lowest grey level in the frames that the model was shown, 0 to 255."""
-    brightest: int
-    """Highest grey level in them."""
-    frames: int
-    wall_s: float
-    """Time that the trial took to compute."""
-    code: str
-    """Digest of the code that computed the row: see `experiments.bench.run.provenance`."""
-
-
-class PoseRow(TypedDict):
-    """Poses of both robots at the end of a frame's exposure."""
-
-    stimulus_bearing_deg: float
-    """Bearing from the observer's optical axis, right positive."""
-    stimulus_x_cm: float
-    stimulus_y_cm: float
-    stimulus_heading_deg: float
-    observer_x_cm: float
-    observer_y_cm: float
-    observer_heading_deg: float
-
-
-class SeenRow(FrameRow):
-    """A frame's row begins with its number, the robot that saw it, and the time in the trial."""
-
-    robot: str
-    sim_time_s: float
-
-
-TRIAL_SCHEMA = schema_of(RobotRow, Condition, TrialRow)
-FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
+TRIAL_SCHEMA = pl.Schema({**JOB, "robot": str, **columns_of(Condition), **RESPONDED})
+FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "sim_time_s": float, **RESPONSES, **dict.fromkeys(POSES, float)})
 
 
 def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:

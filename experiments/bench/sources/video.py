@@ -20,7 +20,7 @@ from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Sample
-from experiments.bench.run.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
+from experiments.bench.run.rows import COUNTS, FRAME, JOB, RESPONSES
 from experiments.bench.sources.clips import ClipSource
 from experiments.bench.sources.motion import GRADES, grades, mean_flow
 from experiments.bench.sources.pictures import by_number
@@ -45,17 +45,16 @@ NOTHING: Mapping[str, Any] = {}
 PEAKS = {"peak_hs": ("hs", max), "trough_hs": ("hs", min), "peak_vs": ("vs", max), "trough_vs": ("vs", min),
          "peak_looming": ("looming", max)}  # fmt: skip
 """Column -> the potential, and which of its values."""
-TRIALS = (
-    schema_of(JobRow)
-    | pl.Schema({"source": str, "width": int, "height": int, "fps": float})
-    | schema_of(ModelRow)
-    | pl.Schema(dict.fromkeys((*PEAKS, "seconds", *GRADES), float))
-    | pl.Schema({"frames": int, "wall_s": float, "code": str})
-)
+TRIALS = pl.Schema(
+    {
+        **JOB, "source": str, "width": int, "height": int, "fps": float, **COUNTS,
+        **dict.fromkeys((*PEAKS, "seconds", *GRADES), float), "frames": int, "wall_s": float, "code": str,
+    }
+)  # fmt: skip
 """Columns of ``trials.parquet``: what was shown, as models saw it in px, and its own frames per second; of each model
 its spikes and peaks, the time of its last frame, and its grades, which are null where no flow was computed.
 """
-FRAMES = schema_of(FrameRow) | pl.Schema({"time_s": float, "flow": float}) | schema_of(ResponseRow)
+FRAMES = pl.Schema({**FRAME, "time_s": float, "flow": float, **RESPONSES})
 """Columns of ``frames.parquet``; ``flow`` is the mean horizontal optical flow into the frame, px, or null."""
 
 

@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 
 from colias_sim.envs import ENVS
 from dsnn import MODELS, Response, ResponseSeries
-from experiments.bench.report.palette import marks
+from experiments.bench.report.palette import colours
 from experiments.bench.run.record import (
     APPLICATION,
     Content,
@@ -85,9 +85,9 @@ def test_what_is_written_is_read_back(tmp_path):
 
 def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_alike(tmp_path):
     held = columns(written(tmp_path / "a.rrd"), static=True)
-    for label, mark in marks(model.label for model in CONTENT.models).items():
+    for label, tint in colours(model.label for model in CONTENT.models).items():
         root = f"/{model_entity(label)}"
-        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(mark.colour)
+        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(tint)
         assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
         assert [owners.split() for owners in held[f"{root}/threshold"]["channels"][0]] == [
             ["hs", "vs"], ["hs", "vs"], ["looming"],

@@ -140,15 +140,8 @@ def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder):
 
 def test_spikes_without_a_threshold_are_told_of(folder, capsys):
     (folder / "spiker.py").write_text(SPIKER)
-    main.command(["check", "spiker.py"])
-    printed = capsys.readouterr().out
-    assert "note: hs_spikes come, and hs has no threshold, so they are not counted" in printed
-    assert "called t_sp" in printed and "thresholds=" in printed
     main.command(["run", "speed", *QUICK, "--model", "spiker.py", "--repeats", "1", "--no-recordings", "--out", "out"])
     assert "spiker returns hs_spikes and has no threshold for them" in capsys.readouterr().err
-    (folder / "named.py").write_text(SPIKER.replace('("hs",))', '("hs",), thresholds={"hs": "theta"})'))
-    main.command(["check", "named.py"])
-    assert "has no threshold" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])

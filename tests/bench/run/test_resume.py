@@ -1,0 +1,324 @@
+"""Runs cut short, resumed, or refused in one line where settings, code or versions are others than the run's."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from functools import partial
+from pathlib import Path
+
+import polars as pl
+import pytest
+from filelock import FileLock
+
+import experiments
+import hatch_build
+from colias_sim import reference
+from experiments.bench import registry
+from experiments.bench.run import provenance
+from experiments.bench.run.folder import has_tables, read_table
+from experiments.bench.run.parameters import in_words, of_model, with_columns
+from experiments.bench.sources.rows import TRIAL_SCHEMA
+from experiments.bench.trials import describe, plan
+from tests.conftest import Colias
+
+ROOT = Path(__file__).parents[3]
+RUN = ("run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--repeats", "1", "--workers", "0")
+SLOW = ("run", "speed", "--set", "experiment.speeds_cm_s=9,10", "--repeats", "4", "--workers")
+TRIALS = 8
+"""Trials of `SLOW`: enough, and long enough, on any machine, for a run to be caught in the middle."""
+
+
+def trials(folder: Path) -> pl.DataFrame:
+    """What is there of a run, whole or in parts."""
+    return read_table(folder, "trials").drop("wall_s")
+
+
+def described(folder: Path) -> dict:
+    return json.loads((folder / "run.json").read_text())
+
+
+def children_of(pid: int) -> list[int]:
+    stats = [path.read_text().rsplit(")", 1)[1].split() for path in Path("/proc").glob("[0-9]*/stat") if path.exists()]
+    pids = [int(path.parent.name) for path in Path("/proc").glob("[0-9]*/stat") if path.exists()]
+    return [child for child, fields in zip(pids, stats, strict=False) if int(fields[1]) == pid and fields[0] != "Z"]
+
+
+def wait_until(holds) -> None:
+    deadline = time.monotonic() + 240
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path):
+    """The trials that were finished stay, each once, with their frames and recordings."""
+    assert colias(*SLOW, "0", "--no-recordings", "--out", "whole", "-q").returncode == 0
+    command = [sys.executable, "-m", "experiments.bench.cli", *SLOW, "2", "--out", "out"]
+    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed)
+    wait_until(lambda: has_tables(tmp_path / "out"))
+    workers = children_of(process.pid)
+    process.kill()
+    process.communicate(timeout=60)  # its pipes are open as long as a worker is there
+    assert len(workers) >= 2
+    wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers))
+    left = trials(tmp_path / "out")["trial"].to_list()
+    assert 1 <= len(left) < TRIALS and left == sorted(set(left))
+    recordings = [tmp_path / "out" / "recordings" / f"trial-{number:04d}.rrd" for number in left]
+    assert all(path.read_bytes()[-12:].startswith(b"RRF2FOOT") for path in recordings), "whole"
+    resumed = colias(*SLOW, "0", "--out", "out")
+    assert resumed.returncode == 0 and f"{len(left)} of them done already" in resumed.stderr
+    assert trials(tmp_path / "out").equals(trials(tmp_path / "whole")), "the values of an undisturbed run"
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A folder of a short run; it is not written to."""
+    colias = Colias(tmp_path_factory.mktemp("small"))
+    assert colias(*RUN, "--out", "out", "-q").returncode == 0
+    return colias.folder / "out"
+
+
+@pytest.fixture
+def out(small, colias):
+    """A copy of it."""
+    return shutil.copytree(small, colias.folder / "out")
+
+
+def test_other_parameters_are_refused_and_named(colias, out):
+    for change, says in {
+        ("--seed", "7"): "out: seed is 0 there and 7 now",
+        ("--repeats", "2"): "out: repeats is 1 there and 2 now",
+        ("--recordings",): "out: recordings is false there and true now",
+        ("--set", "camera.read_noise=0"): "out: camera.read_noise is 0.64 there and 0.0 now",
+        ("--set", "dsnn.n_con=6"): "out: dsnn.n_con is 8 there and 6 now",
+    }.items():
+        done = colias(*RUN, *change, "--out", "out")
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1) and says in done.stderr, done.stderr
+    for command in (("run", "distance"), ("tune",), ("behave", "still")):
+        done = colias(*command, "--out", "out", "--workers", "0")
+        assert done.returncode == 2 and 'experiment is "speed" there and ' in done.stderr, done.stderr
+
+
+def test_a_finished_run_is_complete_and_a_run_that_is_written_is_left_alone(colias, out):
+    before = (out / "trials.parquet").read_bytes()
+    done = colias(*RUN, "--out", "out")
+    assert done.returncode == 0 and "complete: all 2 of them done already, in out" in done.stderr
+    assert (out / "trials.parquet").read_bytes() == before
+    with FileLock(out / ".lock"):
+        second = colias(*RUN, "--out", "out")
+    assert second.returncode == 2 and "another process is writing" in second.stderr
+
+
+def test_what_drew_is_noted_and_refuses_nothing(colias, out):
+    """The same run, begun where something else draws other pixels."""
+    first = described(out)
+    (drew,), (pixels,) = first["renderers"], first["reference_frames"]
+    assert re.fullmatch(r".+, OpenGL \d.+, by (egl|osmesa|glfw|cgl)", drew)
+    assert pixels == reference.digest(reference.reference_frame())
+    rows = pl.read_parquet(out / "trials.parquet")
+    (out / "run.json").write_text(json.dumps(first | {"renderers": ["another"], "reference_frames": ["0123456789ab"]}))
+    rows.slice(1).write_parquet(out / "trials.parquet")
+    again = colias(*RUN, "--out", "out", "-q")
+    assert again.returncode == 0 and f"reference frames 0123456789ab, {pixels}" in again.stderr
+    both = {"renderers": ["another", drew], "reference_frames": ["0123456789ab", pixels]}
+    after = described(out)
+    assert after == first | both | {name: after[name] for name in ("ended", "command")}
+    assert trials(out).equals(rows.drop("wall_s")), "the code that marks the rows too"
+
+
+# --- what computes: the user's files, the project's own, libraries ---------------------------------------------------
+
+EXPERIMENT = """
+from experiments import Clip, OfflineExperiment
+
+SMALL = {"rows": 60, "columns": 80, "width": 20, "height": 30, "speed": 240.0}
+EXPERIMENT = OfflineExperiment(
+    name="mine", summary="small crossings before a trembling camera", models=("tiny.py",), claims=("C2",), repeats=2,
+    clips=(Clip("right", "plain", SMALL, 0.5), Clip("left", "plain", {**SMALL, "motion": "leftward"}, 0.5)),
+)
+"""
+MODEL = """
+from dataclasses import dataclass
+from dsnn import ModelEntry, Response
+from gains import GAIN
+
+@dataclass(frozen=True)
+class Parameters:
+    t_sp: float = 0.2
+
+class Tiny:
+    def __init__(self, shape, parameters):
+        self.last = None
+
+    def reset(self):
+        self.last = None
+
+    def step(self, frame, *, channels="grey", maps=False):
+        mean, last = float(frame.mean()), self.last
+        self.last = mean
+        return Response(0.0 if last is None else GAIN * (mean - last), 0.0, 0, 0)
+
+MODEL = ModelEntry("tiny", "the change of the mean", Tiny, Parameters())
+"""
+BEHAVIOUR = """
+from experiments import Behaviour
+from gains import GAIN
+
+BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
+"""
+MINE = ("run", "mine.py", "--model", "emd", "--no-recordings", "--workers", "0", "--out", "out", "-q")
+KINDS = {
+    "clips": MINE,
+    "robot": (*RUN, "--model", "tiny.py", "--out", "out", "-q"),
+    "behave": ("behave", "slow.py", "--episodes", "1", "--no-baselines", "--no-recordings", "--workers", "0",
+               "--set", "robots=1", "--out", "out", "-q"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def mine(colias):
+    files = {"mine.py": EXPERIMENT, "tiny.py": MODEL, "gains.py": "GAIN = 0.01\n", "slow.py": BEHAVIOUR}
+    for name, text in files.items():
+        (colias.folder / name).write_text(text)
+    return colias
+
+
+def refused(done, says: str) -> bool:
+    return (done.returncode, done.stderr.count("\n")) == (2, 1) and says in done.stderr
+
+
+def without_first_trial(folder: Path) -> None:
+    pl.read_parquet(folder / "trials.parquet").filter(pl.col("trial") != 0).write_parquet(folder / "trials.parquet")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_edited_file_of_one_s_own_is_refused(mine, kind):
+    """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
+    done = mine(*KINDS[kind])
+    assert done.returncode == 0, done.stderr
+    before = {path.name: path.read_bytes() for path in (mine.folder / "out").iterdir() if path.is_file()}
+    for name in ("gains.py", *(("mine.py", "tiny.py") if kind == "clips" else ())):
+        there = (mine.folder / name).read_text()
+        (mine.folder / name).write_text("GAIN = 0.02\n" if name == "gains.py" else f"{there}# more\n")
+        assert refused(mine(*KINDS[kind]), f"{name} has changed")
+        (mine.folder / name).write_text(there)
+    assert {path.name: path.read_bytes() for path in (mine.folder / "out").iterdir() if path.is_file()} == before
+
+
+def test_rows_of_other_code_are_marked_where_that_is_asked_for(mine):
+    assert mine(*MINE).returncode == 0
+    out = mine.folder / "out"
+    without_first_trial(out)
+    (mine.folder / "gains.py").write_text("GAIN = 0.02\n")
+    done = mine(*MINE, "--other-code")
+    assert done.returncode == 0 and "rows of 2 codes" in done.stderr
+    first, (second,) = described(out)["code"], [resumption["code"] for resumption in described(out)["resumed_with"]]
+    rows = pl.read_parquet(out / "trials.parquet").to_dicts()
+    assert first != second and all(row["code"] == (first if row["trial"] else second) for row in rows)
+    claims = json.loads((out / "claims.json").read_text())["claims"]
+    assert claims and all("rows of 2 codes" in claim["outcome"]["measured"] for claim in claims)
+
+
+def test_other_claims_are_judged_on_the_trials_that_are_done(mine):
+    assert mine(*MINE).returncode == 0
+    rows = pl.read_parquet(mine.folder / "out" / "trials.parquet")
+    changed = EXPERIMENT.replace('("C2",)', '("C2", "C3")')
+    (mine.folder / "mine.py").write_text(changed)
+    assert refused(mine(*MINE), "experiment.claims is")
+    assert mine(*MINE, "--other-code").returncode == 0
+    assert pl.read_parquet(mine.folder / "out" / "trials.parquet").equals(rows)
+    judged = json.loads((mine.folder / "out" / "claims.json").read_text())["claims"]
+    assert {claim["id"] for claim in judged} == {"C2", "C3"}
+    (mine.folder / "mine.py").write_text(changed.replace("240.0", "120.0"))  # what the clips show is another matter
+    assert refused(mine(*MINE, "--other-code"), "choose another --out")
+
+
+def test_other_source_and_versions_are_refused_or_marked(mine, monkeypatch, tmp_path):
+    """The source is digested by names and contents of its files, wherever they are."""
+    assert mine(*MINE).returncode == 0
+    out = mine.folder / "out"
+    folders = {name: tmp_path / "copy" / name for name in provenance.package_folders()}
+    for name, folder in folders.items():
+        shutil.copytree(ROOT / name, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    with monkeypatch.context() as patched:
+        patched.setattr(provenance, "package_folders", lambda: folders)
+        assert provenance.digest.__wrapped__() == described(out)["source"]["digest"]
+        with (folders["dsnn"] / "__init__.py").open("a") as file:
+            file.write("# a line more\n")
+        other = provenance.digest.__wrapped__()
+    without_first_trial(out)
+    with monkeypatch.context() as patched:
+        patched.setattr(provenance, "digest", lambda: other)
+        assert refused(mine(*MINE), "colias-sim's own source has changed")
+        assert "rows of 2 codes" in mine(*MINE, "--other-code").stderr
+        assert mine(*MINE).returncode == 0, "both codes are known by now"
+    there = described(out)
+    there["versions"] |= {"numpy": "1.0", "python": "3.0"}
+    there["resumed_with"] = []
+    (out / "run.json").write_text(json.dumps(there))
+    assert refused(mine(*MINE), 'versions.numpy is "1.0" there')
+
+
+def test_every_dependency_that_computes_is_noted():
+    computes_nothing = {"matplotlib", "typer", "rich", "jinja2", "filelock", "loky", "packaging", "pyopengl", "cffi",
+                        "lazy-loader"}  # fmt: skip
+    dependencies = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    depends = {re.split(r"[<>=\[ ]", line)[0] for line in dependencies}
+    assert depends <= {*provenance.LIBRARIES} | computes_nothing and "unknown" not in provenance.versions().values()
+
+
+def test_a_checkout_that_belongs_to_another_user_keeps_its_commit(tmp_path, monkeypatch):
+    git = shutil.which("git")
+    if git is None or not (ROOT / ".git").exists():
+        pytest.skip("not a checkout")
+    commit = subprocess.run([git, "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
+    (tmp_path / "git").write_text(f'#!/bin/sh\nGIT_TEST_ASSUME_DIFFERENT_OWNER=1 exec {git} "$@"\n')
+    (tmp_path / "git").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    assert subprocess.run(["git", "-C", ROOT, "status"], capture_output=True, check=False).returncode, "distrusted"
+    assert provenance.checkout.__wrapped__()[0] == commit.strip()
+    assert hatch_build._git(str(ROOT), "rev-parse", "HEAD") == commit.strip()
+
+
+# --- parameters that are not at their defaults are columns -----------------------------------------------------------
+
+
+def planned(models=("dsnn",), *assignments):
+    return plan(registry.load("speed"), models, assignments, 1, 0)
+
+
+def test_changed_parameters_by_set_and_by_model():
+    assert planned(("dsnn",), "dsnn.n_con=8", "experiment.distances_cm=8").changed() == {}, "typed, but the same"
+    trial_plan = planned(("dsnn", "dsnn:n_con=6", "emd"), "dsnn.tau_s=200,10", "camera.read_noise=0.25",
+                         "experiment.direction=both")  # fmt: skip
+    changed = trial_plan.changed()
+    assert (
+        changed
+        == {
+            "dsnn.tau_s": {"dsnn": "200,10", "dsnn:n_con=6": "200,10", "emd": None},
+            "dsnn.n_con": {"dsnn": 8, "dsnn:n_con=6": 6, "emd": None},
+            "camera.read_noise": {"dsnn": 0.25, "dsnn:n_con=6": 0.25, "emd": 0.25},
+            "experiment.direction": {"dsnn": "both", "dsnn:n_con=6": "both", "emd": "both"},
+        }
+        == describe(trial_plan)["changed"]
+    )
+    schema = with_columns(TRIAL_SCHEMA, changed)
+    kinds = [schema[name] for name in ("dsnn.tau_s", "dsnn.n_con", "camera.read_noise")]
+    assert kinds == [pl.String, pl.Int64, pl.Float64] and of_model(changed, "emd")["dsnn.n_con"] is None
+    assert in_words(changed) == "dsnn.tau_s=200,10, dsnn.n_con=8|6, camera.read_noise=0.25, experiment.direction=both"
+
+
+def test_rows_have_columns_for_them(mine, monkeypatch):
+    monkeypatch.chdir(mine.folder)
+    given = {"settings": {"dsnn.w_i": 0.5}, "models": ["dsnn", "dsnn:n_con=6"], "workers": 0, "recordings": False}
+    run = experiments.run("mine.py", **given, out="columns", quiet=True)
+    assert run.trials.filter(trial=0).select("model", "dsnn.w_i", "dsnn.n_con").rows() == [
+        ("tiny", None, None), ("dsnn", 0.5, 8), ("dsnn:n_con=6", 0.5, 6),
+    ]  # fmt: skip
