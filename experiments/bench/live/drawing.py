@@ -84,8 +84,7 @@ class Traces:
         return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
 
     def _series(self) -> list[tuple[uplot.Series, ...]]:
-        looks = colours(runner.label for runner in self._runners)
-        tints = {label: mark.colour for label, mark in looks.items()}
+        tints = colours(runner.label for runner in self._runners)
         if self.dark:
             tints = {label: to_hex(mixed(rgb(tint), (255, 255, 255), LIGHTER)) for label, tint in tints.items()}
         x, lines, counts = uplot.Series(label="s"), *(
