@@ -80,6 +80,11 @@ class Video:
         Time that the file says its pictures last, s; 0 where it does not.
     interlaced, damaged
         Numbers of frames up to now: of two fields, and such as could not be decoded.
+
+    Raises
+    ------
+    ValueError
+        As of `read_video`.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
