@@ -51,11 +51,9 @@ def run() -> NoReturn:
 
 def _with_tip(message: str) -> str:
     """Return a message with the known name that was meant in a line of its own, and in colour on a terminal."""
-    hint = r"(?: \(|\()?nearest: ([^;)]+)(?:\)|; )"
-    if message.startswith(ERROR) and (near := re.search(hint, message)):
-        start = "(" if near[0].endswith("; ") and near[0].startswith(("(", " (")) else ""
-        space = " " if start and near[0].startswith(" ") else ""
-        message = f"{message[: near.start()]}{space}{start}{message[near.end() :]}\ntip: did you mean '{near[1]}'?"
+    if message.startswith(ERROR) and (meant := re.search(r"nearest: ([^;)]+)", message)):
+        told = re.sub(r" \(nearest: [^;)]+\)|nearest: [^;)]+; ", "", message)
+        message = f"{told}\ntip: did you mean '{meant[1]}'?"
     if sys.stderr.isatty() and "NO_COLOR" not in os.environ:
         message = message.replace(ERROR, f"\x1b[31m{ERROR}\x1b[0m", 1).replace("\ntip:", "\n\x1b[36mtip:\x1b[0m", 1)
     return message

@@ -77,14 +77,6 @@ def test_an_off_line_run(colias, given, shown):
     assert (claim["outcome"]["verdict"] == "not shown") == ("dsnn" not in shown)
 
 
-@pytest.mark.parametrize(
-    ("given", "shown"), [(("--model", "emd"), ["dsnn", "emd"]), (("--only", "--model", "emd"), ["emd"])]
-)
-def test_a_stimulus_that_is_watched(colias, given, shown):
-    ran(colias, "watch", "plain", *SMALL, "--no-view", "--no-recordings", "--out", "out", *given)
-    assert models_of(colias.folder / "out") == shown
-
-
 def test_tune_and_leaderboard_add_too(colias):
     """``tune --model`` used to show that model alone, ``leaderboard --model`` all beside it."""
     (colias.folder / "my_model.py").write_text(user_files.MODEL)
@@ -135,24 +127,6 @@ def test_one_model_under_two_settings_is_paired(colias):
     given = (*given[:2], "--model", "my_model.py:gain=1", "--workers", "0")
     other = colias("run", "speed", *common, *given, "--out", "out")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
-
-
-def test_settings_work_on_clips_and_what_is_watched(colias):
-    (colias.folder / "mine.py").write_text(OWN)
-    given = ("--model", "dsnn:w_i=1", "--model", "emd:log=false")
-    ran(colias, "run", "mine.py", *given, "--workers", "0", "--out", "run")
-    assert models_of(colias.folder / "run") == ["dsnn", "emd", "dsnn:w_i=1", "emd:log=false"]
-    ran(colias, "watch", "plain", *SMALL, "--no-view", "--no-recordings", "--out", "out", *given)
-    assert models_of(colias.folder / "out") == ["dsnn", "dsnn:w_i=1", "emd:log=false"]
-    ran(colias, "tune", "--stimulus", "plain", *SMALL, "--over", "plain.speed=240", "--only", *given, "--out", "tune")
-    assert {row["model"] for row in csv_of(colias.folder / "tune/tuning.csv")} == {"dsnn:w_i=1", "emd:log=false"}
-
-
-def test_models_without_a_colour_of_their_own_get_different_ones():
-    from experiments.bench.report.palette import colours
-
-    given = colours(["dsnn", "dsnn:w_i=1", "mine", "dsnn:w_i=0", "emd"])
-    assert len(set(given.values())) == 5 and given["dsnn"] == colours(["dsnn"])["dsnn"]
 
 
 TEXTS = {
