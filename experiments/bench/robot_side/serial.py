@@ -78,10 +78,11 @@ def log(frames: pl.DataFrame, board: Mapping[str, Any], frame_us: int = 33_333) 
 
     ``frame_us`` is the time from frame to frame where the board's record is lost: 30 a second.
     """
-    origin = ROBOT if board.get("board", "qemu-").startswith("qemu-") is False else SIMULATION
-    frame_s = board.get("frame_us", frame_us) / 1e6
+    emulated = board.get("board", "qemu-").startswith("qemu-")
+    origin = SIMULATION if emulated else ROBOT
+    time_s = (pl.col("frame") + 1) * board.get("frame_us", frame_us) / 1e6
     return frames.select(
-        "trial", model=pl.lit(MODEL), origin=pl.lit(origin), time_s=((pl.col("frame") + 1) * frame_s).round(6),
+        "trial", model=pl.lit(MODEL), origin=pl.lit(origin), time_s=time_s.round(6),
         hs=pl.col("hs") / Q15, hs_spikes="hs_spikes", vs=pl.col("vs") / Q15, vs_spikes="vs_spikes",
     )  # fmt: skip
 
