@@ -171,7 +171,7 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert all(scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL)) and QUICK.repeats < WHOLE
     plans = planned(USUAL, 7)
     others = plans.studies["replicates"]
-    assert (others.seed, others.replicates) == (8, 4), "replicate 0 is not run twice"
+    assert (others.seed, others.study.replicates) == (8, 4), "replicate 0 is not run twice"
     assert len(others.specs) == 4 * sum(len(part.specs()) for part in plans.paper())
     assert {part.repeats for part in plans.clips} == {1, 5}
 
