@@ -13,7 +13,6 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 import polars as pl
-from scipy import special
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.run.rows import known, mixture
@@ -207,7 +206,7 @@ def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
     Przyborowski and Wilenski 1940, Homogeneity of results in testing samples from Poisson series, Biometrika 31: the
     conditional test. Its interval is that of a binomial share (Clopper and Pearson 1934).
     """
-    from scipy import stats  # not before: it takes its time to load
+    from scipy import special, stats  # not before: they take their time to load
 
     often, seldom = (stats.poisson(side.collisions * episodes / side.episodes) for side in (other, rarer))
     lengths = bound * other.metres / other.episodes, rarer.metres / rarer.episodes

@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from scipy import special
 
 from dsnn.looming.layers import REST
 from experiments.bench.run.streams import stream
@@ -202,6 +201,8 @@ def pointing_error(points: pl.DataFrame) -> float | None:
 
 def direction_noise(preferred_deg: Values) -> float:
     """Return half the 95 % interval (Student's) of a mean direction, degrees; infinite of fewer than two repeats."""
+    from scipy import special  # not before: it takes its time to load
+
     turns = np.exp(1j * np.radians(np.asarray(preferred_deg, float)))
     if turns.size < 2:
         return math.inf
