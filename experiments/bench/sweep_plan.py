@@ -283,11 +283,10 @@ def planned(
             numbers = range(len(specs), len(specs) + len(found))
             specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
             for point, seen in watching.items():
-                if on_robot and not models_in:
-                    for label, model in seen.items():
-                        shares[point, label, name, replicate] = (numbers, {label: model})
-                else:
-                    shares[point, EVERY_MODEL if models_in else models[0].label, name, replicate] = (numbers, seen)
+                alone = {label: {label: model} for label, model in seen.items()}
+                all_of_it = {EVERY_MODEL if models_in else models[0].label: seen}
+                for judge, shown in (alone if on_robot and not models_in else all_of_it).items():
+                    shares[point, judge, name, replicate] = (numbers, shown)
         if not replicate:
             check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
     labels = [EVERY_MODEL] if models_in else [model.label for model in models]
