@@ -303,7 +303,7 @@ class Showing:
             self.responses = [runner.see(image) for runner in self.runners]
             self.sample = sample
             if self._keep:
-                self.samples.append(sample if self._images else replace(sample, image=NO_IMAGE))
+                self.samples.append(sample if self._images else Sample(sample.time_s, NO_IMAGE, sample.truth))
             yield sample
 
     def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
