@@ -39,7 +39,11 @@ SUMMARIES = {
 """Kind -> the table that sums up such a run."""
 DEEPEST = 3
 """Levels of folders that are looked through for runs."""
-NUMBERS = columns_of(Condition, Summary) | {"p": float, "p_holm": float, "rank_biserial": float}
+COMPARISONS = columns_of(Condition) | {
+    "model": str, "against": str, "n": int, "mean_difference": float, "rank_biserial": float, "test": str, "p": float,
+    "p_holm": float,
+}  # fmt: skip
+NUMBERS = columns_of(Summary) | COMPARISONS
 """Types of columns that can be empty in every row of a CSV file."""
 CLAIM_SCHEMA = pl.Schema(
     {
@@ -120,8 +124,10 @@ class Run:
 
         The condition's columns; ``model`` and ``against``; ``n`` trials; ``mean_difference``, spikes a trial of the
         first less those of the second; ``rank_biserial``, -1 to 1; ``test``; ``p``, and ``p_holm``, corrected for the
-        number of rows. Only trials with the robot of several models have it.
+        number of rows. No rows where there is one model, or none of them spikes; only trials with the robot have it.
         """
+        if self.kind in ("trials", "measured") and not (self.folder / "comparisons.csv").is_file():
+            return pl.DataFrame(schema=pl.Schema(COMPARISONS))
         return self._csv("comparisons.csv")
 
     @cached_property

@@ -141,6 +141,8 @@ def test_comparisons_pair_the_models_on_equal_trials(folder):
         ours, theirs = (run.trials.filter(model=name, speed_cm_s=row["speed_cm_s"])["spikes"].mean()
                         for name in ("dsnn", "dsn2017"))  # fmt: skip
         assert row["mean_difference"] == pytest.approx(ours - theirs) and 0 < row["p"] <= row["p_holm"] <= 1
+    alone = experiments.load(folder / "usual").comparisons
+    assert alone.is_empty() and set(run.comparisons.columns) <= set(alone.columns)
 
 
 def test_resuming_does_what_is_missing_and_refuses_other_parameters(folder, tmp_path):
