@@ -19,7 +19,6 @@ from experiments.bench.sources.rows import TRIAL_SCHEMA
 from experiments.bench.stats.tests import contrast, holm, paired
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
-PARAMETERS = pl.Schema(dict.fromkeys(("parameter", "first", "second"), str))
 TESTED = pl.Schema({
     "model": str, "against": str, "n": int, "mean_first": float, "mean_second": float, "mean_difference": float,
     "rank_biserial": float, "test": str, "p": float, "p_holm": float,
@@ -74,7 +73,9 @@ def compare(
     results = _results(one, other, columns) if one.kind in ("clips", "trials", "measured") else []
     for row, p in zip(results, holm([row["p"] for row in results]), strict=True):
         row["p_holm"] = p
-    return table(texts, PARAMETERS), table(results, pl.Schema({name: kinds[name] for name in columns}) | TESTED)
+    return table(texts, dict.fromkeys(("parameter", "first", "second"), str)), table(
+        results, pl.Schema({name: kinds[name] for name in columns}) | TESTED
+    )
 
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any]]:

@@ -32,11 +32,8 @@ if TYPE_CHECKING:
 
 WHOLES = ("leaderboard", "fit", "reproduction", "whole")
 """Kinds of run whose folders are runs of their own."""
-SUMMARIES = {
-    "trials": "summary.csv", "measured": "summary.csv", "clips": "summary.csv", "tuning": "preferences.csv",
-    "episodes": "summary.csv", "sweep": "counts.csv", "leaderboard": "leaderboard.csv", "fit": "fit.csv",
-}  # fmt: skip
-"""Kind -> the table that sums up such a run."""
+SUMMARIES = {"tuning": "preferences.csv", "sweep": "counts.csv", "leaderboard": "leaderboard.csv", "fit": "fit.csv"}
+"""Kind -> the table that sums up such a run, where it is not ``summary.csv``."""
 DEEPEST = 3
 """Levels of folders that are looked through for runs."""
 COMPARISONS = columns_of(Condition) | {
@@ -56,12 +53,10 @@ CLAIM_SCHEMA = pl.Schema(
         **dict.fromkeys(("trouble", "equal_terms", "provenance"), str),
     }
 )
-RUNS_COLUMNS: dict[str, Any] = (
-    {
-        "run": str, "when": pl.Datetime("us", "UTC"), "experiment": str, "seed": int, "models": str, "changed": str,
-        "done": int, "planned": int, "failures": int, "verdicts": str, "provenance": str, "commit": str, "trouble": str,
-    }
-)  # fmt: skip
+RUNS_COLUMNS: dict[str, Any] = {
+    "run": str, "when": pl.Datetime("us", "UTC"), "experiment": str, "seed": int, "models": str, "changed": str,
+    "done": int, "planned": int, "failures": int, "verdicts": str, "provenance": str, "commit": str, "trouble": str,
+}  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -275,8 +270,7 @@ class Run:
         return f"<Run {self}>"
 
     def _repr_html_(self) -> str:
-        shown = self.claims.select("id", "model", "word", "count", "says")
-        return f"<p>{html.escape(str(self))}</p>{shown._repr_html_() if shown.height else ''}"
+        return f"<p>{html.escape(str(self))}</p>{self.claims.select('id', 'model', 'word', 'count')._repr_html_()}"
 
 
 def load(folder: str | os.PathLike[str]) -> Run:

@@ -209,10 +209,8 @@ WRONG = {
     "repeats": lambda: experiments.run("speed", repeats=0),
     "to load nothing": lambda: experiments.load("no"),
     "to list nothing": lambda: experiments.runs("no"),
-    "a behaviour": lambda: experiments.score("hybird"),
     "episodes": lambda: experiments.score("fixation", episodes=0),
     "an argument of no env": lambda: experiments.score("fixation", nope=3),
-    "no checks": lambda: experiments.decide([]),
     "bounds of a side": lambda: experiments.Check("x", 1.0, (0.0, 2.0)),
 }
 

@@ -193,8 +193,7 @@ def list_names(
         return _list_parameters(of or "speed", model, only)
     names = _names()
     if kind is not None and kind not in names:
-        known = (*names, "parameters", "runs")
-        raise UsageError(f"list: no kind '{kind}'{nearest(kind, known, ' (', ')')}: {', '.join(known)}")
+        raise UsageError(f"list: no kind '{kind}'{nearest(kind, names, ' (', ')')}: colias list --help names all")
     for heading in names if kind is None else (kind,):
         _show_names(heading, names[heading])
     return 0

@@ -89,8 +89,7 @@ def conditions(report: Report) -> pl.DataFrame:
 
 def _rounded(table: pl.DataFrame) -> pl.DataFrame:
     """Return a table as people read it: numbers of four digits, short headings."""
-    numbers = pl.col(pl.Float64).round_sig_figs(4)
-    return table.with_columns(numbers).rename(HEADINGS, strict=False)
+    return table.with_columns(pl.col(pl.Float64).round_sig_figs(4)).rename(HEADINGS, strict=False)
 
 
 def show_clips(report: OfflineReport, recordings: bool) -> None:
