@@ -20,7 +20,7 @@ from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Showing, Trial, play
 from experiments.bench.run.provenance import drawn_from
-from experiments.bench.run.rows import Failure, TrialRecord, mixture
+from experiments.bench.run.rows import Failure, TrialRecord
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
@@ -232,5 +232,4 @@ def _verdict(
         whole = len({row["trial"] for row in of_seed}) == len(plan.experiment.clips)
         lost = Outcome.unjudged("some of its clips failed")
         outcomes.append(judge(claim, of_seed, plan.thresholds, all_rows) if whole else lost)
-    outcomes[0] = outcomes[0].noting([mixture(rows)])
     return Verdict.of(claim, outcomes, random=random, experiment=plan.experiment.name)

@@ -29,7 +29,7 @@ from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, plain
 from experiments.bench.run.models import look_up, shown_models
-from experiments.bench.run.rows import Failure, mixture
+from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clip_claims, motion, robot_claims
@@ -463,11 +463,9 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
         return clips
     if not _about_the_robot(claim):
         return Verdict.of(words(claim), [Outcome.unjudged(_needs(claim))])
-    asked, rows = robot_claims.find(claim), [row for part in every for row in part.rows]
-    places = places_of(asked, place, {row["experiment"] for row in rows})
-    first, *others = (judge(claim, part) for part in every)
-    noted = first.noting([mixture([row for row in rows if row["experiment"] in places])])
-    return Verdict.of(asked, [noted, *others], experiment=", ".join(places))
+    asked = robot_claims.find(claim)
+    places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
+    return Verdict.of(asked, [judge(claim, part) for part in every], experiment=", ".join(places))
 
 
 def _about_the_robot(claim: str) -> bool:

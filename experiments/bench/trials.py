@@ -22,7 +22,7 @@ from experiments.bench.run.models import look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
 from experiments.bench.run.provenance import drawn_from
-from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group, mixture, origin
+from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group, origin
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
@@ -368,15 +368,14 @@ class Report:
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
     """Write summary, claims and figure of the trials in ``folder``."""
     rows = folder.trials().to_dicts()
-    admitted = [text for text in (mixture(rows), driven_in_words(rows)) if text]
     verdicts = [
-        _noting(judge(claim, model_rows, model.threshold, model.label), plan.experiment.name, lost, admitted)
+        _noting(judge(claim, model_rows, model.threshold, model.label), plan.experiment.name, lost, driven_in_words(rows))
         for model in plan.settings.models
         for model_rows in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in map(find, plan.experiment.claims)
         if not claim.models and claim.concerns(model.channels)
-    ] + _of_several(plan, rows, failures, admitted)
+    ] + _of_several(plan, rows, failures)
     figure_rows = without_parts(rows) if plan.experiment.figure == "excitation" else rows
     summary = summary_rows(figure_rows, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
@@ -409,10 +408,10 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     )  # fmt: skip
 
 
-def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], admitted: Sequence[str]) -> list[Verdict]:
+def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
     """The verdicts on claims that compare models."""
     return [
-        _noting(judge(claim, rows, plan.thresholds.get(claim.spiking), ""), plan.experiment.name, lost, admitted)
+        _noting(judge(claim, rows, plan.thresholds.get(claim.spiking), ""), plan.experiment.name, lost, driven_in_words(rows))
         for claim in map(find, plan.experiment.claims)
         if claim.models
         for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
@@ -427,10 +426,10 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
     return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
 
 
-def _noting(verdict: Verdict, experiment: str, lost: int, notes: Sequence[str]) -> Verdict:
-    """The verdict, naming its experiment, with the trials it could not be judged on and ``notes`` on the others."""
+def _noting(verdict: Verdict, experiment: str, lost: int, note: str) -> Verdict:
+    """The verdict, naming its experiment, with the trials it could not be judged on and a ``note`` on the others."""
     failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-    return dataclasses.replace(verdict, outcome=verdict.outcome.noting([failed, *notes]), experiment=experiment)
+    return dataclasses.replace(verdict, outcome=verdict.outcome.noting([failed, note]), experiment=experiment)
 
 
 def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:

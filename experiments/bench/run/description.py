@@ -18,8 +18,6 @@ KIND = "kind"
 """The entry that says what kind of run it is: ``trials``, ``clips``, ..."""
 BEGUN, ENDED = "begun", "ended"
 """The entries that say when the run was begun, and when the last of its trials was done: ISO 8601, UTC."""
-RESUMED = "resumed_with"
-"""The entry that lists what computed the run after `--other-code` let it go on with something else."""
 RENDERERS = "renderers"
 """The entry that lists what drew the frames (`colias_sim.gl.renderer`). It is no parameter: a run may be resumed with
 another renderer, as all that were tried drew equal pixels."""
@@ -27,7 +25,7 @@ PIXELS = "reference_frames"
 """The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
-NOTES = frozenset((KIND, BEGUN, ENDED, "command", RESUMED, RENDERERS, PIXELS, THRESHOLDS, *provenance.KEYS))
+NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, PIXELS, THRESHOLDS, *provenance.KEYS))
 """Entries that are no parameters."""
 DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
@@ -90,11 +88,19 @@ def read_description(folder: Path) -> dict[str, Any]:
     return description
 
 
-def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
+def resumed(folder: Path, description: Mapping[str, Any], *, complete: bool = False) -> dict[str, Any]:
     """Return the description in ``folder``, for a run described by ``description`` that resumes there.
 
-    Where other code resumes, as ``other_code`` allows, it is among those listed, and the claims are those declared now:
-    no row depends on them. A study may go on to more replicates than it has.
+    A study may go on to more replicates than it has.
+
+    Parameters
+    ----------
+    folder
+        Where the run is.
+    description
+        That of the run now.
+    complete
+        Whether no trial is missing. Then nothing is computed, and other code may judge the run by other claims.
 
     Raises
     ------
@@ -104,22 +110,16 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     there, here = read_description(folder), json.loads(to_json(description))
     if here.get("replicates", 0) > there.get("replicates", 0) > 0:
         there |= {name: here[name] for name in OF_REPLICATES if name in here}
-    if other_code and isinstance(there.get("experiment"), dict) and "claims" in there["experiment"]:
-        there["experiment"] = there["experiment"] | {"claims": here["experiment"]["claims"]}
+    if complete and isinstance(there.get("experiment"), dict) and "claims" in there["experiment"]:
+        there["experiment"] |= {"claims": here["experiment"]["claims"]}
     differing = [f"{name} is {_short(before)} there and {_short(after)} now"
                  for name, before, after in differences(there, here)]  # fmt: skip
     if differing:
         more = f"; {len(differing) - MOST_NAMED} more differ" if len(differing) > MOST_NAMED else ""
         raise UsageError(f"{folder}: {'; '.join(differing[:MOST_NAMED])}{more}: use the first command's options, or"
                          " choose another --out")  # fmt: skip
-    if "source" not in here:
-        return there
-    others = there.get(RESUMED, [])
-    changes = [provenance.difference(known, here) for known in (there, *others)]
-    if all(changes):
-        if not other_code:
-            raise UsageError(f"{folder}: {changes[0]}; --other-code resumes all the same, and marks the rows")
-        there[RESUMED] = [*others, {key: here[key] for key in provenance.KEYS}]
+    if "source" in here and not complete and (changed := provenance.difference(there, here)):
+        raise UsageError(f"{folder}: {changed} since its first trials were computed; choose another --out")
     return there
 
 

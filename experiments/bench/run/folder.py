@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +25,14 @@ from experiments.bench.run.description import (
     begun,
     now,
     read_description,
-    reconciled,
+    resumed,
     write_new,
 )
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME as DESCRIPTION
 from experiments.bench.run.files import Files, read_parquet
 from experiments.bench.run.parameters import Parameters, of_model, with_columns
-from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, mixture, recording_name, table
+from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, recording_name, table
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
@@ -117,29 +117,28 @@ class RunFolder(Files):
         self._trials: dict[int, pl.DataFrame] = {}
         self._frames: dict[int, pl.DataFrame] = {}
         self._failures: list[Failure] = []
-        self._code = ""
         self._noted: dict[str, list[str]] = {RENDERERS: [], PIXELS: []}
-        self.provenance: Mapping[str, Any] = {}
-        """What computes, as the folder was entered with it."""
+        self._changed = ""
         self._lock: FileLock | None = None
         self._joined = True
 
-    def enter(self, description: Mapping[str, Any], other_code: bool = False) -> None:
-        """Begin a run, or go on with the one that the folder holds.
+    def enter(self, description: Mapping[str, Any], trials: Iterable[int] = ()) -> None:
+        """Begin a run of ``trials``, or go on with the one that the folder holds.
 
         Raises
         ------
         UsageError
-            The folder holds a run with other parameters or of other code (which ``other_code`` allows); the line names
-            the first that differs. Or another process is writing there.
+            The folder holds a run with other parameters, or an unfinished one of other code; the line names the first
+            that differs. Or another process is writing there.
         """
         self.recordings.mkdir(parents=True, exist_ok=True)
         self._take()
         try:
             if begun(self.folder):
-                there = reconciled(self.folder, description, other_code)
-                self._noted = {entry: there.get(entry, []) for entry in self._noted}
                 self._read()
+                there = resumed(self.folder, description, complete=self.done() >= set(trials))
+                self._noted = {entry: there.get(entry, []) for entry in self._noted}
+                self._changed = provenance.difference(there, description) if "source" in description else ""
                 if there != read_description(self.folder):
                     self.write_json(DESCRIPTION, there)
             else:
@@ -147,8 +146,6 @@ class RunFolder(Files):
         except BaseException:
             self.close()
             raise
-        self.provenance = {key: description[key] for key in (*provenance.KEYS, "form") if key in description}
-        self._code = str(description.get("code", ""))
 
     def _read(self) -> None:
         """Take in the trials that are done; those without any row are to be done again."""
@@ -190,7 +187,7 @@ class RunFolder(Files):
 
         A recording that could not be made is a failure of its own, which names ``condition`` and ``seed``.
         """
-        rows = [{**row, "code": self._code, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows]
+        rows = [{**row, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows]
         for row in rows:
             if odd := sorted({*self._no_trials.columns} ^ row.keys()):
                 raise ValueError(f"trial {trial.index}: rows and table differ in the columns {', '.join(odd)}")
@@ -263,14 +260,14 @@ class RunFolder(Files):
     def notes(self) -> list[str]:
         """Return what is to be known of the tables beside their numbers, a line each."""
         notes = []
+        if self._changed:  # and no trial was missing, or the run would have been refused
+            notes.append(f"{self.folder}: {self._changed} since its trials were computed; they are as they were")
         if len(frames := self._noted[PIXELS]) > 1:
             notes.append(
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
                 " so trials of one machine may have other numbers on another; run.json tells what drew"
             )
-        notes += [f"{self.folder}: {note}" for note in self._uncounted()]
-        mixed = mixture(self.trials().iter_rows(named=True))
-        return [*notes, *([f"{self.folder}: {mixed}; run.json tells them apart"] if mixed else [])]
+        return notes + [f"{self.folder}: {note}" for note in self._uncounted()]
 
     def _uncounted(self) -> list[str]:
         """Return a line for each model that spikes in a channel whose count is null, as far as frames are kept."""

@@ -27,11 +27,10 @@ LIBRARIES = (
 """Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
 of a package tells it (`description.RENDERERS`)."""
 KEYS = ("files", "versions", "source", "code")
-"""Entries that `of` returns, without the form. Every other entry of an ``run.json`` is a parameter of the run,
-and has to be the same wherever the run is continued."""
+"""Entries that `of` returns, without the form: they are no parameters of the run."""
 SHOWS = (".pyc", ".j2")
 """Endings of the packages' files that no number depends on."""
-UNREPEATABLE = ("wall_s", "code")
+UNREPEATABLE = ("wall_s",)
 """Columns that differ between runs of equal numbers."""
 BUILT = "commit.json"
 """The file of a wheel's metadata with the commit that it was built from."""
@@ -43,7 +42,7 @@ __version__ = importlib.metadata.version("colias-sim")
 
 
 class OtherCode(UsageError):
-    """A process would compute with other code than the run was begun with."""
+    """A worker has other code of colias-sim than the process that began the run."""
 
 
 def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]:
@@ -61,8 +60,7 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     dict
         ``files``: SHA-256, by path, of the user's files and of the modules that they import.
         ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the networks
-        (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all, which mark the rows;
-        neither the commit nor Python's own version enters it.
+        (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all; neither the commit nor Python's own version enters it.
 
     Raises
     ------
@@ -94,7 +92,7 @@ def _declaring(experiment: object) -> Iterator[str]:
 
 
 def _code(record: Mapping[str, Any]) -> str:
-    """Return the mark of the rows."""
+    """Return the digest of what computes, for people."""
     files = sorted((Path(path).name, digest) for path, digest in record["files"].items())
     libraries = {name: version for name, version in record["versions"].items() if name != "python"}
     text = json.dumps([record["source"]["digest"], record["form"], files, libraries], sort_keys=True)
@@ -190,30 +188,16 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """Say what computes now otherwise than ``there``; empty if nothing that numbers depend on does."""
-    files, files_here = _table(there, "files"), here["files"]
-    for path in sorted({*files, *files_here}):
-        if path not in files:
-            return f"{path} is new among its files"
-        if path not in files_here:
-            return f"{path} is no longer among its files"
-        if files[path] != files_here[path]:
-            return f"{path} has changed"
-    return _of_source(_table(there, "source"), here["source"]) or _of_versions(_table(there, "versions"), here)
+    """Say what computes now otherwise than ``there``: a file, colias-sim itself, a library; empty if nothing does."""
+    before, after = map(_computed_by, (there, here))
+    return next((f"{name} has changed" for name in sorted({*before, *after}) if before.get(name) != after.get(name)), "")
 
 
-def _of_source(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    if there.get("digest") == here["digest"]:
-        return ""
-    return f"colias-sim's own source has changed ({_named(there)} there and {_named(here)} now)"
-
-
-def _of_versions(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    for name in sorted({*there, *here["versions"]} - {"python"}):  # another patch of Python changes no number
-        versions = [table.get(name) for table in (there, here["versions"])]
-        if versions[0] != versions[1]:
-            return f"versions.{name} is {json.dumps(versions[0])[:60]} there and {json.dumps(versions[1])} now"
-    return ""
+def _computed_by(description: Mapping[str, Any]) -> dict[str, str]:
+    """Return what decides a run's numbers, by name; another patch of Python changes none."""
+    libraries = {f"the version of {name}": version for name, version in description["versions"].items()
+                 if name != "python"}  # fmt: skip
+    return {"colias-sim's own source": description["source"]["digest"], **description["files"], **libraries}
 
 
 def commit(source: Mapping[str, Any]) -> str | None:
@@ -222,24 +206,10 @@ def commit(source: Mapping[str, Any]) -> str | None:
     return f"{str(name)[:12]}{' with changes' if source.get('dirty') else ''}" if name else None
 
 
-def _named(source: Mapping[str, Any]) -> str:
-    """Return a state of the source, for people."""
-    of_commit = f", commit {name}" if (name := commit(source)) else ""
-    return f"digest {str(source.get('digest'))[:12]}{of_commit}"
-
-
-def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    value = there.get(name)
-    return value if isinstance(value, dict) else {}
-
-
-def check(record: Mapping[str, Any]) -> None:
-    """Raise `OtherCode`, in a worker, where this process would compute with other code than ``record`` tells of."""
-    if record["source"]["digest"] != digest():
-        raise OtherCode("colias-sim's own source here is not that which the run was begun with")
-    for path, expected in record["files"].items():
-        if sha256(Path(path)) != expected:
-            raise OtherCode(f"{path}: was edited after the run was begun")
+def check(expected: str) -> None:
+    """Raise `OtherCode` where this process, of a cluster say, has other code of colias-sim than is ``expected``."""
+    if expected != digest():
+        raise OtherCode("a worker has other code of colias-sim than this process: install the same on all machines")
 
 
 def rows_hash(table: Path) -> str:

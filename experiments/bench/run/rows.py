@@ -133,18 +133,6 @@ def known(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
-def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
-    """Say of how many trials each code computed the rows, if more than one did; otherwise empty."""
-    trials: dict[str, set[int]] = {}
-    for row in rows:
-        if "code" in row:
-            trials.setdefault(row["code"], set()).add(row["trial"])
-    if len(trials) < 2:
-        return ""
-    counts = ", ".join(f"{code}: {len(indices)} trials" for code, indices in trials.items())
-    return f"rows of {len(trials)} codes ({counts})"
-
-
 def listed_trials(trials: Iterable[int]) -> str:
     """Return the numbers of trials in words, the first few of many."""
     numbers = sorted(trials)

@@ -46,14 +46,11 @@ class Resources:
         Address of a Dask scheduler, used instead of local workers.
     quiet
         Whether to print neither plans nor progress.
-    other_code
-        Whether to go on with a run that other code began.
     """
 
     workers: int
     cluster: str | None = None
     quiet: bool = False
-    other_code: bool = False
 
     def where(self) -> str:
         """Tell in words what jobs run on: ``on 2 workers``."""
@@ -169,23 +166,20 @@ class Batch(Generic[AnySpec]):
     amount: Callable[[], str] | None = None
     size: Callable[[AnySpec], float] = lambda _: 1.0
 
-    def open(self, out: Path, resources: Resources) -> RunFolder:
+    def open(self, out: Path) -> RunFolder:
         """Make the run's folder, or go on with the run that it holds; the caller closes it.
 
         Parameters
         ----------
         out
             The folder.
-        resources
-            Says whether other code may go on with the run.
-
         Raises
         ------
         UsageError
             There is another run.
         """
         folder = RunFolder(out, *self.schemas, self.parameters)
-        folder.enter(self.description, resources.other_code)
+        folder.enter(self.description, [spec.index for spec in self.specs])
         return folder
 
     def fill(self, folder: RunFolder, pool: Workers, resources: Resources) -> list[Failure]:
@@ -232,7 +226,7 @@ class Batch(Generic[AnySpec]):
         RunFolder
             The folder, filled; its ``failures()`` are those of `fill`.
         """
-        with closing(self.open(out, resources)) as folder:
+        with closing(self.open(out)) as folder:
             self.fill(folder, pool, resources)
             yield folder
 
@@ -240,7 +234,7 @@ class Batch(Generic[AnySpec]):
         self, left: Sequence[AnySpec], folder: RunFolder, pool: Workers, advance: Callable[[float], None]
     ) -> None:
         """Do the jobs. Those that are finished stay readable whenever this ends, by an exception or a kill too."""
-        work = partial(_by_same_code, self.work, folder.provenance)
+        work = partial(_by_same_code, self.work, provenance.digest())
         try:
             for spec, done, trouble in finished(left, work, pool, fatal=(GLUnavailable, provenance.OtherCode)):
                 if done is None:
@@ -255,10 +249,9 @@ class Batch(Generic[AnySpec]):
         error_console.print(text, soft_wrap=True, markup=False)
 
 
-def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
-    """Do the job in a worker, if the worker has the code that the rows will be marked with, before it."""
-    if made_by:
-        provenance.check(made_by)
+def _by_same_code(work: Callable[[AnySpec], TrialRecord], digest: str, spec: AnySpec) -> TrialRecord:
+    """Do a job in a worker that has the same code."""
+    provenance.check(digest)
     return work(spec)
 
 

@@ -166,7 +166,6 @@ TRIALS = pl.Schema(
         "hs_against": float,  # distance that HS goes against the truth's direction in either, 0 if it never does
         "frames": int,
         "wall_s": float,  # time that the clip took to show
-        "code": str,  # digest of the code that computed the row: see `experiments.bench.run.provenance`
     }
 )
 """Columns of ``trials.parquet`` of clips: a row per clip and model."""

@@ -15,7 +15,7 @@ import numpy as np
 import polars as pl
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
-from experiments.bench.run.rows import known, mixture
+from experiments.bench.run.rows import known
 from experiments.bench.stats.alarms import poisson_interval
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import Claim, of_kind
@@ -276,8 +276,7 @@ def verdicts(env: str, behaviours: Collection[str], trials: pl.DataFrame) -> lis
             missing = claim.models - set(trials["model"])
             outcome = Outcome.unjudged(f"needs episodes of {' and '.join(sorted(claim.models))}")
             outcome = outcome if missing else claim.judge(trials)
-            noted = outcome.noting([mixture(trials.iter_rows(named=True))])
-            judged.append(Verdict.of(claim, [noted], experiment=env))
+            judged.append(Verdict.of(claim, [outcome], experiment=env))
     return judged
 
 

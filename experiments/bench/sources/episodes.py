@@ -38,7 +38,7 @@ from scenes.hints import nearest
 EPISODES = pl.Schema(
     {
         **JOB, "robot": str, "env": str, "frames": int, "seconds": float, "touched": bool, "driven_m": float,
-        "reward": float, **dict.fromkeys(COLUMNS, float), "code": str,
+        "reward": float, **dict.fromkeys(COLUMNS, float),
     }
 )  # fmt: skip
 """Columns of ``trials.parquet``: a row per episode, ``model`` being the behaviour. Null where an env has no such."""

@@ -32,7 +32,6 @@ RESPONDED: Mapping[str, type] = {
     "brightest": int,
     "frames": int,
     "wall_s": float,  # time that the trial took to compute
-    "code": str,  # digest of the code that computed the row: see `experiments.bench.run.provenance`
 }
 """Columns of ``trials.parquet`` after those of the trial's condition: what one model responded."""
 POSES = (

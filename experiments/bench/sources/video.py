@@ -48,7 +48,7 @@ PEAKS = {"peak_hs": ("hs", max), "trough_hs": ("hs", min), "peak_vs": ("vs", max
 TRIALS = pl.Schema(
     {
         **JOB, "source": str, "width": int, "height": int, "fps": float, **COUNTS,
-        **dict.fromkeys((*PEAKS, "seconds", *GRADES), float), "frames": int, "wall_s": float, "code": str,
+        **dict.fromkeys((*PEAKS, "seconds", *GRADES), float), "frames": int, "wall_s": float,
     }
 )  # fmt: skip
 """Columns of ``trials.parquet``: what was shown, as models saw it in px, and its own frames per second; of each model
