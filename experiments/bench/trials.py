@@ -368,14 +368,7 @@ class Report:
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
     """Write summary, claims and figure of the trials in ``folder``."""
     rows = folder.trials().to_dicts()
-    verdicts = [
-        _noting(judge(claim, model_rows, model.threshold, model.label), plan.experiment.name, lost, driven_in_words(rows))
-        for model in plan.settings.models
-        for model_rows in [[row for row in rows if row["model"] == model.label]]
-        for lost in [sum(failure.model in ("", model.label) for failure in failures)]
-        for claim in map(find, plan.experiment.claims)
-        if not claim.models and claim.concerns(model.channels)
-    ] + _of_several(plan, rows, failures)
+    verdicts = _verdicts(plan, rows, failures)
     figure_rows = without_parts(rows) if plan.experiment.figure == "excitation" else rows
     summary = summary_rows(figure_rows, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
@@ -408,14 +401,24 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     )  # fmt: skip
 
 
-def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
-    """The verdicts on claims that compare models."""
-    return [
-        _noting(judge(claim, rows, plan.thresholds.get(claim.spiking), ""), plan.experiment.name, lost, driven_in_words(rows))
-        for claim in map(find, plan.experiment.claims)
-        if claim.models
-        for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
+def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
+    """Judge each claim, for each model that it is about, or once for the models that it compares."""
+    claims, note = [find(claim) for claim in plan.experiment.claims], driven_in_words(rows)
+    asked = [
+        (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
+        for model in plan.settings.models
+        for claim in claims
+        if not claim.models and claim.concerns(model.channels)
     ]
+    asked += [(claim, "", plan.thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
+    verdicts = []
+    for claim, label, threshold, about in asked:
+        verdict = judge(claim, about, threshold, label)
+        lost = sum(failure.model in ("", label, *claim.models) for failure in failures)
+        failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
+        outcome = verdict.outcome.noting([failed, note])
+        verdicts.append(dataclasses.replace(verdict, outcome=outcome, experiment=plan.experiment.name))
+    return verdicts
 
 
 def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Course]:
@@ -424,12 +427,6 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
     if plan.experiment.figure != "excitation" or not set(NEEDED) <= set(networks):
         return []
     return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
-
-
-def _noting(verdict: Verdict, experiment: str, lost: int, note: str) -> Verdict:
-    """The verdict, naming its experiment, with the trials it could not be judged on and a ``note`` on the others."""
-    failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-    return dataclasses.replace(verdict, outcome=verdict.outcome.noting([failed, note]), experiment=experiment)
 
 
 def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:

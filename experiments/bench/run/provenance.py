@@ -60,7 +60,8 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     dict
         ``files``: SHA-256, by path, of the user's files and of the modules that they import.
         ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the networks
-        (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all; neither the commit nor Python's own version enters it.
+        (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all; neither
+        the commit nor Python's own version enters it.
 
     Raises
     ------
@@ -189,8 +190,9 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     """Say what computes now otherwise than ``there``: a file, colias-sim itself, a library; empty if nothing does."""
-    before, after = map(_computed_by, (there, here))
-    return next((f"{name} has changed" for name in sorted({*before, *after}) if before.get(name) != after.get(name)), "")
+    before, after = _computed_by(there), _computed_by(here)
+    changed = [name for name in sorted({*before, *after}) if before.get(name) != after.get(name)]
+    return f"{changed[0]} has changed" if changed else ""
 
 
 def _computed_by(description: Mapping[str, Any]) -> dict[str, str]:
