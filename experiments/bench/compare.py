@@ -42,7 +42,7 @@ def compare(
     -------
     parameters : polars.DataFrame
         A row per parameter that differs: ``parameter``, as ``--set`` names it, and its value in ``first`` and
-        ``second``, as JSON. ``code``, the digest of what computed the rows, is among them.
+        ``second``, as JSON. ``code``, the digest of what computed them, is among them.
     results : polars.DataFrame
         A row per model and condition of which both runs have equal trials: ``n`` of them, ``mean_first`` and
         ``mean_second`` spikes a trial, ``mean_difference`` (the first less the second), the rank-biserial correlation,
