@@ -90,11 +90,20 @@ def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> s
 
 
 def finding(summary: pl.DataFrame) -> str:
-    """Return which behaviour has the highest return."""
+    """Return which behaviours may have the highest return, as far as the 95 % intervals tell."""
     returns = summary.filter(measure=RETURN.name).sort("value", descending=True, maintain_order=True)
-    name, value = returns.row(0, named=True)["behaviour"], written(returns["value"][0])
-    env, n = summary["env"][0].partition("/")[2], returns.height
-    return f"{env}: {name} has {f'the highest return of {n} behaviours' if n > 1 else 'a return'}: {value}"
+    env, names = summary["env"][0].partition("/")[2], returns["behaviour"].to_list()
+    best, value = names[0], written(returns["value"][0])
+    if len(names) == 1:
+        return f"{env}: {best} has a return of {value}"
+    if returns["ci_low"].null_count():
+        return f"{env}: return by behaviour"
+    alike = [name for name, high in returns.select("behaviour", "ci_high").rows() if high >= returns["ci_low"][0]]
+    if len(alike) == 1:
+        return f"{env}: {best} has the highest return of {len(names)} behaviours: {value}"
+    if len(alike) <= max(2, len(names) // 2):
+        return f"{env}: {' or '.join(alike)} has the highest return of {len(names)} behaviours"
+    return f"{env}: no behaviour's return stands out"
 
 
 def _measures(part: Any, summary: pl.DataFrame, values: pl.DataFrame, colours: Mapping[str, str]) -> None:
