@@ -37,6 +37,8 @@ PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "
 """The paper's systematic tests of the robot, and what each varies."""
 NO_BREAK, MINUS = "\N{NO-BREAK SPACE}", "\N{MINUS SIGN}"
 DASHES: Sequence[Any] = ("-", "--", ":", "-.", (0, (6, 2, 1, 2)), (0, (1, 3)))
+MOST_NAMED = 2
+"""Most models that a title names."""
 BESIDE, ACROSS, CONDITIONS = 4, 4, 5
 """Models up to which potentials stand beside the counts; most models, and most conditions of excitation, in a row."""
 LOGARITHMIC_FROM, QUIET = 10.0, 0.02
@@ -257,8 +259,8 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str
 def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     """Return the commonest order of a measure among the curves, one for each model and other condition.
 
-    How many rise and fall is always told. Of one or two trials each, whose means have no intervals, it names what is
-    drawn.
+    Which models rise and fall is always told, or of many how many. Of one or two trials each, whose means have no
+    intervals, it names what is drawn.
     """
     noun, column = measure[0], next(iter(measure[2]))
     curves = {key: _samples(of, column) for key, of in _by(rows.drop_nulls(column), "model", "other")}
@@ -271,12 +273,18 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     if len(orders) < 2:
         return f"{noun} {common}"
     several, along = rows["other"].n_unique() > 1, f" with {_unit(varies)[0]}"
-    if sorted(orders.values()) == [f"falls{along}", f"rises{along}"]:
-        first, second = (f"at {other}" if several else f"for {model}" for model, other in orders)
+    if sorted(orders.values()) == [f"falls{along}", f"rises{along}"] and several:
+        first, second = (f"at {other}" for _, other in orders)
         return f"{noun} {common} {first}, {others[0][0].removesuffix(along)} {second}"
-    parts = [f"{noun} {common} in {so} of {len(orders)} {'curves' if several else 'models'}"]
-    told = [(text, n) for text, n in others if text.endswith(along) or len(others) == 1]
-    parts += [f"{text.removesuffix(along) if common.endswith(along) else text} in {n}" for text, n in told]
+    whose = {text: [model for (model, _), own in orders.items() if own == text] for text in orders.values()}
+    named = {text: f"for {' and '.join(models)}" for text, models in whose.items() if len(models) <= MOST_NAMED}
+    named = {} if several else named
+    counted = f"in {so} of {len(orders)} {'curves' if several else 'models'}"
+    parts = [f"{noun} {common} {named.get(common, counted)}"]
+    for text, n in others:
+        if text.endswith(along) or len(others) == 1:
+            short = text.removesuffix(along) if common.endswith(along) else text
+            parts.append(f"{short} {named.get(text, f'in {n}')}")
     return ", ".join(parts)
 
 

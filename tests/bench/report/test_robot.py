@@ -75,7 +75,8 @@ def test_a_title_counts_the_models_that_go_as_it_says(rising):
         row["spikes"] = row[SPEED] * (1 if models.index(row["model"]) < rising else -1)
     text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED)
     assert f"rises with speed in {rising} of 5 models" in text
-    assert ("falls" in text) == (rising < 5) and sum(map(int, re.findall(r"in (\d)", text))) == 5, "nothing is hidden"
+    assert ("falls" in text) == (rising < 5), "nothing is hidden"
+    assert set(re.findall(r"model \d", text)) == set(models[rising:]), "one or two are named"
 
 
 def test_a_title_names_the_curve_that_goes_the_other_way():
