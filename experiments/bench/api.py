@@ -167,7 +167,6 @@ def run(
     live: bool | str = False,
     workers: int | None = None,
     cluster: str | None = None,
-    other_code: bool = False,
     quiet: bool = False,
 ) -> Run:
     """Run an experiment, with progress, as ``colias run`` does: equal arguments give equal rows.
@@ -207,8 +206,6 @@ def run(
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
         Address of a Dask scheduler, used instead.
-    other_code
-        Whether to resume a run that other code began; the column ``code`` marks its rows.
     quiet
         Whether to print neither plan nor progress.
 
@@ -245,7 +242,7 @@ def run(
         **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in assignments(settings)),
         "pictures": None if pictures is None else os.fspath(pictures), "recordings": recordings,
     }  # fmt: skip
-    resources = Resources(worker_count(workers), cluster, quiet, other_code)
+    resources = Resources(worker_count(workers), cluster, quiet)
     with begun_by({"call": "experiments.run", "arguments": arguments}):
         report = perform(declared, place, resources, recordings=recordings, live=live, **asked)
     tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
@@ -259,7 +256,6 @@ def fit(
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     cluster: str | None = None,
-    other_code: bool = False,
     quiet: bool = False,
 ) -> fits.Fitted:
     """Search a box of parameters for settings under which all claims hold, or measures are largest.
@@ -280,8 +276,6 @@ def fit(
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
         Address of a Dask scheduler, used instead.
-    other_code
-        Whether to resume a fit that other code began.
     quiet
         Whether to print neither plan nor progress.
 
@@ -309,4 +303,4 @@ def fit(
     plan = fits.planned(asked, operator.index(seed))
     place = new_folder(asked.study.name) if out is None else Path(out)
     check_own(place, f"out={place}")
-    return fits.run(plan, place, Resources(worker_count(workers), cluster, quiet, other_code))
+    return fits.run(plan, place, Resources(worker_count(workers), cluster, quiet))

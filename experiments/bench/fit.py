@@ -23,7 +23,7 @@ from experiments.bench.box import Box, box_of, setting_at, spread
 from experiments.bench.grid import apart, keys_of
 from experiments.bench.measures import SPIKES
 from experiments.bench.run import provenance
-from experiments.bench.run.description import KIND, begun, reconciled, write_new
+from experiments.bench.run.description import KIND, begun, resumed, write_new
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ask, look_up
@@ -690,6 +690,6 @@ def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     if begun(out):
-        reconciled(out, description, resources.other_code)
+        resumed(out, description)
     else:
         write_new(out, description)

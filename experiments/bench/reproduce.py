@@ -387,7 +387,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
 
 def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources, locks: ExitStack) -> Any:
     batch = robot_run.batch(part, robot_run.Keep())
-    run = batch.open(folder / part.experiment.name, resources)
+    run = batch.open(folder / part.experiment.name)
     locks.callback(run.close)
     batch.fill(run, pool, resources)
     return run

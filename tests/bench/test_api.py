@@ -80,7 +80,7 @@ def by_command(tmp_path_factory):
     folder = tmp_path_factory.mktemp("command")
     (folder / "mine.py").write_text(SCRIPT.partition("made =")[0])
     assert Colias(folder)("run", "mine.py", *OF_COLIAS, "--out", "out").returncode == 0
-    return experiments.load(folder / "out").trials.drop("code", "wall_s")
+    return experiments.load(folder / "out").trials.drop("wall_s")
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -92,7 +92,7 @@ def test_from_anywhere_the_same_rows(way, tmp_path, by_command):
     done = subprocess.run(command, input=SCRIPT, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "began.txt").read_text() == "once\n"
-    assert experiments.load(tmp_path / "out").trials.drop("code", "wall_s").equals(by_command)
+    assert experiments.load(tmp_path / "out").trials.drop("wall_s").equals(by_command)
 
 
 @pytest.fixture(scope="module")

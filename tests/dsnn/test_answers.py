@@ -51,7 +51,7 @@ def options(folder: Path, *models: str) -> list[str]:
 def rows_of(folder: Path, model: str, table: str = "trials") -> list[dict]:
     """The rows of one model, without what a clock or another model decides."""
     rows = pl.read_parquet(folder / f"{table}.parquet").to_dicts()
-    return [{k: v for k, v in row.items() if k not in ("wall_s", "code")} for row in rows if row["model"] == model]
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in rows if row["model"] == model]
 
 
 def film(folder: Path) -> str:

@@ -33,7 +33,6 @@ def reproduce(
     only: options.Only = False,
     experiment: Annotated[list[str] | None, typer.Option(help="An experiment to add: a name or a .py file.")] = None,
     pictures: options.OwnPictures = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -56,7 +55,7 @@ def reproduce(
     if quick and full:
         raise UsageError("--quick and --full: give one of them")
     check_counts(seed)
-    means = options.resources(workers, cluster, quiet, other_code)
+    means = options.resources(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     models, folder = whole.models_shown(model, only), options.results_folder(out, "reproduce")
     walls = options.own_pictures(pictures)
@@ -92,7 +91,6 @@ def sweep(
     assignments: options.Assignments = None,
     model: Annotated[list[str] | None, typer.Option(metavar="MODEL", help="A model judged, otherwise dsnn.")] = None,
     pictures: options.OwnPictures = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -111,7 +109,7 @@ def sweep(
     from experiments.bench.run.errors import UsageError
     from experiments.bench.study import called
 
-    means = options.resources(workers, cluster, quiet, other_code)
+    means = options.resources(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
         return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, means)
     study = None if over else called(experiment)
@@ -178,7 +176,6 @@ def fit(
     out: options.Out = None,
     assignments: options.Assignments = None,
     model: Annotated[str | None, typer.Option(metavar="MODEL", help="The model, otherwise dsnn.")] = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -210,7 +207,7 @@ def fit(
                            given)  # fmt: skip
     plan = fits.planned(asked, seed)
     folder = options.run_folder(out, asked.study.name)
-    fitted = fits.run(plan, folder, options.resources(workers, cluster, quiet, other_code))
+    fitted = fits.run(plan, folder, options.resources(workers, cluster, quiet))
     if not quiet:
         report.show(fitted, folder)
     return options.EXIT_FAILED if fitted.failures else 0
@@ -222,7 +219,6 @@ def leaderboard(
     repeats: options.Repeats = None,
     seed: options.Seed = 0,
     out: options.Out = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -240,7 +236,7 @@ def leaderboard(
 
     planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
     folder = options.run_folder(out, "leaderboard")
-    boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet, other_code))
+    boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet))
     if not quiet:
         for name, table in boards.items():
             scoreboard.show(table, board.PANELS[name], board.finding(name, table))
@@ -261,7 +257,6 @@ def tune(
     seed: options.Seed = 0,
     out: options.Out = None,
     assignments: options.Assignments = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -286,7 +281,7 @@ def tune(
     entry = None if stimulus is None else find_stimulus(stimulus)
     models = shown_models(COMPARED, model, only)
     plan = curves.plan(models, curve or (), assignments or (), seed, entry, over or "")
-    folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet, other_code)
+    folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet)
     with means.pool(rendering=False) as pool:
         points, preferences, failures = curves.run(plan, folder, pool, means)
     figures = curves.draw(plan, folder, points, preferences)

@@ -43,7 +43,6 @@ Models = Annotated[
     typer.Option("--model", metavar="MODEL", help="A further model: a name, NAME:PARAM=VALUE or a .py file."),
 ]
 Only = Annotated[bool, typer.Option("--only", help="Show the models of --model alone.")]
-OtherCode = Annotated[bool, typer.Option("--other-code", help="Resume a run that other code began.")]
 Out = Annotated[
     Path | None,
     typer.Option(metavar="FOLDER", help="Folder of results, or of a run to resume; otherwise runs/NAME-TIME."),
@@ -62,11 +61,11 @@ Trial = Annotated[int | None, typer.Option(metavar="N", help="Trial or episode; 
 Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 
 
-def resources(workers: int | None, cluster: str | None, quiet: bool, other_code: bool) -> Resources:
+def resources(workers: int | None, cluster: str | None, quiet: bool) -> Resources:
     """Return what these options say a run is done with."""
     from experiments.bench.run.runs import Resources, worker_count
 
-    return Resources(worker_count(workers), cluster, quiet, other_code)
+    return Resources(worker_count(workers), cluster, quiet)
 
 
 def own_pictures(folder: Path | None) -> Pictures | None:

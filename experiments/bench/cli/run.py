@@ -13,7 +13,7 @@ from experiments.bench.cli import options
 
 REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
 """Commands and calls whose runs can be repeated."""
-NOT_REPEATED: Mapping[str, Any] = {"other_code": False, "cluster": None, "live": False, "viewer": None,
+NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "live": False, "viewer": None,
                                       "view": False}  # fmt: skip
 """Options that say nothing of a run's numbers."""
 
@@ -37,7 +37,6 @@ def run(
     recordings: options.Recordings = True,
     live: Annotated[bool, typer.Option("--live", help="Show trials in a Rerun viewer while they run.")] = False,
     viewer: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="The address of that viewer.")] = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -63,7 +62,7 @@ def run(
     if experiment is None:
         raise UsageError("colias run: give an experiment, or --again RUN")
     declared = registry.find(experiment)
-    means = options.resources(workers, cluster, quiet, other_code)
+    means = options.resources(workers, cluster, quiet)
     report = perform(
         declared, options.run_folder(out, declared.name), means, recordings=recordings, live=viewer or live,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
@@ -86,7 +85,7 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     from experiments.bench.result import load
     from experiments.bench.run import provenance
     from experiments.bench.run.command import begun_by
-    from experiments.bench.run.description import ENDED, RESUMED
+    from experiments.bench.run.description import ENDED
     from experiments.bench.run.errors import UsageError
 
     there = load(run)
@@ -94,8 +93,8 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     name = command["line"][0] if "line" in command else command.get("call")
     if name not in REPEATED:
         raise UsageError(f"{run}: a run of {name or there.kind} is not repeated; runs of {', '.join(REPEATED)} are")
-    if RESUMED in there.description or (there.done < there.planned and ENDED not in there.description):
-        raise UsageError(f"{run}: is not finished, or was resumed with other code: no one command repeats it")
+    if there.done < there.planned and ENDED not in there.description:
+        raise UsageError(f"{run}: is not finished: colias run --out {run} goes on with it")
     folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
     if folder.exists() and any(folder.iterdir()):
         raise UsageError(f"--out {out}: holds files; choose a new folder, or an empty one")
@@ -149,7 +148,6 @@ def behave(
     baselines: Annotated[bool, typer.Option(help="Play the baselines in the same worlds too.")] = True,
     out: options.Out = None,
     recordings: Annotated[bool, typer.Option(help="Write recordings of the first behaviour's episodes.")] = True,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -168,7 +166,7 @@ def behave(
 
     plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
     folder = options.run_folder(out, f"behave-{Path(names[0]).stem}")
-    means = options.resources(workers, cluster, quiet, other_code)
+    means = options.resources(workers, cluster, quiet)
     with means.pool() as pool:
         report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
     if not quiet and report.trials.height:
@@ -192,7 +190,6 @@ def train(
         typer.Option("--set", metavar="NAME=VALUE", help="camera, robot, noise or randomise: camera=ov7670."),
     ] = None,
     out: options.Out = None,
-    other_code: options.OtherCode = False,
     workers: options.Workers = None,
     medium: options.For = "web",
     quiet: options.Quiet = False,
@@ -209,7 +206,7 @@ def train(
 
     abouts = training.plan(env, steps, seed, envs, seeds, assignments or ())
     folder = options.results_folder(out, f"train-{env}")
-    report, table = training.run(abouts, folder, options.resources(workers, None, quiet, other_code))
+    report, table = training.run(abouts, folder, options.resources(workers, None, quiet))
     if not quiet and report.trials.height:
         title = training.described(abouts)
         behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)

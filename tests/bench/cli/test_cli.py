@@ -170,8 +170,7 @@ def test_an_edited_file_is_named_and_so_is_the_first_row_that_differs(mine):
     assert re.match(r"differs: \w+\.parquet, trial 0, model mean:gain=.*: .* is .+ there and .+ here", repeated.stdout)
 
 
-@pytest.mark.parametrize("changes", [{"trials": 3, "ended": None}, {"command": {"line": ["train", "Optomotor"]}},
-                                     {"resumed_with": [{"code": "0123456789ab"}]}])  # fmt: skip
+@pytest.mark.parametrize("changes", [{"trials": 3, "ended": None}, {"command": {"line": ["train", "Optomotor"]}}])
 def test_what_cannot_be_repeated_is_refused(mine, changes):
     file = mine / "run" / "run.json"
     there = {**json.loads(file.read_text()), **changes}

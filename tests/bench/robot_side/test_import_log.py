@@ -20,7 +20,7 @@ from experiments.bench.sources.robot import forget_simulations
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
 FRAMES = 30
 HEAD = ["trial", "speed_cm_s", "time_s", "hs", "hs_spikes"]
-NOT_OF_LOGS = {"seed", "provenance", "wall_s", "code"}
+NOT_OF_LOGS = {"seed", "provenance", "wall_s"}
 
 
 def colias(*arguments) -> int:
