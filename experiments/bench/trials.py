@@ -33,7 +33,14 @@ from experiments.bench.sources.excitation import NEEDED, WHOLE, Course, without_
 from experiments.bench.sources.experiment import Design, Drawing, Experiment, Settings
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
-from experiments.bench.sources.robot_claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE, find, flaws, judge
+from experiments.bench.sources.robot_claims import (
+    PATH_TOLERANCE_MM,
+    SPEED_TOLERANCE,
+    RobotClaim,
+    find,
+    flaws,
+    judge,
+)
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
@@ -404,7 +411,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
 def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     claims, note = [find(claim) for claim in plan.experiment.claims], driven_in_words(rows)
-    asked = [
+    asked: list[tuple[RobotClaim, str, float | None, Sequence[Any]]] = [
         (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
         for model in plan.settings.models
         for claim in claims

@@ -116,7 +116,7 @@ def loop(
     declared = registry.load(experiment)
     planned = trials.plan(declared, looping.models(), looping.assignments(assignments or ()), repeats, seed)
     folder = run_folder(out, f"firmware-{declared.name}")
-    report = trials.run(planned, folder, resources(workers, None, quiet, False), recordings=False)
+    report = trials.run(planned, folder, resources(workers, None, quiet), recordings=False)
     if not quiet:
         tables.show_trials(report, recordings=False)
     if report.failures:
