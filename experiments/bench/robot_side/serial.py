@@ -78,8 +78,7 @@ def log(frames: pl.DataFrame, board: Mapping[str, Any], frame_us: int = 33_333) 
 
     ``frame_us`` is the time from frame to frame where the board's record is lost: 30 a second.
     """
-    emulated = board.get("board", "qemu-").startswith("qemu-")
-    origin = SIMULATION if emulated else ROBOT
+    origin = SIMULATION if board.get("board", "qemu-").startswith("qemu-") else ROBOT
     time_s = (pl.col("frame") + 1) * board.get("frame_us", frame_us) / 1e6
     return frames.select(
         "trial", model=pl.lit(MODEL), origin=pl.lit(origin), time_s=time_s.round(6),
