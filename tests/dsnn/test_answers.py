@@ -186,7 +186,7 @@ def test_whole_numbers_of_every_kind_are_counts(value, count):
     assert type(answer.hs_spikes) is int and answer.hs_spikes == count
 
 
-NONE = [None, "1", 1j, [1], np.zeros(1), np.ma.masked, 1e308, 2**70, float("nan"), float("inf"), object()]
+NONE = [None, "1", 1j, [1], np.zeros(1), np.ma.masked, 1e308, 2**70, float("nan"), float("inf"), object]
 
 
 @pytest.mark.parametrize("wrong", [*({"hs": v} for v in (*NONE, True)), *({"vs_spikes": v} for v in (*NONE, 0.5)),

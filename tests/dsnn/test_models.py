@@ -469,7 +469,7 @@ def test_an_entry_is_checked_where_it_is_made(wrong):
         ModelEntry(**{"name": "mine", "summary": "", "build": LGMD1, "robot": LGMD1Params()} | wrong)
 
 
-PARAMS = {type(params) for entry in MODELS.values() for params in (entry.robot, entry.offline) if params is not None}
+PARAMS = dict.fromkeys(type(params) for entry in MODELS.values() for params in (entry.robot, entry.offline) if params)
 
 
 @pytest.mark.parametrize("cls", PARAMS, ids=lambda cls: cls.__name__)
