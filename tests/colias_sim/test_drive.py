@@ -105,7 +105,7 @@ def test_wheels_saturate_together():
 def test_the_motor_limit_holds_in_physics():
     model, data, robot = bench(RobotConfig(max_speed_cm_s=10.0))
     robot.place(Pose(0.0, 0.0, 0.0))
-    robot._left.ctrl[:] = robot._right.ctrl[:] = 1000.0
+    robot._left[:] = robot._right[:] = 1000.0
     mujoco.mj_step(model, data, 300)
     assert robot.velocity[0] == pytest.approx(0.10, rel=0.03)
 

@@ -149,7 +149,7 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
 
 def test_clips_with_a_claim(folder):
     run = experiments.run("clips.py", models=["my_model.py"], workers=0, recordings=False, quiet=True)
-    assert run.folder.parent.name == "runs" and run.kind.name == "clips"
+    assert run.folder.parent.name == "runs" and run.kind == "clips"
     claims = {row["id"]: row for row in run.claims.to_dicts()}
     assert set(claims) == {"C2", "sees"} and claims["sees"]["outcome"] in ("holds", "fails")
     assert claims["sees"]["holds"] + claims["sees"]["fails"] == 1 and claims["sees"]["n"] == 1
