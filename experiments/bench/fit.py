@@ -505,10 +505,12 @@ def _of_claims(
         said = f"too few for a verdict, which needs {LEAST_JUDGED}" if few else word
         text = f"{winner} keeps every claim in the search, and in {anew} replicates that it never saw"
     low, high = (100.0 * end for end in share.interval or (0.0, 1.0))
+    drop = _less(first["slack in the search"], first["slack anew"])
+    luck = "the drop is luck of the search" if drop and drop > 0.0 else "no drop, so no luck of the search is seen"
     return word, [
         f"{said}: {text}",
         f"its least slack is {_number(first['slack in the search'])} smallest differences in the search and"
-        f" {_number(first['slack anew'])} in the mean of {anew.replicates} fresh replicates; the drop is luck",
+        f" {_number(first['slack anew'])} in the mean of {anew.replicates} fresh replicates; {luck}",
         f"{share.holds} of {share.replicates} settings that fill the box evenly keep every claim:"
         f" {100.0 * share.holds / share.replicates:.3g} % of the box, 95 % interval {low:.3g} % to {high:.3g} %",
     ]

@@ -24,7 +24,9 @@ def load(name: str) -> Experiment:
     """Return the experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
     experiment = find(name)
     if isinstance(experiment, OfflineExperiment):
-        raise UsageError(f"{name}: an off-line experiment has no robot: colias run shows its clips")
+        raise UsageError(
+            f"{name}: it shows clips, without a robot; see colias list parameters STIMULUS"
+        )
     return experiment
 
 

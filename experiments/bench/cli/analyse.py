@@ -161,7 +161,9 @@ def fit(
         typer.Option(metavar="KEY=A..B", help="A free parameter: KEY=A..B, KEY=V1,V2, or KEY in its whole range."),
     ] = None,
     claims: Claims = None,
-    trials: Annotated[int | None, typer.Option(min=1, help="Settings to search; otherwise 400.")] = None,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help="Settings to search, in whole batches of twice --share; otherwise 400.")
+    ] = None,
     share: Annotated[int | None, typer.Option(min=1, help="Settings that share a rendering; otherwise 10.")] = None,
     sample: Annotated[int | None, typer.Option(min=1, help="Settings that fill the box evenly; otherwise 64.")] = None,
     held_out: Annotated[int | None, typer.Option(min=1, help="Replicates that judge the best; otherwise 20.")] = None,

@@ -53,7 +53,14 @@ def draw(fitted: Any) -> Figure:
         style.headline(figure, title)
         symbols = f"Dots: settings searched; squares: {plan.fit.sample} that fill the box evenly; the darker the better"
         shares = f"Shares: how much of {goal} a parameter decides (PED-ANOVA)"
-        style.caption(figure, f"{symbols}; star: the winner. {shares}. Whiskers: 95 % interval.")
+        kept = ""
+        if fitted.share is not None:
+            low, high = fitted.share.interval or (0.0, 1.0)
+            kept = (f" {fitted.share.holds} of the {fitted.share.replicates} squares keep every claim: {low:.0%} to"
+                    f" {high:.0%} of the box. Slack is in smallest differences; a claim is kept from 0 up.")  # fmt: skip
+        style.caption(
+            figure, f"{symbols}; star: the winner, of the search alone. {shares}. Whiskers: 95 % interval.{kept}"
+        )
     return figure
 
 
@@ -72,6 +79,8 @@ def _settings(panel: Axes, settings: pl.DataFrame, goal: str, sign: int, winner:
         panel.scatter(x.filter(own), y.filter(own), s=12, c=ranks.filter(own), marker=marker, linewidths=0,
                       cmap="Blues", vmin=-0.2 * len(ranks), vmax=len(ranks))  # fmt: skip
     panel.plot(x[winner], y[winner], "*", color=DEFAULT, ms=10, mec="white", zorder=4)
+    if other is None and goal == "least slack":
+        panel.axhline(0.0, color=style.GREY, ls="--", lw=0.8, zorder=1)
     panel.set_xlabel(style.wrapped(one.title, 2.0))
     panel.set_ylabel(goal if other is None else style.wrapped(other.title, 1.8))
     for part, axis, scale in ((one, panel.xaxis, panel.set_xscale), (other, panel.yaxis, panel.set_yscale)):
