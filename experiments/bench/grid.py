@@ -52,14 +52,16 @@ def product(over: Sequence[str], assignments: Iterable[str] = ()) -> list[Point]
         points.
     """
     axes: dict[str, list[str]] = {}
-    taken = {text.partition("=")[0] for text in assignments}
+    fixed, taken = {text.partition("=")[0] for text in assignments}, set[str]()
     for text in over:
         key, equals, values = text.partition("=")
         levels = [value for value in values.split(",") if value]
         if not equals or not levels:
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
         for parameter in keys_of(key):
-            if len(set(levels)) < len(levels) or {parameter, apart(parameter)[0]} & taken:
+            whole, end = apart(parameter)  # the two ends of one parameter are two axes
+            met = {parameter, whole} if end else {other for other in taken if apart(other)[0] == whole}
+            if len(set(levels)) < len(levels) or parameter in fixed or met & taken:
                 raise UsageError(f"--over {text}: a value is there twice, or {parameter} is set elsewhere too")
             taken.add(parameter)
         axes[key] = levels

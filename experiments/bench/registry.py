@@ -24,9 +24,7 @@ def load(name: str) -> Experiment:
     """Return the experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
     experiment = find(name)
     if isinstance(experiment, OfflineExperiment):
-        raise UsageError(
-            f"{name}: it shows clips, without a robot; see colias list parameters STIMULUS"
-        )
+        raise UsageError(f"{name}: it shows clips, without a robot; see colias list parameters STIMULUS")
     return experiment
 
 

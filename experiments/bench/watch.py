@@ -20,7 +20,7 @@ from experiments.bench.report.terminal import error_console, progress
 from experiments.bench.result import Run, load
 from experiments.bench.run import interrupts, provenance, viewer
 from experiments.bench.run.command import begun_by
-from experiments.bench.run.description import THRESHOLDS, begun, read_description
+from experiments.bench.run.description import THRESHOLDS, begun, check_own, read_description
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.files import NAME, new_folder, part
 from experiments.bench.run.folder import RunFolder
@@ -29,7 +29,7 @@ from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import Sample, Showing, Trial, play
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import tell
-from experiments.bench.run.settings import assignments, changed, check_counts, watchers
+from experiments.bench.run.settings import assignments, changed, check_counts, collect, watchers
 from experiments.bench.run.user_code import is_own
 from experiments.bench.sources import motion
 from experiments.bench.sources.clips import Clip, find_stimulus, outline
@@ -92,20 +92,25 @@ def plan(
     labels = shown_models(["dsnn"], models, only)
     entry = find_stimulus(source) if source in STIMULI or source.endswith(".py") else None
     film = None if entry else VideoSource(source, size, seconds, flow=judge)
-    own = film.rate if film else getattr(entry.params, "fps", None) if entry else None
+    sections = {entry.name: entry.params} if entry else {}
+    listed = f"colias list parameters {source}, colias list parameters" if entry else "colias list parameters"
+    clip = None
+    if entry:
+        of_clip = [text for text in texts if text.partition(".")[0] == entry.name]
+        clip = clip_of(entry, collect(of_clip, sections, listed).get(entry.name, {}), jitter_px)
+    own = clip.open(seed).fps if clip else film.rate if film else None
     try:
         rate = own if fps == REAL else None if fps is None else float(fps)
     except ValueError:
         raise UsageError(f"--fps must be {REAL} or a number of frames per second, got {fps}") from None
     if fps == REAL and rate is None:
         raise UsageError(f"--fps {REAL}: {source} tells no rate; give a number")
-    sections = {entry.name: entry.params} if entry else {}
-    listed = f"colias list parameters {source}, colias list parameters" if entry else "colias list parameters"
-    chosen, collected = watchers(labels, texts, sections, listed, fps=rate)
+    chosen, _ = watchers(labels, texts, sections, listed, fps=rate)
     if film is not None:
+        if seed or jitter_px:
+            raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
         return WatchPlan(film, chosen, seed, judge)
-    assert entry is not None
-    clip = clip_of(entry, collected.get(entry.name, {}), jitter_px)
+    assert clip is not None
     shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed))
     return WatchPlan(shown, chosen, seed, judge, clip)
 
@@ -338,6 +343,7 @@ def watch(
     name, labels, texts = os.fspath(source), model_texts(models), assignments(settings)
     planned = plan(name, labels, texts, **given)
     folder = new_folder("watch") if out is None else Path(out)
+    check_own(folder, f"out={folder}")
     arguments = {"source": name, "models": labels, "settings": texts, **given}
     with begun_by({"call": "experiments.watch", "arguments": arguments}):
         run(planned, folder, recordings=recordings, quiet=quiet)

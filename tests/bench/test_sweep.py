@@ -14,6 +14,7 @@ from dsnn.stimuli import stimulus
 from experiments import Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.cli import main
+from experiments.bench.grid import product
 from experiments.bench.report.sweep import draw
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
@@ -293,3 +294,11 @@ def test_the_function_returns_the_outcomes(tmp_path):
     written = pl.read_csv(tmp_path / "out" / "counts.csv")
     assert table["value"].to_list() == written["value"].to_list() and set(table["dsnn.t_sp"]) == {0.2, 0.3}
     assert set(pl.read_parquet(tmp_path / "out" / "trials.parquet")["repeat"]) == {0, 1}
+
+
+@pytest.mark.parametrize("over", [("a.b.first=2,3", "a.b=4,6"), ("a.b=4,6", "a.b.last=2,3"), ("a.b=1,2", "a.b=3,4")])
+def test_no_two_axes_move_one_parameter(over):
+    with pytest.raises(UsageError):
+        product(over)
+    assert len(product(("a.b.first=2,3", "a.b.last=8,9"))) == 4, "its two ends are two"
+    assert len(product(("a.b.first=2,3",), ("a.b=1,9",))) == 2, "the other end is as --set has it"

@@ -20,6 +20,7 @@ from experiments.bench.run.settings import watchers
 from experiments.bench.sources import video
 from experiments.bench.sources.motion import motions
 from experiments.bench.sources.video import VideoSource, usual_size
+from experiments.bench.watch import plan
 from tests.dsnn.test_video import ARROW, CASES, written
 from tests.helpers.footage import FPS, Walker, street, write
 
@@ -294,3 +295,8 @@ def test_models_get_the_off_line_preset():
     assert plain == DSNNParams.offline() and earlier == DSNNParams.offline(fdsr=False)
     (other,), _ = watchers(["dsnn"], ["dsnn.fps=24"], fps=60.0)
     assert other.network.fps == 24, "what is said of one parameter counts"
+
+
+def test_the_real_rate_of_a_stimulus_is_the_one_that_is_set():
+    planned = plan("plain", texts=["plain.fps=60"], fps="real")
+    assert planned.source.fps == planned.models[0].fps == 60.0

@@ -94,7 +94,7 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     if name not in REPEATED:
         raise UsageError(f"{run}: a run of {name or there.kind} is not repeated; runs of {', '.join(REPEATED)} are")
     if there.done < there.planned and ENDED not in there.description:
-        raise UsageError(f"{run}: is not finished: colias run --out {run} goes on with it")
+        raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
     if folder.exists() and any(folder.iterdir()):
         raise UsageError(f"--out {out}: holds files; choose a new folder, or an empty one")

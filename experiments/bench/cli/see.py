@@ -115,15 +115,20 @@ def video(
     side by side above the traces, for papers. All but strips need the extra colias-sim[video]. Each model has a lane. A
     folder gets the pictures as the camera saw them. An .avi of a stimulus is lossless, with a .csv of its truth.
     """
+    from experiments.bench.run.errors import UsageError
+
     if out.suffix == ".avi":
         from experiments.bench.cli.watch import write_stimulus
 
+        if speed != 1.0 or any(value is not None for value in (trial, size, fps, frames, model, caption)):
+            raise UsageError(f"--out {out}: of a stimulus, which takes --set, --seed and --jitter alone")
         return write_stimulus(str(source), out, assignments or (), seed, jitter)
     from experiments.bench.report.terminal import error_console, progress, show_places
     from experiments.bench.report.video import film_times, make, read, require_encoder, strip
-    from experiments.bench.run.errors import UsageError
     from experiments.bench.run.recordings import recording
 
+    if assignments or seed or jitter:
+        raise UsageError("--set, --seed and --jitter are of a stimulus: give --out NAME.avi")
     if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
     if out.exists() or not out.parent.is_dir():

@@ -53,14 +53,13 @@ def draw(fitted: Any) -> Figure:
         style.headline(figure, title)
         symbols = f"Dots: settings searched; squares: {plan.fit.sample} that fill the box evenly; the darker the better"
         shares = f"Shares: how much of {goal} a parameter decides (PED-ANOVA)"
-        kept = ""
+        notes = f"{symbols}; star: the winner, of the search. {shares}. Whiskers: 95 % interval."
         if fitted.share is not None:
             low, high = fitted.share.interval or (0.0, 1.0)
-            kept = (f" {fitted.share.holds} of the {fitted.share.replicates} squares keep every claim: {low:.0%} to"
-                    f" {high:.0%} of the box. Slack is in smallest differences; a claim is kept from 0 up.")  # fmt: skip
-        style.caption(
-            figure, f"{symbols}; star: the winner, of the search alone. {shares}. Whiskers: 95 % interval.{kept}"
-        )
+            notes += (
+                f" {fitted.share} squares keep every claim: {low:.0%} to {high:.0%} of the box; slack 0: just kept."
+            )
+        style.caption(figure, notes)
     return figure
 
 

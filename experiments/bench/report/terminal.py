@@ -24,7 +24,7 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.stats.count import Count, Kind
-from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.stats.verdict import Verdict
 
 if TYPE_CHECKING:
     import polars as pl
@@ -167,13 +167,6 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
         told.append(f"on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}")
     line = Text.assemble((verdict.id, "b"), f"{who} ", label, held, origin, f": {'; '.join(told)}")
     show_line(line, INDENT)
-
-
-def show_outcome(outcome: Outcome) -> None:
-    """Print what decided, what was measured and the effect."""
-    decided = f"decided by: {outcome.decided}" if outcome.decided else ""
-    for line in filter(None, (decided, outcome.measured, outcome.effect)):
-        out_console.print(f"    {line}", markup=False)
 
 
 def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:

@@ -105,7 +105,8 @@ def plan(
     trials = []
     for (index,), rows in sorted(table.partition_by("trial", as_dict=True).items()):
         condition = log.condition_of(path, rows.row(0, named=True), chosen)
-        trial = LogTrial(experiment.name, index, repeats[condition], 0, condition, (*ran_models, *shown), rows,
+        ran_here = [model for model in ran_models if model.label in rows["model"]]
+        trial = LogTrial(experiment.name, index, repeats[condition], 0, condition, (*ran_here, *shown), rows,
                          settings.camera, frames, origins, unknown)  # fmt: skip
         _check(path, trial)
         trials.append(trial)
@@ -223,12 +224,19 @@ def _declared(description: Mapping[str, Any]) -> list[pl.Expr]:
     return expressions
 
 
+def _declaring(recorded: Run) -> str:
+    """Return the experiment as the run's own command named it: a name, or a file."""
+    line = recorded.description.get("command", {}).get("line", ())
+    return next((word for word in line if word.endswith(".py") and Path(word).stem == recorded.name), recorded.name)
+
+
 def _import(recorded: Run, out: Path) -> list[str]:
     """Return the words of the command that imports a log of a run, with the parameters that it changed."""
-    words = ["colias", "import", str(out / LOG), "--experiment", recorded.name]
+    words = ["colias", "import", str(out / LOG), "--experiment", _declaring(recorded)]
     if (out / FRAMES).is_dir():
         words += ["--frames", str(out / FRAMES)]
     for key, values in (recorded.description.get("changed") or {}).items():
-        changed = [value for label, value in values.items() if value is not None and f"={value}" not in label]
+        asked = f"{key.rpartition('.')[2]}="  # a label that says it sets it
+        changed = [value for label, value in values.items() if value is not None and asked not in label]
         words += [word for value in dict.fromkeys(changed) for word in ("--set", *of_mapping({key: value}))]
     return words

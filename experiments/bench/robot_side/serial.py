@@ -37,7 +37,7 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
     ----------
     data
         The bytes as they came. Anything may be in them. Where the program ran several times, as after a reset of the
-        board, a frame counts as it was sent last.
+        board, a frame counts as it was sent last; another program begins a new log.
 
     Returns
     -------
@@ -55,8 +55,12 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
             damaged += 1
         elif record[0] == "frame":
             frames.append(record[1])
-        else:
-            board |= record[1] if record[0] != "end" else {}
+        elif record[0] == "board":
+            if any(board.get(name, value) != value for name, value in record[1].items()):
+                frames = []  # of another program
+            board |= record[1]
+        elif record[0] == "stack":
+            board |= record[1]
     table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
     return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, damaged
 

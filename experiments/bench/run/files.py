@@ -6,7 +6,6 @@ import contextlib
 import dataclasses
 import datetime
 import json
-import shutil
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -64,20 +63,6 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def replacing_folder(folder: Path) -> Iterator[Path]:
-    """Yield a folder beside ``folder``, which it replaces when the block is done; when that fails it is removed."""
-    partial = part(folder)
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
-    try:
-        yield partial
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.rename(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 def read_parquet(path: Path, columns: list[str] | None = None) -> pl.DataFrame:
