@@ -129,7 +129,7 @@ def test_what_chapters_import_is_public():
 # --- examples --------------------------------------------------------------------------------------------------------
 
 NOT_RUN = {
-    "experiments.run": "takes half a minute: tests/bench/public/test_public.py",
+    "experiments.run": "takes half a minute: tests/bench/test_api.py",
     "experiments.load": "needs a run",
     "experiments.Run": "needs a run",
     "experiments.runs": "needs a folder of runs",

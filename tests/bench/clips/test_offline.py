@@ -26,7 +26,7 @@ def test_every_declaration_can_be_shown_and_judged(name):
     assert experiment.name == name and experiment.summary
     for claim in experiment.claims:
         assert find(claim).models <= set(experiment.models)
-    with pytest.raises(UsageError, match="has no robot"):
+    with pytest.raises(UsageError, match=name):
         registry.load(name)
 
 
