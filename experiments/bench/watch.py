@@ -91,27 +91,22 @@ def plan(
         raise UsageError(f"seconds must be above 0, got {seconds}")
     labels = shown_models(["dsnn"], models, only)
     entry = find_stimulus(source) if source in STIMULI or source.endswith(".py") else None
-    film = None if entry else VideoSource(source, size, seconds, flow=judge)
     sections = {entry.name: entry.params} if entry else {}
     listed = f"colias list parameters {source}, colias list parameters" if entry else "colias list parameters"
     clip = None
     if entry:
         of_clip = [text for text in texts if text.partition(".")[0] == entry.name]
         clip = clip_of(entry, collect(of_clip, sections, listed).get(entry.name, {}), jitter_px)
-    own = clip.open(seed).fps if clip else film.rate if film else None
+    elif seed or jitter_px:
+        raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
+    shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed) if clip else None)
     try:
-        rate = own if fps == REAL else None if fps is None else float(fps)
+        rate = shown.rate if fps == REAL else None if fps is None else float(fps)
     except ValueError:
         raise UsageError(f"--fps must be {REAL} or a number of frames per second, got {fps}") from None
     if fps == REAL and rate is None:
         raise UsageError(f"--fps {REAL}: {source} tells no rate; give a number")
     chosen, _ = watchers(labels, texts, sections, listed, fps=rate)
-    if film is not None:
-        if seed or jitter_px:
-            raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
-        return WatchPlan(film, chosen, seed, judge)
-    assert clip is not None
-    shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed))
     return WatchPlan(shown, chosen, seed, judge, clip)
 
 

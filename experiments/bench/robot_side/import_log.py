@@ -236,7 +236,7 @@ def _import(recorded: Run, out: Path) -> list[str]:
     if (out / FRAMES).is_dir():
         words += ["--frames", str(out / FRAMES)]
     for key, values in (recorded.description.get("changed") or {}).items():
-        asked = f"{key.rpartition('.')[2]}="  # a label that says it sets it
-        changed = [value for label, value in values.items() if value is not None and asked not in label]
+        name = key.rpartition(".")[2]
+        changed = [value for label, value in values.items() if value is not None and name not in ask(label).values]
         words += [word for value in dict.fromkeys(changed) for word in ("--set", *of_mapping({key: value}))]
     return words

@@ -55,11 +55,9 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
             damaged += 1
         elif record[0] == "frame":
             frames.append(record[1])
-        elif record[0] == "board":
-            if any(board.get(name, value) != value for name, value in record[1].items()):
+        elif record[0] != "end":
+            if record[0] == "board" and any(board.get(name, value) != value for name, value in record[1].items()):
                 frames = []  # of another program
-            board |= record[1]
-        elif record[0] == "stack":
             board |= record[1]
     table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
     return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, damaged
