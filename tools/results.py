@@ -33,8 +33,8 @@ from experiments.bench.cli.main import command
 from experiments.bench.reproduce import Scale, design, planned, rate
 from experiments.bench.run import provenance
 from experiments.bench.run.description import read_description
-from experiments.bench.run.files import read_parquet
-from experiments.bench.run.provenance import UNREPEATABLE, tables_of
+from experiments.bench.run.files import TABLE, read_parquet
+from experiments.bench.run.provenance import UNREPEATABLE
 from experiments.bench.run.runs import Enough, first
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
@@ -47,7 +47,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES, RESULTS = Path("docs") / "sources.json", Path("docs") / "results.json"
 WITHOUT_ROWS = ("eye.png",)
 """Pictures in docs/ that are drawn from no trials."""
-TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->", re.DOTALL)
+SHOWN_TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->", re.DOTALL)
 MEASURED = re.compile(r"(<!-- measured: (\w+) -->\n).*?(<!-- end of measured -->)", re.DOTALL)
 SUMMARY: Mapping[str, str] = {
     "C14": "The sign of HS tells the direction of a crossing",
@@ -81,9 +81,15 @@ def places(root: Path) -> dict[str, str]:
     pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name not in WITHOUT_ROWS]
     shown = {path.name: path.read_bytes() for path in sorted(pictures)}
     for page in sorted(docs.glob("*.md")):
-        tables = TABLE.findall(page.read_text(encoding="utf-8"))
+        tables = SHOWN_TABLE.findall(page.read_text(encoding="utf-8"))
         shown |= {f"{page.name}#{name}": text.encode() for name, text in tables}
     return {place: hashlib.sha256(content).hexdigest() for place, content in shown.items()}
+
+
+def tables_of(run: Path) -> list[Path]:
+    """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
+    parts = sorted(run.glob(f"*/{TABLE}"), key=lambda path: path.stat().st_mtime)
+    return [run / TABLE] if (run / TABLE).is_file() else parts
 
 
 def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:

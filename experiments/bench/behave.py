@@ -20,11 +20,9 @@ from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
 from experiments.bench.report.terminal import count, progress
+from experiments.bench.result import load
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import TABLE
-from experiments.bench.run.folder import RunFolder
-from experiments.bench.run.provenance import drawn_from
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, recording_of
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts
@@ -227,6 +225,8 @@ def run(
     recordings
         How many episodes, from the first, to record for Rerun.
     """
+    from experiments.bench.report import style  # not before: workers do without matplotlib
+
     names = [behaviour.name for behaviour in plan.loaded()]
     kept = f"; those of {names[0]} are recorded" if recordings else ""
     batch = Batch(
@@ -247,17 +247,8 @@ def run(
         summary = scoring.summary(trials, plan.env, plan.reference or names[0])
         if not summary.is_empty():
             folder.write_rows("summary.csv", summary.to_dicts())
-            _draw(plan, folder, trials)
+            style.save(load(out).figure(), out / "figure")
     return BehaviourReport(plan, out, trials, summary, judged, failures)
-
-
-def _draw(plan: BehaviourPlan, folder: RunFolder, trials: pl.DataFrame) -> None:
-    from experiments.bench.report import behaviours as behaviours_figure  # not before: matplotlib takes its time
-    from experiments.bench.report import style
-
-    caption = behaviours_figure.caption(plan.env, plan.options, plan.episodes, plan.seed)
-    drawn = behaviours_figure.of_episodes(trials, folder.frames(), caption)
-    style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
 
 
 def score(

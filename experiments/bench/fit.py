@@ -27,7 +27,6 @@ from experiments.bench.run.description import KIND, begun, resumed, write_new
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ask, look_up
-from experiments.bench.run.provenance import drawn_from, tables_of
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts
@@ -676,7 +675,7 @@ def write(fitted: Fitted, folder: Path) -> None:
         "gain": fitted.gain, "looks": fitted.looks, "importance": fitted.importance, "failures": fitted.failures,
         "share": share and {"kept": share.holds, "of": share.replicates, "low": low, "high": high},
     })  # fmt: skip
-    style.save(report.draw(fitted), folder / "fit", drawn_from(tables_of(folder)))
+    style.save(report.draw(fitted), folder / "fit")
 
 
 def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:

@@ -26,7 +26,6 @@ from experiments.bench.run.description import begin_whole
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import ModelRunner
-from experiments.bench.run.provenance import drawn_from, tables_of
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
@@ -524,7 +523,7 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
     for board, table in boards.items():
         Files(folder).write_rows(f"{FILES[board]}.csv", table.to_dicts())
         drawn = scoreboard.draw(table, PANELS[board], CHANCE, finding(board, table), NOTE)
-        style.save(drawn, folder / FILES[board], drawn_from(tables_of(folder)))
+        style.save(drawn, folder / FILES[board])
     return boards, failures
 
 

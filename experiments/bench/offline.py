@@ -8,18 +8,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import polars as pl
-
 from experiments import OFFLINE
+from experiments.bench.result import load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import TABLE
-from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Showing, Trial, play
-from experiments.bench.run.provenance import drawn_from
 from experiments.bench.run.rows import Failure, TrialRecord
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
@@ -179,6 +175,8 @@ def run(
     recordings
         Whether to record the first seed's clips for Rerun.
     """
+    from experiments.bench.report import style  # not before: workers do without matplotlib
+
     with batch(plan, recordings=recordings).run(out, pool, resources) as folder:
         failures = folder.failures()
         rows = folder.trials().to_dicts()
@@ -186,18 +184,8 @@ def run(
         folder.write_json("claims.json", stored.document(judged))
         if rows:
             folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
-            _draw(plan, folder, rows)
+            style.save(load(out).figure(), out / "figure")
     return OfflineReport(plan, out, rows, judged, failures)
-
-
-def _draw(plan: OfflinePlan, folder: RunFolder, rows: Sequence[Mapping[str, Any]]) -> None:
-    from experiments.bench.report import clips as clips_figure  # not before: matplotlib takes its time to load
-    from experiments.bench.report import style
-
-    trials, frames = pl.DataFrame(rows, infer_schema_length=None), folder.frames()
-    title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
-    drawn = clips_figure.draw(plan.experiment.figure, trials, frames, plan.thresholds, title)
-    style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
 
 
 QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")

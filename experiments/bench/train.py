@@ -27,8 +27,8 @@ from experiments.bench.report.terminal import count, progress
 from experiments.bench.run import interrupts
 from experiments.bench.run.description import begun
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import TABLE, Files
-from experiments.bench.run.provenance import drawn_from, versions
+from experiments.bench.run.files import Files
+from experiments.bench.run.provenance import versions
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
@@ -250,7 +250,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[be
     Files(folder).write_rows("policies.csv", table.to_dicts())
     seeds = report.summary.filter(policies).with_columns(behaviour=pl.lit(TRAINED))
     drawn = behaviours.draw(table, seeds, f"{described(abouts)}. {OF_SEEDS}", things="training seeds")
-    style.save(drawn, folder / "policies", drawn_from([folder / TABLE]))
+    style.save(drawn, folder / "policies")
     return report, table
 
 

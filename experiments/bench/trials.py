@@ -13,15 +13,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
+from experiments.bench.result import load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import TABLE
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
-from experiments.bench.run.provenance import drawn_from
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group, origin
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
@@ -47,7 +46,6 @@ from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.summary import summary_rows
 from experiments.bench.stats.tests import holm, paired
 from experiments.bench.stats.verdict import Verdict
-from scenes import arena_name
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
@@ -385,15 +383,10 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     if excitations:
         folder.write_rows("excitation.csv", excitations)
     if rows:
-        from experiments.bench.report import robot as robot_figure  # not before: workers do without matplotlib
-        from experiments.bench.report import style
+        from experiments.bench.report import style  # not before: workers do without matplotlib
 
         folder.write_rows("summary.csv", summary)
-        title = robot_figure.title(plan.experiment.name, arena_name(plan.settings.scene.arena), rows, plan.changed(),
-                                   open_loop=plan.settings.robot.open_loop)  # fmt: skip
-        drawn = robot_figure.draw(drawing, rows, folder.frames(), plan.experiment.varies,
-                                  plan.thresholds, title, excitations)  # fmt: skip
-        style.save(drawn, folder.folder / "figure", drawn_from([folder.folder / TABLE]))
+        style.save(load(folder.folder).figure(), folder.folder / "figure")
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", stored.document(verdicts))

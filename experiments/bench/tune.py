@@ -19,11 +19,9 @@ from dsnn.stimuli import StimulusEntry
 from dsnn.stimuli.looming import Looming
 from experiments.bench.run import provenance, settings
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import TABLE
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
-from experiments.bench.run.provenance import drawn_from
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.workers import Workers
@@ -268,12 +266,12 @@ def draw(plan: Plan, folder: Path, points: pl.DataFrame, preferences: Sequence[M
     """Write a figure for each family of which there are points; return the pictures by the families' names."""
     from experiments.bench.report import style, tuning  # not before: a fit draws none of them
 
-    figures, changed, source = {}, differing(plan.models, offline=True), drawn_from([folder / TABLE])
+    figures, changed = {}, differing(plan.models, offline=True)
     for family in plan.families:
         own = points.filter(pl.col("curve") == family.name)
         if len(own):
             figure = tuning.draw(family.kind, own, preferences, family.x, family.y, family.summary, changed)
-            figures[family.name] = style.save(figure, folder / family.name, source)
+            figures[family.name] = style.save(figure, folder / family.name)
     return figures
 
 

@@ -18,7 +18,6 @@ import pytest
 
 import experiments
 from experiments.bench.report import style
-from experiments.bench.run.provenance import drawn_from
 from tests.conftest import Colias
 
 PACKAGE = Path(experiments.__file__).parent
@@ -128,7 +127,7 @@ def test_a_run_s_figure_is_drawn_again(folder, tmp_path):
         drawn = run.figure()
         copy = shutil.copytree(run.folder, tmp_path / name)
         (copy / "figure.svg").unlink()
-        style.save(drawn, copy / "figure", drawn_from([copy / "trials.parquet"]))
+        style.save(drawn, copy / "figure")
         assert (copy / "figure.svg").read_bytes() == (run.folder / "figure.svg").read_bytes()
         assert drawn._repr_png_().startswith(b"\x89PNG")
 

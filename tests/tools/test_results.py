@@ -4,7 +4,6 @@ import contextlib
 import json
 import re
 
-import polars as pl
 import pytest
 
 import experiments
@@ -12,7 +11,6 @@ from experiments import Check
 from experiments.bench import leaderboard
 from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
 from experiments.bench.run.files import read_parquet, to_json
-from experiments.bench.run.provenance import rows_hash
 from experiments.bench.run.runs import Enough, first
 from experiments.bench.sources import motion
 from experiments.bench.sources.robot_claims import paper_claims
@@ -191,15 +189,6 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"of a mean of {statistics.LEAST_FOR_INTERVAL} or {statistics.LEAST_FOR_BOOTSTRAP - 1} trials is Student's",
     ):
         assert phrase in text, phrase
-
-
-def test_the_hash_of_rows_is_of_what_they_say_and_not_of_the_time_they_took(tmp_path):
-    def written(name, **columns):
-        pl.DataFrame({"spikes": [1, 2], "wall_s": [0.1, 0.2]} | columns).write_parquet(tmp_path / name)
-        return rows_hash(tmp_path / name)
-
-    once = written("a")
-    assert written("b", wall_s=[9.0, 9.0]) == once != written("c", spikes=[1, 3])
 
 
 def test_a_batch_is_cut_after_its_first_jobs_and_keeps_them(tmp_path):

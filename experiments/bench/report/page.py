@@ -16,8 +16,7 @@ from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
 from experiments.bench.run import provenance
 from experiments.bench.run.description import PIXELS, RENDERERS, read_description
-from experiments.bench.run.files import NAME, TABLE, Files
-from experiments.bench.run.provenance import drawn_from
+from experiments.bench.run.files import NAME, Files
 from experiments.bench.run.rows import Failure, in_words
 from experiments.bench.run.templates import render
 from experiments.bench.sources.clip_claims import ASSUMED, paper_claims
@@ -43,8 +42,7 @@ def write(result: Reproduction) -> Path:
     """Write ``report.html``, the robot's panels and the figures of studies into a folder; return the page's path."""
     trials = {run.folder.name: run.rows for run in result.runs if run.rows and run.folder.name in PAPER}
     if trials:
-        tables = [result.folder / name / TABLE for name in trials]
-        style.save(panels(trials), result.folder / "panels", drawn_from(tables))
+        style.save(panels(trials), result.folder / "panels")
     for counts in result.studies:
         style.save(sweep.draw(counts), result.folder / counts.plan.study.name)
     Files(result.folder).write_text("report.html", page(result))

@@ -21,6 +21,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
 from experiments.bench.run.files import replacing
+from experiments.bench.run.provenance import drawn_from
 from experiments.bench.stats.tests import summarise
 
 WIDTH, PAGE = 7.16, 11.0
@@ -178,22 +179,21 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> Non
                       fontsize=SMALL, fontweight="bold", annotation_clip=False, path_effects=HALO)  # fmt: skip
 
 
-def save(figure: Figure, path: Path, source: str = "") -> Path:
+def save(figure: Figure, path: Path) -> Path:
     """Write a figure as SVG and PNG, as large as its medium; equal figures give equal bytes.
 
     Parameters
     ----------
     path
-        Where, without a suffix.
-    source
-        Of what rows and code it is: noted in both files.
+        Where, without a suffix. Both files note the code and the commit of the run in that folder.
 
     Returns
     -------
     pathlib.Path
         That of the PNG file.
     """
-    (inches, dpi), noted = SHEETS[medium.get()], {"Source": source} if source else {}
+    (inches, dpi), source = SHEETS[medium.get()], drawn_from(path.parent)
+    noted = {"Source": source} if source else {}
     scale = inches / WIDTH
     with look():
         if engine := figure.get_layout_engine():

@@ -10,13 +10,13 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from dsnn import forms
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import NAME, TABLE, read_parquet
+from experiments.bench.run.files import NAME
 from experiments.bench.run.user_code import digests, is_own, is_users, package_folders, sha256
 from experiments.bench.stats.claim import Claim
 
@@ -214,44 +214,13 @@ def check(expected: str) -> None:
         raise OtherCode("a worker has other code of colias-sim than this process: install the same on all machines")
 
 
-def rows_hash(table: Path) -> str:
-    """Return the SHA-256 of a table's rows, columns of `UNREPEATABLE` aside."""
-    digest = hashlib.sha256()
-    for column in read_parquet(table).drop(UNREPEATABLE, strict=False):
-        digest.update(json.dumps([column.name, column.to_list()], default=str).encode())
-    return digest.hexdigest()
+def drawn_from(folder: Path) -> str:
+    """Say which code and which commit computed the run in a folder, for the figures there.
 
-
-def tables_of(run: Path) -> list[Path]:
-    """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
-    whole = run / TABLE
-    if whole.is_file():
-        return [whole]
-    return sorted(run.glob(f"*/{TABLE}"), key=lambda path: path.stat().st_mtime)
-
-
-def tables_hash(tables: Sequence[Path]) -> str:
-    """Return the `rows_hash` of a run's only table; of several that of their hashes, by the names of their folders."""
-    if len(tables) == 1:
-        return rows_hash(tables[0])
-    hashes = {table.parent.name: rows_hash(table) for table in tables}
-    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
-
-
-def drawn_from(tables: Sequence[Path]) -> str:
-    """Say which rows a figure is drawn from, and which commit computed them; empty where there are none.
-
-    Parameters
-    ----------
-    tables
-        Tables of a run's trials, each in the folder that describes it: see `tables_of`.
-
-    Returns
-    -------
-    str
-        ``rows SHA-256 of trials.parquet, commit NAME``: what the figure's file notes as its source.
+    Of a run of runs its first part's code counts. Empty where there is no run.
     """
-    if not tables or not tables[0].is_file():
-        return ""  # a folder of a report, or of a run that is not over
-    source = json.loads((tables[0].parent / NAME).read_text(encoding="utf-8"))["source"]
-    return f"rows {tables_hash(tables)} of {TABLE}, commit {commit(source) or 'unknown'}"
+    for place in (folder / NAME, *sorted(folder.glob(f"*/{NAME}"))):
+        described = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
+        if "source" in described:
+            return f"code {described['code']}, commit {commit(described['source']) or 'unknown'}"
+    return ""
