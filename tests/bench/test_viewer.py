@@ -5,7 +5,6 @@ blank; the first screen shows the traces in the models' colours. And finding a v
 from __future__ import annotations
 
 import socket
-import threading
 from pathlib import Path
 
 import cv2
@@ -149,25 +148,10 @@ def test_a_screenshot_has_the_traces_and_what_is_seen(tmp_path, monkeypatch):
         main.command(["view", str(path), "--screenshot", str(tmp_path / "trial.jpg")])
 
 
-def answering_with(answer: bytes):
-    """An address at which someone listens and gives one answer."""
-    server = socket.create_server((viewer.HOST, 0))
-
-    def serve() -> None:
-        connection, _ = server.accept()
-        with connection, server:
-            connection.recv(64)
-            connection.sendall(answer)
-
-    threading.Thread(target=serve, daemon=True).start()
-    return f"{viewer.HOST}:{server.getsockname()[1]}"
-
-
-def test_only_what_speaks_as_a_viewer_does_is_taken_for_one():
-    assert not viewer.listens(f"{viewer.HOST}:{viewer.free_port()}"), "nobody"
-    assert not viewer.listens(answering_with(b"HTTP/1.1 400 Bad Request\r\n\r\n")), "a server of pages"
-    assert not viewer.listens(answering_with(b"")), "one that hangs up"
-    assert viewer.listens(answering_with(bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])))
+def test_who_listens_is_found():
+    assert not viewer.listens(f"{viewer.HOST}:{viewer.free_port()}")
+    with socket.create_server((viewer.HOST, 0)) as server:
+        assert viewer.listens(f"{viewer.HOST}:{server.getsockname()[1]}")
 
 
 @pytest.mark.parametrize("text", ["rerun+http://127.0.0.1:9876/proxy", "127.0.0.1:9876"])

@@ -30,7 +30,7 @@ from experiments.bench.report.style import look
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import replacing
 from experiments.bench.run.record import OFF, ON, STILL, channel_title, model_part
-from experiments.bench.run.recordings import CAMERA, chunks
+from experiments.bench.run.recordings import CAMERA, chunks, pictures_of, times_of
 from scenes import ARENA_RADIUS_CM
 from scenes.hints import nearest
 
@@ -157,14 +157,14 @@ def read(path: Path) -> Reel:
         elif chunk.is_static:
             continue
         elif CAMERA.fullmatch(entity):
-            found.setdefault(("eyes", entity), []).append(_times(batch)[None])
+            found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
         elif "Transform3D:translation" in names:
             places = _flat(batch, "Transform3D:translation").reshape(-1, 3)[:, :2]
             turns = _flat(batch, "Transform3D:quaternion").reshape(-1, 4)
-            poses = np.vstack([_times(batch), places.T, 2 * np.arctan2(turns[:, 2], turns[:, 3])])
+            poses = np.vstack([times_of(batch), places.T, 2 * np.arctan2(turns[:, 2], turns[:, 3])])
             found.setdefault(("tracks", entity.rpartition("/")[2]), []).append(poses)
         elif part and part[1].removeprefix("spikes/") in SPIKING:
-            found.setdefault(part, []).append(np.vstack([_times(batch), _flat(batch, "Scalars:scalars")]))
+            found.setdefault(part, []).append(np.vstack([times_of(batch), _flat(batch, "Scalars:scalars")]))
     for (owner, name), parts in found.items():
         whole = np.hstack(parts)
         if owner == "eyes":
@@ -176,23 +176,6 @@ def read(path: Path) -> Reel:
     if not found:
         raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
     return reel
-
-
-def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
-    """Yield time in s and picture, (R, C) uint8, of a camera, one after the other."""
-    shape = (0, 0)
-    for _, chunk in chunks(path, f"/{entity}"):
-        batch = chunk.to_record_batch()
-        if "Image:format" in batch.schema.names:
-            (form,) = batch["Image:format"][0].as_py()
-            shape = form["height"], form["width"]
-        name = next((name for name in batch.schema.names if name in ("Image:buffer", "EncodedImage:blob")), None)
-        for row, time_s in enumerate(_times(batch)) if name else ():
-            content = batch[name][row].values.flatten().to_numpy().astype(np.uint8, copy=False)
-            picture = content.reshape(shape) if shape[0] else cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
-            if picture is None:
-                raise UsageError("video: a picture of the recording cannot be decoded")
-            yield float(time_s), np.asarray(picture, np.uint8)
 
 
 def changes(seen: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
@@ -237,7 +220,7 @@ class Canvas:
 
     def __init__(self, reel: Reel, size: tuple[int, int], caption: str, moments: Sequence[float] = ()) -> None:
         self._reel, self._size, count = reel, size, max(len(moments), 1)
-        self._shapes = [next(pictures(reel.path, eye))[1].shape for eye in reel.eyes]
+        self._shapes = [next(pictures_of(reel.path, eye))[1].shape for eye in reel.eyes]
         type_size = size[1] / 45 if count == 1 else size[0] / 110
         type_sizes: Any = dict.fromkeys(
             ("font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize"), type_size
@@ -408,9 +391,9 @@ def _caption(reel: Reel, given: str | None) -> str:
 
 
 def _seen(reel: Reel, times: Sequence[float]) -> dict[str, Iterator[Picture | None]]:
-    seen = {eye: _latest(pictures(reel.path, eye), times) for eye in reel.eyes}
+    seen = {eye: _latest(pictures_of(reel.path, eye), times) for eye in reel.eyes}
     if reel.eyes:
-        seen["change"] = _latest(changes(pictures(reel.path, next(iter(reel.eyes)))), times)
+        seen["change"] = _latest(changes(pictures_of(reel.path, next(iter(reel.eyes)))), times)
     return seen
 
 
@@ -536,12 +519,6 @@ def writer(out: Path, size: tuple[int, int], rate: float) -> Iterator[Callable[[
             with contextlib.suppress(OSError):
                 pipe.close()
             process.wait()
-
-
-def _times(batch: pa.RecordBatch) -> Floats:
-    """Return the time of each row of a chunk, s, (N,)."""
-    times: Floats = batch["time"].cast(pa.int64()).to_numpy(zero_copy_only=False) / 1e9
-    return times
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:

@@ -10,6 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 
 from experiments.bench.run.errors import UsageError
 
@@ -66,12 +67,48 @@ def chunks(path: Path, content: str = "") -> Iterator[tuple[str, Any]]:
         raise UsageError(f"{path}: no recording that can be read ({error})") from None
 
 
-def pictures(recording: Path) -> dict[str, Images]:
-    """Read the frames of a recording.
+def times_of(batch: Any) -> npt.NDArray[np.float64]:
+    """Return the time of each row of a chunk, s, (N,)."""
+    times: npt.NDArray[np.float64] = batch["time"].cast(pa.int64()).to_numpy(zero_copy_only=False) / 1e9
+    return times
+
+
+def pictures_of(path: Path, entity: str) -> Iterator[tuple[float, Images]]:
+    """Yield time in s and picture, (R, C) uint8, of a camera, one after the other: a recording may be long.
 
     Parameters
     ----------
-    recording
+    path
+        An .rrd file of a trial, a clip, an episode or of footage.
+    entity
+        Of the camera's images: see `CAMERA`.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, or holds pictures that cannot.
+    """
+    shape = (0, 0)
+    for _, chunk in chunks(path, f"/{entity}"):
+        batch = chunk.to_record_batch()
+        if "Image:format" in batch.schema.names:
+            (form,) = batch["Image:format"][0].as_py()
+            shape = form["height"], form["width"]
+        name = next((name for name in batch.schema.names if name in ("Image:buffer", "EncodedImage:blob")), None)
+        for row, time_s in enumerate(times_of(batch)) if name else ():
+            content = batch[name][row].values.flatten().to_numpy().astype(np.uint8, copy=False)
+            picture = content.reshape(shape) if shape[0] else cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
+            if picture is None:
+                raise UsageError(f"{path}: a picture in it cannot be decoded")
+            yield float(time_s), np.asarray(picture, np.uint8)
+
+
+def pictures(path: Path) -> dict[str, Images]:
+    """Read all frames of a recording.
+
+    Parameters
+    ----------
+    path
         An .rrd file of a trial, a clip, an episode or of footage.
 
     Returns
@@ -85,36 +122,8 @@ def pictures(recording: Path) -> dict[str, Images]:
     UsageError
         The file cannot be read, or holds pictures that cannot.
     """
-    sizes: dict[str, tuple[int, int]] = {}
-    images: dict[str, list[tuple[int, Any]]] = {}
-    for entity, chunk in chunks(recording):
-        if (seen := CAMERA.fullmatch(entity)) is None:
-            continue
-        entity = seen[1]
-        batch = chunk.to_record_batch()
-        for name in batch.schema.names:
-            if name == "Image:format":
-                (form,) = batch[name][0].as_py()
-                sizes[entity] = form["height"], form["width"]
-            elif name in ("Image:buffer", "EncodedImage:blob"):
-                numbers = batch["frame"].to_pylist()
-                images.setdefault(entity, []).extend(
-                    (number, row.values[0].values.to_numpy())
-                    for number, row in zip(numbers, batch[name], strict=True) if row.is_valid
-                )  # fmt: skip
-    return {entity: _stacked(recording, numbered, sizes.get(entity)) for entity, numbered in sorted(images.items())}
-
-
-def _stacked(recording: Path, numbered: list[tuple[int, Any]], size: tuple[int, int] | None) -> Images:
-    pixels = [image for _, image in sorted(numbered, key=lambda pair: pair[0])]
-    if size is None:
-        decoded = [cv2.imdecode(image, cv2.IMREAD_GRAYSCALE) for image in pixels]
-    else:
-        decoded = [image.reshape(size) for image in pixels]
-    whole = [np.asarray(image, np.uint8) for image in decoded if image is not None]
-    if len(whole) < len(decoded):
-        raise UsageError(f"{recording}: a picture in it cannot be decoded")
-    return np.stack(whole)
+    eyes = {entity: match[1] for entity, _ in chunks(path) if (match := CAMERA.fullmatch(entity))}
+    return {eyes[entity]: np.stack([image for _, image in pictures_of(path, entity)]) for entity in sorted(eyes)}
 
 
 def write_pictures(folder: Path, frames: Images, ending: str) -> None:

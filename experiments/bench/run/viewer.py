@@ -29,10 +29,6 @@ START_S, SETTLES_S, ANSWERS_S = 20.0, 1.0, 2.0
 """How long a viewer may take to listen, to find that it has no window, and to answer."""
 MEMORY = "1GB"
 """A viewer then drops the oldest data: a camera may run for days."""
-GREETING = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
-"""What a client of gRPC sends first: HTTP/2's preface and empty settings."""
-SETTINGS = 4
-"""The type of the frame that a server of HTTP/2 answers with."""
 
 
 def program() -> list[str]:
@@ -63,16 +59,13 @@ def parsed(text: str) -> str:
 
 
 def listens(address: str) -> bool:
-    """Tell whether something that speaks HTTP/2, as a viewer does, listens at an address, HOST:PORT."""
+    """Tell whether something listens at an address, HOST:PORT."""
     host, _, port = address.rpartition(":")
     try:
-        with socket.create_connection((host, int(port)), ANSWERS_S) as connection:
-            connection.settimeout(ANSWERS_S)
-            connection.sendall(GREETING)
-            head = connection.recv(9)
+        with socket.create_connection((host, int(port)), ANSWERS_S):
+            return True
     except OSError:
         return False
-    return len(head) == 9 and head[3] == SETTINGS
 
 
 def opened(instead: str) -> tuple[subprocess.Popen[bytes], str]:
@@ -109,8 +102,7 @@ def _await(viewer: subprocess.Popen[bytes], port: int, instead: str) -> None:
     """Wait until the viewer listens, and a moment longer: it listens before it finds that it has no window."""
     deadline = time.monotonic() + START_S
     while viewer.poll() is None and time.monotonic() < deadline:
-        with socket.socket() as probe:
-            listening = probe.connect_ex((HOST, port)) == 0
+        listening = listens(f"{HOST}:{port}")
         time.sleep(SETTLES_S if listening else 0.05)
         if listening and viewer.poll() is None:
             return

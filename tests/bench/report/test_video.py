@@ -10,10 +10,11 @@ import pytest
 
 from experiments.bench.cli import main
 from experiments.bench.report import video
-from experiments.bench.report.video import Canvas, changes, film_times, frames, make, pictures, read, strip
+from experiments.bench.report.video import Canvas, changes, film_times, frames, make, read, strip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, STILL
+from experiments.bench.run.recordings import pictures_of
 from experiments.bench.sources.episodes import load_behaviour, play
 from experiments.bench.sources.episodes import record as record_episode
 from tests.bench.robot.test_trial import spec
@@ -44,14 +45,14 @@ def test_a_trial_is_read_back_as_it_was(trial):
     columns = result.columns
     poses = np.vstack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
     np.testing.assert_allclose(reel.tracks["stimulus"][1:], poses, atol=1e-5)
-    np.testing.assert_array_equal([picture for _, picture in pictures(path, SEEN)], result.media.pictures[""])
+    np.testing.assert_array_equal([picture for _, picture in pictures_of(path, SEEN)], result.media.pictures[""])
 
 
 def test_an_episode_is_read_back_as_it_was(tmp_path):
     episode = play(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, 8, images=True)
     (tmp_path / "episode.rrd").write_bytes(record_episode(episode))
     reel = read(tmp_path / "episode.rrd")
-    assert len(list(pictures(reel.path, SEEN))) == len(reel.time_s) == 8
+    assert len(list(pictures_of(reel.path, SEEN))) == len(reel.time_s) == 8
     for name, places in episode.poses.items():
         poses = np.array(places)
         np.testing.assert_allclose(reel.tracks[name][1:3].T, poses[:, :2], atol=1e-4)
