@@ -175,7 +175,13 @@ def finished(
         while queue and not lost and len(under_way) < (1 if repeating else QUEUED * workers.width):
             job = queue.popleft()
             # Pickled here and unpickled in `_attempt`: a job that cannot be is its own failure, not a dead worker.
-            under_way[workers.submit(_attempt, pickle.dumps((fatal, work, job)))] = job
+            try:
+                under_way[workers.submit(_attempt, pickle.dumps((fatal, work, job)))] = job
+            except BrokenExecutor:  # a process died just now: what it was at comes back below
+                queue.appendleft(job)
+                if under_way:
+                    break
+                workers.renew()
         with interrupts.window():
             done, _ = wait(under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
         if not done:
