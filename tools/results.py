@@ -45,8 +45,6 @@ from experiments.studies.robot import EYES, FIDELITY, WHEELS
 
 ROOT = Path(__file__).parents[1]
 SOURCES, RESULTS = Path("docs") / "sources.json", Path("docs") / "results.json"
-WITHOUT_ROWS = ("eye.png",)
-"""Pictures in docs/ that are drawn from no trials."""
 SHOWN_TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->", re.DOTALL)
 MEASURED = re.compile(r"(<!-- measured: (\w+) -->\n).*?(<!-- end of measured -->)", re.DOTALL)
 SUMMARY: Mapping[str, str] = {
@@ -78,7 +76,7 @@ def write(path: Path, value: Any) -> None:
 def places(root: Path) -> dict[str, str]:
     """Return what the documentation shows of runs: each picture and table, and its SHA-256."""
     docs = root / "docs"
-    pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name not in WITHOUT_ROWS]
+    pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name != "eye.png"]
     shown = {path.name: path.read_bytes() for path in sorted(pictures)}
     for page in sorted(docs.glob("*.md")):
         tables = SHOWN_TABLE.findall(page.read_text(encoding="utf-8"))
@@ -113,9 +111,8 @@ def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:
     commit = provenance.commit(read_description(part.parent)["source"])  # a leaderboard's parts alone know their code
     if not commit or not re.fullmatch("[0-9a-f]+", commit):
         sys.exit(f"{run} is of commit {commit}, which nobody can check out")
-    for option in {"--out", "--workers"} & {*line}:  # neither changes a number
-        at = line.index(option)
-        line = line[:at] + line[at + 2 :]
+    for at in sorted(map(line.index, {"--out", "--workers"} & {*line}), reverse=True):  # neither changes a number
+        del line[at : at + 2]
     return {
         "command": shlex.join(line),
         "commit": commit,
