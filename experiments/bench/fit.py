@@ -41,10 +41,8 @@ Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
 SLACK, KEPT = "slack", "kept"
 """Goals of claims: the least slack over claims and replicates, or the number of claims kept."""
-LEADERBOARD, TUNING = "leaderboard", "tuning"
+BOARDS = LEADERBOARD, TUNING = "leaderboard", "tuning"
 """What may stand in place of experiments: the leaderboard's scores, or the numbers of tuning curves."""
-BOARD_NAMES: Mapping[str, tuple[str, ...]] = {LEADERBOARD: leaderboard.SCORES, TUNING: tune.NUMBERS}
-"""The numbers that a fit may make large there: no times, which another run would not repeat."""
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
 NEXT_BEST = 10
@@ -136,7 +134,7 @@ class Fit:
     @property
     def board(self) -> str:
         """``leaderboard`` or ``tuning``; empty where the fit is to experiments."""
-        return next((name for name in self.study.experiments if name in BOARD_NAMES), "")
+        return next((name for name in self.study.experiments if name in BOARDS), "")
 
 
 # The search: Optuna asks for settings batch by batch.
@@ -542,7 +540,7 @@ def typed(
 ) -> Fit:  # fmt: skip
     """Return the fit of experiments, joined by commas, that is no file's; ``numbers`` are further fields of `Fit`."""
     names = tuple(filter(None, experiments.split(",")))
-    called = "-".join(name if name in BOARD_NAMES else registry.find(name).name for name in names)
+    called = "-".join(name if name in BOARDS else registry.find(name).name for name in names)
     goals = ", ".join((*maximise, *minimise))
     study = Study(
         f"fit-{called}", f"parameters for {goals}" if goals else "parameters that keep claims", claims=claims,
@@ -569,7 +567,8 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     box = box_of(fit.over, fit.study, experiments)
     outside = [part for part in box if not part.network]
     if fit.board:
-        known = BOARD_NAMES[fit.board]
+        # No times, which another run would not repeat.
+        known = leaderboard.SCORES if fit.board == LEADERBOARD else tune.numbers()
         if wrong := next((goal for goal in fit.goals if goal not in known), ""):
             raise UsageError(f"--maximise {wrong}: {fit.board} has no such number; it has {', '.join(known)}")
         ends = any(apart(key)[1] for part in box for key in keys_of(part.key))

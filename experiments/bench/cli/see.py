@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 ENDINGS = (".mp4", ".gif", ".webp", ".png")
 """Of films and strips."""
+KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
+"""Kinds of what there is; ``colias list`` names all of them."""
 
 
 def view(
@@ -196,11 +198,10 @@ def list_names(
         return _list_runs(Path(of or "runs"))
     if kind == "parameters":
         return _list_parameters(of or "speed", model, only)
-    names = _names()
-    if kind is not None and kind not in names:
-        raise UsageError(f"list: no kind '{kind}'{nearest(kind, names, ' (', ')')}: colias list --help names all")
-    for heading in names if kind is None else (kind,):
-        _show_names(heading, names[heading])
+    if kind is not None and kind not in KINDS:
+        raise UsageError(f"list: no kind '{kind}'{nearest(kind, KINDS, ' (', ')')}: colias list --help names all")
+    for heading in KINDS if kind is None else (kind,):
+        _show_names(heading, _names(heading))
     return 0
 
 
@@ -212,35 +213,51 @@ def _show_names(heading: str, items: Mapping[str, str]) -> None:
         show_line(f"  {name:<20}{summary}", 22)
 
 
-def _names() -> dict[str, dict[str, str]]:
-    """Return what there is: kind -> name -> what it is."""
-    from colias_sim.config import CameraConfig, RobotConfig
-    from colias_sim.envs import ENVS
-    from dsnn import MODELS
-    from dsnn.stimuli import STIMULI
-    from experiments import NAMES, OFFLINE
-    from experiments.behaviours import BEHAVIOURS, GROUPS
-    from experiments.bench import registry, study
-    from experiments.bench.stats.claim import PAPER, claim_ids, words
-    from scenes import ARENAS
+def _names(kind: str) -> Mapping[str, str]:
+    """Return what there is of a kind: its name, and what it is."""
+    match kind:
+        case "experiments":
+            from experiments import NAMES, OFFLINE
+            from experiments.bench import registry
 
-    cameras = {f"camera.preset={name}": text for name, text in CameraConfig.preset_summaries().items()}
-    robots = {f"robot.preset={name}": text for name, text in RobotConfig.preset_summaries().items()}
-    studies = {name: study.shipped(name).summary for name in study.names()}
-    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()}
-    implied = {name: " (the equations imply it)" if words(name).implied else "" for name in claim_ids(PAPER)}
-    return {
-        "experiments": {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)},
-        "studies": {**studies, "model-claims": "the claims of the looming models' own papers, on clips"},
-        "fits": {name: study.shipped(name, "FIT").study.summary for name in study.names("FIT")},
-        "models": {name: entry.summary for name, entry in MODELS.items()},
-        "scenes": dict(ARENAS),
-        "presets": cameras | robots,
-        "stimuli": {name: entry.summary for name, entry in STIMULI.items()},
-        "envs": {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()},
-        "behaviours": behaviours | {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()},
-        "claims": {name: words(name).title + note for name, note in implied.items()},
-    }
+            return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
+        case "studies":
+            from experiments.bench import study
+
+            whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
+            return {name: study.shipped(name).summary for name in study.names()} | whole
+        case "fits":
+            from experiments.bench import study
+
+            return {name: study.shipped(name, "FIT").study.summary for name in study.names("FIT")}
+        case "scenes":
+            from scenes import ARENAS
+
+            return ARENAS
+        case "presets":
+            from colias_sim.config import CameraConfig, RobotConfig
+
+            cameras = {f"camera.preset={name}": text for name, text in CameraConfig.preset_summaries().items()}
+            return cameras | {f"robot.preset={name}": text for name, text in RobotConfig.preset_summaries().items()}
+        case "claims":
+            from experiments.bench.stats.claim import PAPER, claim_ids, words
+
+            implied = {name: " (the equations imply it)" if words(name).implied else "" for name in claim_ids(PAPER)}
+            return {name: words(name).title + note for name, note in implied.items()}
+        case "behaviours":
+            from experiments.behaviours import BEHAVIOURS, GROUPS
+
+            groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
+            return {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
+        case "envs":
+            from colias_sim.envs import ENVS
+
+            return {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
+    import dsnn
+    from dsnn.stimuli import STIMULI
+
+    entries = dsnn.MODELS if kind == "models" else STIMULI
+    return {name: entry.summary for name, entry in entries.items()}
 
 
 def show_parameters(rows: Iterable[Parameter]) -> None:
