@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from dsnn import Response, ResponseSeries
+from dsnn import Response, ResponseSeries, forms
 from dsnn.stimuli import STIMULI, StimulusEntry
 from experiments.bench.report.terminal import error_console, progress
 from experiments.bench.result import Run, load
@@ -253,7 +253,7 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
         time_s = one["time_s"].to_numpy()
         early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""
         rates = [] if source.rate is None else rate_notes((model, source.rate) for model in plan.models)
-        notes = [*source.notes(time_s), *rates, *([early] if early else [])]
+        notes = list(filter(None, [forms.note(), *source.notes(time_s), *rates, early]))
         found = motion.motions(frames, {model.label: model.thresholds for model in plan.models})
         judged = motion.verdicts(frames, plan.models, "watch") if plan.judged else []
         folder.write_text("summary.csv", found.write_csv())

@@ -103,10 +103,10 @@ class Session:
         TrialError
             The trial of an experiment went wrong, the behaviour did, the film ended early, or all its models raised.
         """
-        before = {runner.label: runner.seconds for runner in self.runners}
+        before = {runner: runner.seconds for runner in self.runners}  # a film that restarts has new ones
         sample = self._next()
         self.number += 1
-        self.cost_s = {one.label: one.seconds - before.get(one.label, 0.0) for one in self.runners}
+        self.cost_s = {one.label: one.seconds - before.get(one, 0.0) for one in self.runners}
         return sample
 
     def _next(self) -> Sample:

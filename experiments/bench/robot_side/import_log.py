@@ -33,6 +33,7 @@ from experiments.bench.sources import log
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.log import CHANNELS, TIME, LogTrial
+from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.trials import Plan, Report, conclude, configure, describe
 
@@ -180,6 +181,8 @@ def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, qui
 def write(recorded: Run, out: Path) -> str:
     """Write a run as the log that a robot would have sent: `LOG`, and `FRAMES` of the trials that have a recording.
 
+    A robot has one eye: of a run with both eyes the models that see by the second are left out.
+
     Parameters
     ----------
     recorded
@@ -200,7 +203,8 @@ def write(recorded: Run, out: Path) -> str:
     if recorded.kind != "trials":
         raise UsageError(f"{recorded.folder}: a log is of simulated trials with the robot, not of {recorded.kind}")
     conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
-    table = recorded.frames.join(conditions, on=["trial", "model"], maintain_order="left")
+    conditions = conditions.filter(~pl.col("model").str.ends_with(f"{MARK}{TRUE}"))
+    table = recorded.frames.join(conditions, on=["trial", "model"], how="inner", maintain_order="left")
     table = table.rename({"sim_time_s": TIME}).with_columns(
         pl.lit(log.SIMULATION).alias("origin"), *_declared(recorded.description)
     )

@@ -75,6 +75,13 @@ def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys):
     assert set(back.trials["provenance"]) == {"log of a simulated run"} == {back.provenance}
 
 
+def test_a_log_of_both_eyes_has_the_robot_s_one_eye(tmp_path):
+    settings = {"experiment.speeds_cm_s": [30], "experiment.direction": "rightward"}
+    run = experiments.run("speed", settings=settings, repeats=1, eyes="both", quiet=True, workers=0, out=tmp_path / "a")
+    assert colias("firmware", "log", run.folder, "--out", tmp_path / "robot") == 0
+    assert set(pl.read_csv(tmp_path / "robot" / "log.csv")["model"]) == {"dsnn"} < set(run.models)
+
+
 def test_frames_of_a_camera_alone_are_shown_to_a_model(simulated, tmp_path):
     """What the network made of the frames in the simulation it makes of them again."""
     assert colias("firmware", "log", simulated.folder, "--out", tmp_path / "robot") == 0
