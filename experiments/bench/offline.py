@@ -24,7 +24,7 @@ from experiments.bench.sources.clip_claims import ClipClaim, find, judge
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
-from experiments.bench.stats.summary import summary_rows
+from experiments.bench.stats.tests import summary_rows
 from experiments.bench.stats.verdict import Outcome, Verdict
 
 

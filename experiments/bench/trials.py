@@ -43,8 +43,7 @@ from experiments.bench.sources.robot_claims import (
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
-from experiments.bench.stats.summary import summary_rows
-from experiments.bench.stats.tests import holm, paired
+from experiments.bench.stats.tests import holm, paired, summary_rows
 from experiments.bench.stats.verdict import Verdict
 
 QUANTITIES = (

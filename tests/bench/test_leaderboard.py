@@ -17,7 +17,7 @@ from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.clip_claims import SIGNED, answer
 from experiments.bench.sources.designs import Translation
-from experiments.bench.stats.alarms import alarm_count, first_alarm_s, poisson_interval
+from experiments.bench.stats.scores import alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.stats.tests import median_interval
 from tests.helpers import user_files
 

@@ -16,10 +16,9 @@ import polars as pl
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.run.rows import known
-from experiments.bench.stats.alarms import poisson_interval
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import Claim, of_kind
-from experiments.bench.stats.scores import Score
+from experiments.bench.stats.scores import Score, poisson_interval
 from experiments.bench.stats.tests import proportion_interval, summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
 

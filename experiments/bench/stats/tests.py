@@ -1,4 +1,4 @@
-"""Pure statistics of trials: intervals and tests. Their p values are exact, or of a stated number of permutations.
+"""Summaries, intervals and tests. Their p values are exact, or of a stated number of permutations.
 
 No test uses a normal approximation: of five pairs, all one way, it says p = 0.04 where the signs can reach no less
 than 2 in 32. P is the share of all arrangements of the values that lie as far from what chance gives as those seen,
@@ -9,13 +9,16 @@ drawn, always the same ones, and those seen count as one more: p is never below 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from experiments.bench.run.rows import group, known
 from experiments.bench.run.streams import stream
+from experiments.bench.stats.checks import is_number
 
 RESAMPLES, PERMUTATIONS = 10_000, 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal
@@ -397,3 +400,35 @@ def _share_beyond(chances: Floats, seen: int) -> float:
 def _drawn(rises: Whole, seen: int) -> tuple[str, float]:
     """Return how p was computed, and p: the share of values as far from 0 as ``seen`` or farther, ``seen`` included."""
     return f"{PERMUTATIONS} permutations", (int((np.abs(rises) >= seen).sum()) + 1) / (PERMUTATIONS + 1)
+
+
+def summary_rows(
+    rows: Iterable[Mapping[str, Any]], keys: Sequence[str], quantities: Iterable[str], signed: Collection[str]
+) -> list[dict[str, Any]]:
+    """Summarise quantities of trials in groups: n, mean, sd, median, 95 % interval of the mean.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``.
+    keys
+        Columns by whose values the rows are grouped.
+    quantities
+        Columns to summarise. A group in which one has no number has no row of it.
+    signed
+        Those that can be negative: of the others no interval goes below 0.
+
+    Returns
+    -------
+    list of dict
+        A row per group and quantity: ``keys``, ``quantity``, and the fields of `Summary`.
+    """
+    table = []
+    for values_of_keys, chosen in group(rows, *keys).items():
+        for quantity in quantities:
+            values = [row[quantity] for row in chosen if is_number(row.get(quantity))]
+            if values:
+                summary = asdict(summarise(values, -math.inf if quantity in signed else 0.0))
+                numbers = {name: known(number) for name, number in summary.items()}
+                table.append({**dict(zip(keys, values_of_keys, strict=True)), "quantity": quantity, **numbers})
+    return table
