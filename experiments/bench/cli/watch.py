@@ -76,6 +76,9 @@ def watch(
 
 def show(report: WatchReport, recorded: bool) -> None:
     """Print the intervals of motion, what each model came to, the verdicts, and where everything is."""
+    import polars as pl
+
+    from experiments.bench.report import terminal
     from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
     from experiments.bench.sources.motion import GAP_S, LEAST_FRAMES, LEVEL
 
@@ -86,58 +89,33 @@ def show(report: WatchReport, recorded: bool) -> None:
     (width, height), (columns, lines), frames = source.own_size, source.size, rows[0]["frames"]
     shown = f"{frames} frames, {rows[0]['seconds']:.1f} s, seen at {columns}x{lines}"
     show_line(f"{source.label()}: {width}x{height}, {rate}; {shown}")
-    intervals = [
-        {
-            "model": row["model"], "motion": row["direction"], "from s": f"{row['start_s']:.2f}",
-            "to s": f"{row['end_s']:.2f}", "frames over T": f"{row['frames']}", "peak": f"{row['peak']:+.2f}",
-            "spikes": f"{row['spikes']}",
-        }
-        for row in report.summary.to_dicts()
-    ]  # fmt: skip
     about = f"motion over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
-    _show_table(about if intervals else f"{about}: none", intervals)
+    terminal.show(report.summary, about if report.summary.height else f"{about}: none")
     models = {model.label: model for model in report.plan.models}
-    _show_table("each model", [
+    answers = [
         {
-            "model": label, "step Hz": _plain(models[label].fps), "T": _plain(models[label].threshold),
+            "model": row["model"], "step Hz": models[row["model"]].fps, "T": models[row["model"]].threshold,
             "HS": f"{row['trough_hs']:+z.2f} .. {row['peak_hs']:+z.2f}",
-            "VS": f"{row['trough_vs']:+z.2f} .. {row['peak_vs']:+z.2f}", "looming": f"{row['peak_looming']:.2f}",
-            "spikes": " + ".join(f"{row[f'{name}_spikes']} {name.upper()}" for name in models[label].spiking) or "-",
-            "ms a frame": f"{report.ms[label]:.2f}",
+            "VS": f"{row['trough_vs']:+z.2f} .. {row['peak_vs']:+z.2f}", "looming": row["peak_looming"],
+            "spikes": " + ".join(f"{row[f'{n}_spikes']} {n.upper()}" for n in models[row["model"]].spiking) or "-",
+            "ms a frame": report.ms[row["model"]],
         }
-        for row in rows for label in [row["model"]]
-    ])  # fmt: skip
-    _show_table("HS and optical flow, with 95 % intervals", [
+        for row in rows
+    ]  # fmt: skip
+    terminal.show(pl.DataFrame(answers, infer_schema_length=None), "each model")
+    grades = [
         {
             "model": row["model"], "r": _interval(row, "flow_r", "{:.2f} [{:.2f}, {:.2f}]"),
             f"right sign, |HS| over {LEVEL:g}": _interval(row, "right_sign", "{:.0%} [{:.0%}, {:.0%}]"),
             "seconds that pass T": _interval(row, "passing_s", "{:.0%} [{:.0%}, {:.0%}]"),
         }
         for row in rows if row["flow_r"] is not None
-    ])  # fmt: skip
+    ]  # fmt: skip
+    if grades:
+        terminal.show(pl.DataFrame(grades), "HS and optical flow, with 95 % intervals")
     show_verdicts(report.verdicts, model=len(models) > 1)
     names = ["summary.csv", "trials.parquet", "frames.parquet", *(["claims.json"] if report.verdicts else [])]
     show_files(report.folder, names, recorded, count(frames, "frame"))
-
-
-def _show_table(title: str, rows: Sequence[dict[str, str]]) -> None:
-    from rich.table import Table
-
-    from experiments.bench.report.terminal import show_line, show_table
-
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in rows[0] if rows else ():
-        table.add_column(name, justify="left" if name in ("model", "motion") else "right", no_wrap=name != "spikes")
-    for row in rows:
-        table.add_row(*row.values())
-    if rows or title.endswith("none"):
-        show_line(title)
-    if rows:
-        show_table(table)
-
-
-def _plain(value: float | None) -> str:
-    return "-" if value is None else f"{value:g}"
 
 
 def _interval(row: Mapping[str, float], name: str, form: str) -> str:
