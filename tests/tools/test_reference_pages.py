@@ -90,7 +90,7 @@ ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s
 def test_units_are_those_that_names_promise(values):
     for row in parameter_tables.rows(values):
         for mark, unit in ENDINGS.items():
-            if row.name.startswith(mark) or row.name.endswith(mark):
+            if row.key.startswith(mark) or row.key.endswith(mark):
                 assert row.unit == unit, row
         assert not (row.unit and row.value in ("true", "false")), row
 

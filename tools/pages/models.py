@@ -127,9 +127,9 @@ def _picture(folder: Path, name: str, kind: str) -> str:
 def assumed(entry: ModelEntry) -> list[str]:
     """Return what no source gives of a model: constants that say so, then what its class lists."""
     constants = [
-        f"{code(f'{row.name} = {row.value}')}: {prose(row.meaning)}"
+        f"{code(f'{row.key} = {row.value}')}: {prose(row.description)}"
         for row in parameter_tables.rows(entry.robot)
-        if f"({ASSUMED.lower()}" in row.meaning
+        if f"({ASSUMED.lower()}" in row.description
     ]
     return [*constants, *docstring_text.assumed(entry.build)]
 

@@ -5,44 +5,21 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from experiments.bench.run.models import PRESET
-from experiments.bench.run.settings import described
+from experiments.bench.run.settings import Parameter, described
 from tools.pages.markdown import code, prose, table
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A parameter.
-
-    Attributes
-    ----------
-    name
-        After its section's.
-    value
-        As it is typed.
-    unit
-        Empty where it is a pure number, or where the meaning alone says what it counts.
-    """
-
-    name: str
-    value: str
-    legal: str
-    unit: str
-    meaning: str
-
-
-def rows(values: Any) -> Iterator[Row]:
-    """Yield the parameters of a frozen dataclass. Its presets are no parameter."""
+def rows(values: Any) -> Iterator[Parameter]:
+    """Yield the parameters of a frozen dataclass, by their names alone. Its presets are no parameter."""
     fields = {field.name for field in dataclasses.fields(values)}
     for parameter in described({"section": values}):
         name = parameter.key.partition(".")[2]
         if name in fields:
-            present = getattr(values, name)
-            yield Row(name, written(present), parameter.legal, parameter.unit, parameter.description)
+            yield dataclasses.replace(parameter, key=name, value=written(getattr(values, name)))
 
 
 def written(value: Any) -> str:
@@ -64,14 +41,14 @@ def parameters(values: Any, others: Mapping[str, Any] = MappingProxyType({})) ->
     others
         Word -> other values of the same class, which are told where they are not the defaults.
     """
-    named = {word: {row.name: row.value for row in rows(section)} for word, section in others.items()}
+    named = {word: {row.key: row.value for row in rows(section)} for word, section in others.items()}
     lines = []
     for row in rows(values):
         notes = [
-            f", {word} {code(section[row.name])}" for word, section in named.items() if section[row.name] != row.value
+            f", {word} {code(section[row.key])}" for word, section in named.items() if section[row.key] != row.value
         ]
         value = f"{code(row.value)}{''.join(notes)}"
-        lines.append((code(row.name), value, prose(row.meaning), _unit_cell(row.unit), _legal_cell(row.legal)))
+        lines.append((code(row.key), value, prose(row.description), _unit_cell(row.unit), _legal_cell(row.legal)))
     drawn = table(("Parameter", "Default", "Meaning", "Unit", "Legal"), lines)
     return f":::{{table}}\n:class: parameters\n\n{drawn}:::\n"
 
