@@ -2,7 +2,7 @@
 
 The eight hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
 protanopia (Machado, Oliveira and Fernandes 2009), and that have a contrast of at least 3:1 both on white and on
-`DARK` (WCAG 2.1, 1.4.11); `tests/bench/figures/test_palette.py` holds them to it. Grey is for baselines alone.
+`DARK` (WCAG 2.1, 1.4.11); `tests/bench/report/test_palette.py` holds them to it. Grey is for baselines alone.
 """
 
 from __future__ import annotations
