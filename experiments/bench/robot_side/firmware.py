@@ -21,7 +21,7 @@ from dsnn.onboard.header import header
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.robot_side.chip import CYCLES, ChipSettings, Program
 from experiments.bench.robot_side.qemu import Q15, STAGES, Emulator, compiler
-from experiments.bench.run.errors import UsageError, printable
+from experiments.bench.run.errors import UsageError
 from experiments.bench.run.streams import stream
 
 NATIVE = Path(dsnn.native.__file__).parent
@@ -61,7 +61,7 @@ def config(program: Program) -> str:
     try:
         return header(chip.shape, network)
     except ValueError as error:
-        raise UsageError(printable(str(error))) from None
+        raise UsageError(str(error)) from None
 
 
 def build(program: Program, folder: Path) -> Path:
@@ -86,7 +86,7 @@ def build(program: Program, folder: Path) -> Path:
         cwd=folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
-        raise UsageError(f"the compiler refuses the program: {printable(done.stderr)}")
+        raise UsageError(f"the compiler refuses the program: {done.stderr}")
     return folder / "chip.elf"
 
 

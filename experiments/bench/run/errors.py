@@ -54,16 +54,6 @@ def explain(error: ValidationError) -> str:
     return f"{where} must be {must[0].lower()}{must[1:]}, got {short(problem['input'])}"
 
 
-LONGEST_TROUBLE = 500
-"""Characters of what is told of one failure."""
-
-
-def printable(text: str) -> str:
-    """``text`` in one line of at most `LONGEST_TROUBLE` characters, all of them printable."""
-    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(text.split()))
-    return line if len(line) <= LONGEST_TROUBLE else f"{line[: LONGEST_TROUBLE - 3]}..."
-
-
 def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
     """Raise ``ValueError`` for what no declaration of an experiment can say of itself."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
