@@ -157,7 +157,8 @@ class Robot:
             The wanted speeds.
         """
         self._eased = False
-        self._turn(self._commanded(wheels))
+        real = self._commanded(wheels)
+        self._turn(real.left, real.right)
 
     def queue(self, wheels: WheelSpeeds, slots: int) -> None:
         """Add a command to those that wait on the motor board.
@@ -187,7 +188,7 @@ class Robot:
         begin with an interval. Under `ease` the board is asked there.
         """
         if self._board is not None and not self._eased:
-            self._turn(WheelSpeeds(*self._board.at(float(self._data.time))))
+            self._turn(*self._board.at(float(self._data.time)))
 
     def _commanded(self, wheels: WheelSpeeds) -> WheelSpeeds:
         """Return what the wheels are to do now, as ``wheels`` are commanded now."""
@@ -198,9 +199,8 @@ class Robot:
         self._board.put((real.left, real.right), now, preempt=True)
         return WheelSpeeds(*self._board.at(now))
 
-    def _turn(self, wheels: WheelSpeeds) -> None:
-        self._left[0] = wheels.left / self._radius
-        self._right[0] = wheels.right / self._radius
+    def _turn(self, left: float, right: float) -> None:
+        self._left[0], self._right[0] = left / self._radius, right / self._radius
 
     def ease(self, wheels: WheelSpeeds, dt: float) -> None:
         """Command wheel speeds with limited acceleration: as `drive`, but changed by at most 2 m/s^2 times ``dt``.
@@ -219,9 +219,7 @@ class Robot:
         self._eased = True
         wanted = self._commanded(wheels)
         self._turn(
-            WheelSpeeds(
-                left + min(max(wanted.left - left, -most), most), right + min(max(wanted.right - right, -most), most)
-            )
+            left + min(max(wanted.left - left, -most), most), right + min(max(wanted.right - right, -most), most)
         )
 
     def wheels_for(self, speed: float, turn: float) -> WheelSpeeds:

@@ -225,6 +225,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         if poses:
             placements = placed(placements, poses, clearing(rng), obstacles)
         self._sim.reset(placements, self.np_random, light=settings.light)
+        self._here = self._sim.robots[OBSERVER].pose
         self._film = film(rng)
         if self._model is not None:
             self._model.reset()
@@ -269,8 +270,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
         self._wheels = self._steer(self._wheels_of(action))
-        left, right = (float(w) * self._fastest * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
-        self._command = WheelSpeeds(left, right)
+        (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
+        self._command = WheelSpeeds(left * self._fastest * left_gain, right * self._fastest * right_gain)
         self._answers: list[Response] = []
         self._driven = 0.0
         terms: dict[str, float] = {}
@@ -431,4 +432,4 @@ class TargetEnv(ColiasEnv[Options]):
     def _bearing(self) -> float:
         """Return the target's angle off the optical axis in radians, right positive."""
         eye = self._sim.camera_config.forward_cm / 100
-        return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)
+        return bearing(self._here, self._sim.robots[TARGET].pose, eye)

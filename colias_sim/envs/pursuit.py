@@ -116,8 +116,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
         return {"distance": max(1.0 - abs(self._gap_cm() - wanted) / wanted, -1.0), "centre": self._centre()}
 
     def _gap_cm(self) -> float:
-        robots = self._sim.robots
-        return 100 * gap_to_robot(robots[OBSERVER].pose, robots[TARGET].pose)[0]
+        return 100 * gap_to_robot(self._here, self._sim.robots[TARGET].pose)[0]
 
     def _measures(self) -> dict[str, Any]:
         return {"gap_cm": self._gap_cm(), **super()._measures()}

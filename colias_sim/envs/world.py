@@ -54,7 +54,7 @@ class World:
     @property
     def state(self) -> State:
         """The state of the world, in SI units, whatever is observed."""
-        here, (vx, vy) = self._sim.robots[OBSERVER].pose, self._sim.robots[OBSERVER].velocity
+        here, (vx, vy) = self._here, self._sim.robots[OBSERVER].velocity
         cos, sin = math.cos(here.heading), math.sin(here.heading)
         seen = []
         for name, robot in self._sim.everyone.items():
@@ -67,14 +67,14 @@ class World:
         seen.sort(key=lambda entry: (entry[0], entry[1].distance))
         gap, direction = gap_to_arena(here, self._sim.obstacles)
         return State(
-            self.speed, self.turn_rate, self.slip, self._drift, gap, -direction,
+            vx * cos + vy * sin, self.turn_rate, self.slip, self._drift, gap, -direction,
             tuple(other for _, other in seen),
         )  # fmt: skip
 
     @property
     def speed(self) -> float:
         """The observer's speed along its heading, in m/s."""
-        heading, (vx, vy) = self._sim.robots[OBSERVER].pose.heading, self._sim.robots[OBSERVER].velocity
+        heading, (vx, vy) = self._here.heading, self._sim.robots[OBSERVER].velocity
         return vx * math.cos(heading) + vy * math.sin(heading)
 
     @property
@@ -91,7 +91,7 @@ class World:
 
     def _motion(self) -> dict[str, float | bool]:
         """List the measures of the observer's motion that every env's ``info`` has; their names end in their units."""
-        pose = self._sim.robots[OBSERVER].pose
+        pose = self._here
         return {
             "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),
             "driven_cm": 100 * self._driven, "turn_deg_s": math.degrees(self.turn_rate),
@@ -106,6 +106,7 @@ class World:
         self._drivers: Mapping[str, Driver] = {}
         self._drift = self._driven = 0.0
         self._touched = False
+        self._here = self._sim.robots[OBSERVER].pose
 
     def _delay(self, latency: float) -> None:
         """Let commands arrive ``latency`` seconds after they are given, to the nearest control interval."""
@@ -114,11 +115,11 @@ class World:
 
     def _advance(self, look: bool) -> None:
         """Advance by one frame; with ``look``, expose the camera. Adds up the way driven, and notices touches."""
-        before = self._sim.robots[OBSERVER].pose
+        before = self._here
         self._sim.advance(self._drive, look=look)
         self._notice_touch()
-        after = self._sim.robots[OBSERVER].pose
-        self._driven += math.hypot(after.x - before.x, after.y - before.y)
+        self._here = self._sim.robots[OBSERVER].pose
+        self._driven += math.hypot(self._here.x - before.x, self._here.y - before.y)
 
     def _drive(self, dt: float) -> None:
         """Command the wheels of all robots, and disturb, for a control interval of ``dt`` seconds."""
