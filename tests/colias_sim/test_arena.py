@@ -1,24 +1,16 @@
 """Arenas of one's own, and those that ship: read alike, refused in one line, the same pixels, the units of MJCF."""
 
 import math
-import os
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-import scenes
 from colias_sim import Pose, SceneConfig, Simulation
-from colias_sim.arena import Arena
 from colias_sim.obstacles import Obstacle, obstacles, outline
 from colias_sim.scene import compile_arena
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 PILLAR = '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.2 0.05 0.04"/>'
 PICTURE = '<asset><texture name="t" type="2d" file="{}"/><material name="t" texture="t"/></asset>'
 
@@ -35,57 +27,6 @@ def seen(source, **scene):
     with Simulation(scene=SceneConfig(arena=source, light_sd=0.0, turn_wall=False, **scene)) as simulation:
         simulation.reset({"stimulus": Pose(0.12, 0.0, -math.pi / 2)}, rng)
         return simulation.step(rng).luma
-
-
-def grey_picture(path, level=128):
-    cv2.imwrite(str(path), np.full((8, 8), level, np.uint8))
-
-
-WEDGE = """
-v 0.155 0.050 0.001
-v 0.185 0.050 0.001
-v 0.155 0.085 0.001
-v 0.155 0.050 0.055
-f 1 3 2
-f 1 2 4
-f 2 3 4
-f 1 4 3
-"""
-FRAME = """
-import locale, sys
-assert locale.setlocale(locale.LC_NUMERIC, sys.argv[1]) and locale.localeconv()["decimal_point"] == sys.argv[2]
-from tests.colias_sim.test_arena import seen
-print(seen(sys.argv[3]).tobytes().hex())
-"""
-
-
-@pytest.mark.parametrize("name", scenes.ARENAS)
-def test_the_arenas_that_ship_are_empty_rooms(name):
-    """The plan of a run does not look for obstacles in them."""
-    arena = Arena.read(name)
-    assert all(asset.endswith(".png") for asset in arena.assets), "MuJoCo reads an OBJ by the locale"
-    assert not arena.files and not obstacles(compile_arena(name))
-
-
-def test_a_comma_as_decimal_point_changes_no_pixel(tmp_path):
-    """Meshes, those of a user's own OBJ too, in a program that calls `locale.setlocale`."""
-    made = ["localedef", "-i", "de_DE", "-f", "UTF-8", tmp_path / "de_DE.UTF-8"]  # needs no root
-    if not shutil.which(made[0]) or subprocess.run(made, capture_output=True, check=False).returncode:
-        pytest.skip("no localedef, or nothing for it to make a locale of: on Debian run 'apt-get install locales'")
-    (tmp_path / "wedge.obj").write_text(WEDGE)
-    body = '<geom type="mesh" mesh="wedge" rgba="0 0 0 1"/>'
-    source = written(tmp_path, body, '<asset><mesh name="wedge" file="wedge.obj"/></asset>')
-    child = [sys.executable, "-c", FRAME, "de_DE.UTF-8", ",", source]
-    root = Path(__file__).parents[2]
-    drawn = subprocess.run(child, capture_output=True, text=True, cwd=root, env=os.environ | {"LOCPATH": str(tmp_path)})
-    assert not drawn.returncode, drawn.stderr
-    plain = seen(source)
-    assert drawn.stdout.strip() == plain.tobytes().hex()
-    assert (plain != seen("bright")).sum() > 200, "the wedge is seen"
-
-
-def test_an_arena_that_only_includes_one_that_ships_shows_its_pixels(tmp_path):
-    assert np.array_equal(seen(written(tmp_path)), seen("bright"))
 
 
 def test_a_python_file_gives_the_pixels_of_the_mjcf_that_it_returns(tmp_path):
@@ -126,20 +67,6 @@ def test_the_distance_to_a_square_is_that_of_geometry():
     square = Obstacle("square", outline(np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)), 1.0)
     places = np.array([[2.0, 0.0], [2.0, 2.0], [0.0, 0.5], [0.0, -3.0]])
     assert square.distances(places) == pytest.approx([1.0, math.sqrt(2), -0.5, 2.0])
-
-
-def test_pictures_beside_the_file_and_below_it_are_noted_with_it(tmp_path):
-    (tmp_path / "tex").mkdir()
-    grey_picture(tmp_path / "tex" / "own.png")
-    source = written(tmp_path, before=PICTURE.format("tex/own.png"))
-    assert set(Arena.read(source).files) == {tmp_path / "own.xml", tmp_path / "tex" / "own.png"}
-    compile_arena(source)
-
-
-def test_a_picture_of_12_bits_is_refused_not_black(tmp_path):
-    shutil.copy(CASES / "twelve-bits.png", tmp_path / "deep.png")
-    with pytest.raises(ValueError, match=r"deep\.png"):
-        Arena.read(written(tmp_path, before=PICTURE.format("deep.png")))
 
 
 @pytest.mark.parametrize(

@@ -177,12 +177,6 @@ def test_a_schedule_is_what_constant_acceleration_gives():
     assert schedule.seconds == pytest.approx(seconds + 0.3)
 
 
-@pytest.mark.parametrize(("name", "value"), [("track_cm", 5.0), ("mass_g", 0.0), ("max_speed_cm_s", -1.0)])
-def test_a_robot_out_of_range_is_named(name, value):
-    with pytest.raises(ValueError, match=name):
-        RobotConfig(**{name: value})
-
-
 @pytest.mark.parametrize("fps", [5.0, 24.0, 30.0, 60.0, 120.0])
 def test_a_frame_divides_into_whole_commands_and_short_steps(fps):
     clock = FrameClock(fps)

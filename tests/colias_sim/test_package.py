@@ -3,40 +3,14 @@
 from __future__ import annotations
 
 import ast
-import dataclasses
 import importlib
-import inspect
-import re
 import subprocess
 import sys
-import types
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import colias_sim
-import dsnn
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from dsnn.stimuli.stimulus import TimedParams
-
-ROOT = Path(colias_sim.__file__).parents[1]
-PARAMETERS = [getattr(dsnn, name) for name in dsnn.__all__ if name.endswith("Params")]
-
-
-@pytest.mark.parametrize("package", [colias_sim, dsnn], ids=lambda package: package.__name__)
-def test_all_is_complete_and_sorted(package: types.ModuleType) -> None:
-    imported = {
-        alias.asname or alias.name
-        for node in ast.walk(ast.parse(Path(str(package.__file__)).read_text()))
-        if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] == package.__name__.partition(".")[0]
-        for alias in node.names
-    }
-    public = imported - {"choose_backend"} | ({"__version__"} if hasattr(package, "__version__") else set())
-    assert set(package.__all__) == public
-    order = [(not name.isupper(), not name[0].isupper(), name) for name in package.__all__]
-    assert order == sorted(order)
-
 
 LOOKED_UP = """
 import os, pickle, pydoc, sys
@@ -72,28 +46,3 @@ def test_names_that_are_looked_up_are_those_that_type_checkers_see() -> None:
         assert getattr(colias_sim, name) is getattr(importlib.import_module(module), name)
     with pytest.raises(AttributeError, match="colias_sim attribute camera_"):
         _ = colias_sim.camera_
-
-
-def test_the_version_is_that_of_the_distribution() -> None:
-    assert re.fullmatch(r"\d+(\.\d+)*\S*", colias_sim.__version__)
-
-
-@pytest.mark.parametrize("package", ["colias_sim", "dsnn", "scenes", "experiments"])
-def test_packages_are_marked_as_typed(package: str) -> None:
-    assert (ROOT / package / "py.typed").read_bytes() == b""
-
-
-@pytest.mark.parametrize("cls", [*PARAMETERS, TimedParams, RobotConfig, CameraConfig, SceneConfig], ids=str)
-def test_help_describes_every_field(cls: Any) -> None:
-    """Those that a class inherits too; each with its default."""
-    section = (inspect.getdoc(cls) or "").partition("\n\nParameters\n----------\n")[2]
-    for field in dataclasses.fields(cls):
-        ((kind, said),) = re.findall(rf"^{field.name} : (.+)\n    (.+)\.(?: Unit: .*)?$", section, re.M)
-        assert kind.endswith(f"default {cls.__pydantic_fields__[field.name].default!r}") and len(said) > 5
-
-
-def test_ranges_are_those_of_the_fields() -> None:
-    page = str(dsnn.DSNNParams.__doc__)
-    assert "n_p : int in [0, 60], default 2" in page
-    assert "sigma_l : float in [0, 1), default 0.1" in page
-    assert "tau_s : tuple[float, float] in [0, 10000], default (10.0, 200.0)" in page

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
-from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, compile_model, compose, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
 
@@ -33,24 +32,6 @@ def test_the_wall_has_no_seam():
     across = np.abs(texture[:, 0] - texture[:, -1]).mean()
     inside = np.abs(np.diff(texture, axis=1)).mean(0)
     assert across < np.quantile(inside, 0.99)
-
-
-def test_robots_are_attached_under_their_names():
-    spec = compose(
-        SceneConfig(), RobotConfig(), CameraConfig(), {"observer": "colias", "stimulus": "colias_black"}, "observer"
-    )
-    model = spec.compile()
-    for name in ("observer", "stimulus"):
-        assert model.body(f"{name}/base").id > 0
-        assert model.camera(f"{name}/eye").id >= 0
-        assert model.body(f"{name}/base").subtreemass[0] == pytest.approx(0.028)
-
-
-def test_the_shell_is_4_cm_by_3_cm():
-    model = compose(SceneConfig(), RobotConfig(), CameraConfig(), {"stimulus": "colias_black"}, "stimulus").compile()
-    radius, half_height, _ = model.geom("stimulus/cover").size
-    top = model.geom("stimulus/cover").pos[2] + half_height
-    assert (2 * radius, top) == pytest.approx((0.04, 0.03))
 
 
 def test_parameters_reach_the_model():
@@ -121,30 +102,3 @@ def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
     )
     assert given.mean() == pytest.approx(default_wall.mean(), abs=1.0)
     np.testing.assert_array_equal(given[:, 0], given[:, -1])  # where it meets itself
-
-
-def test_a_wall_keeps_about_the_proportions_of_its_picture(tmp_path):
-    """40 cm high and 283 cm around, it has a square picture and its mirror image 3.5 times, so 4 times."""
-    square = np.tile(np.linspace(0, 255, 64).astype(np.uint8), (64, 1))
-    cv2.imwrite(str(tmp_path / "own.png"), square)
-    model = compile_model(
-        SceneConfig(wall=str(tmp_path / "own.png")), RobotConfig(), CameraConfig(), {"observer": "colias"}, "observer"
-    )
-    tex = model.tex("wall").id
-    row = texels(model, "wall").reshape(model.tex_height[tex], model.tex_width[tex], -1)[10, :, 0].astype(float)
-    assert np.abs(np.fft.rfft(row - row.mean())).argmax() == 4
-
-
-def test_robots_are_whole_from_above():
-    """The renderer's coarsest setting leaves the ends off cylinders; the trials' camera would not show it."""
-    with Simulation(scene=SceneConfig(light_sd=0)) as sim:
-        sim.model.vis.global_.offwidth = sim.model.vis.global_.offheight = 200
-        sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, np.random.default_rng(0))
-        above = mujoco.MjvCamera()
-        above.lookat[:], above.distance, above.elevation, above.azimuth = [0.05, 0.0, 0.0], 0.2, -90, 90
-        picture = Offscreen(sim.model, 200, 200).render(sim.data, above, mujoco.MjvOption()).astype(int)
-    dark = (picture.max(-1) < 20).mean()
-    green = ((picture[..., 1] - picture[..., 0] > 25) & (picture[..., 1] > picture[..., 2])).mean()
-    disc = math.pi * 0.02**2 / (2 * 0.2 * math.tan(math.radians(22.5))) ** 2
-    assert dark == pytest.approx(disc, rel=0.6)
-    assert green > disc / 2

@@ -25,14 +25,6 @@ def test_a_colias_is_4_cm_across_and_3_cm_tall(variant):
     assert high[2] == pytest.approx(0.03, abs=0.001) and low[2] >= 0.0
 
 
-def test_it_shows_where_it_heads_and_what_it_drives_on():
-    shapes = robot_shapes("colias", SceneConfig())
-    foremost = max((shape for shape in shapes if shape.kind == "box"), key=lambda shape: shape.centre[0])
-    assert foremost.centre[0] > 0.01 and foremost.centre[1] == 0.0, "the camera"
-    wheels = [shape for shape in shapes if abs(shape.turn[0]) > 0.1]
-    assert sorted(shape.centre[1] for shape in wheels) == pytest.approx([-0.016, 0.016])
-
-
 def test_the_shell_is_the_one_that_the_scene_asks_for():
     grey = SceneConfig(shell_grey=0.5)
     (shell,) = robot_shapes("colias_black", grey)

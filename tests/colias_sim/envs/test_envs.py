@@ -1,36 +1,17 @@
 """The envs against Gymnasium's contract, whatever is registered: spaces, seeds, ends, rewards."""
 
-import math
-import subprocess
-import sys
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium import error
 from gymnasium.utils.env_checker import check_env
 
 import dsnn
-from colias_sim import Pose
-from colias_sim.envs import ENVS, NEURAL
-from colias_sim.envs.base import TOUCH_COST, ColiasEnv
+from colias_sim.envs import NEURAL
 from colias_sim.envs.senses import MANOEUVRES
 from scenes import ARENAS
-from tests.helpers.envs import AHEAD, FIXATION, NAMES, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
-
-
-def touches_on_purpose(env: ColiasEnv[Any]) -> None:
-    """Reset, and drive straight at the wall, whatever is between."""
-    env.reset(seed=3)
-    env._sim.reset(spread(env) | {"observer": Pose(0.36, 0.0, 0.0)}, np.random.default_rng(0))
-
-
-def spread(env: ColiasEnv[Any]) -> dict[str, Pose]:
-    """Everybody but the observer on a grid far from where it drives."""
-    others = [name for name in env.poses if name != "observer"]
-    return {name: Pose(-0.12 - 0.07 * (i // 5), -0.16 + 0.08 * (i % 5), 0.0) for i, name in enumerate(others)}
-
+from tests.helpers.envs import NAMES, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
 
 # Registered, and as documented.
 
@@ -100,22 +81,14 @@ def test_observations_stay_in_the_space_whatever_is_set(name, options):
     env.close()
 
 
-@every_env
-def test_from_the_fewest_robots_to_the_most(name):
-    for robots in robots_at_ends(name):
-        env = bare(name, robots=robots, observation="state")
-        assert len(env.poses) == robots + 1
-        for observation, *_ in episode(env, seed=1, steps=6):
-            assert env.observation_space.contains(observation)
-        env.close()
-
-
 # Seeds.
 
 
 @every_env
 def test_a_seed_decides_everything(name):
-    env, other = (bare(name, observation="both", randomise=1.0, actions="manoeuvres") for _ in range(2))
+    env, other = (
+        bare(name, observation="both", camera="ov7670", randomise="domain", actions="manoeuvres") for _ in range(2)
+    )
     first = fingerprint(episode(env, seed=5, steps=8))
     assert fingerprint(episode(env, seed=6, steps=8)) != first
     env.reset()
@@ -126,22 +99,6 @@ def test_a_seed_decides_everything(name):
     assert second == fingerprint([env.reset()]) != fingerprint([env.reset()])
     env.close()
     other.close()
-
-
-def test_a_seed_decides_everything_in_another_process_too():
-    """One that makes the envs by their module, and to which nothing gives a warning."""
-    code = (
-        "import gymnasium; gymnasium.make('colias_sim:colias_sim/Fixation-v0').close()\n"
-        "from tests.helpers.envs import *\n"
-        "for name in NAMES: print(fingerprint(episode(bare(name, observation='both'), seed=5, steps=5)))"
-    )
-    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
-    assert not done.stderr
-    for name, there in zip(NAMES, done.stdout.split("\n"), strict=False):
-        env = bare(name, observation="both")
-        episode(env, seed=4, steps=2)
-        assert there == fingerprint(episode(env, seed=5, steps=5)), name
-        env.close()
 
 
 @every_env
@@ -176,68 +133,7 @@ def test_observations_are_the_agent_s_to_keep(name):
 # Ends.
 
 
-@every_env
-def test_a_touch_terminates_at_its_price(name):
-    env = bare(name, observation="state", **({"follow": True} if name == FIXATION else {}))
-    touches_on_purpose(env)
-    for _ in range(60):
-        _, reward, terminated, truncated, info = env.step(AHEAD)
-        assert info["touched"] == terminated == (info["reward_touch"] != 0.0) and not truncated
-        if terminated:
-            break
-    assert terminated and info["reward_touch"] == -TOUCH_COST and reward < -TOUCH_COST / 2
-    assert math.hypot(info["x_cm"], info["y_cm"]) == pytest.approx(43.0, abs=0.6)  # hull against panel
-    with pytest.raises(error.ResetNeeded):
-        env.step(AHEAD)
-    _, info = env.reset(seed=1)
-    assert not info["touched"]
-    env.step(AHEAD)
-    env.close()
-
-
-@every_env
-def test_the_time_limit_truncates(name):
-    limit = ENVS[name].max_episode_steps
-    env = gym.make(name, observation="state", actions="manoeuvres")
-    assert env.spec is not None and env.spec.max_episode_steps == limit
-    env = gym.make(name, observation="state", actions="manoeuvres", max_episode_steps=4)
-    env.reset(seed=0)
-    ends = [env.step(0)[2:4] for _ in range(4)]
-    assert ends == [(False, False)] * 3 + [(False, True)]
-    env.close()
-
-
-@every_env
-def test_out_of_turn_is_told_clearly(name):
-    env = bare(name, observation="state", render_mode="rgb_array")
-    with pytest.raises(error.ResetNeeded):
-        env.step(AHEAD)
-    with pytest.raises(error.ResetNeeded):
-        env.render()
-    with pytest.raises(ValueError, match="level"):
-        env.reset(options={"level": 3})
-    env.reset(seed=0, options={})
-    env.close()
-    env.close()
-    for late in (env.reset, env.render, lambda: env.step(AHEAD)):
-        with pytest.raises(error.ClosedEnvironmentError):
-            late()
-
-
 # Rewards.
-
-
-@every_env
-@pytest.mark.parametrize("frame_skip", [1, 4])
-def test_the_reward_is_the_sum_of_its_terms(name, frame_skip):
-    env = bare(name, observation="state", frame_skip=frame_skip)
-    for _, reward, terminated, _, info in episode(env, seed=8)[1:]:
-        terms = {key: value for key, value in info.items() if key.startswith("reward_")}
-        assert set(terms) > {"reward_touch"}
-        assert reward == pytest.approx(sum(terms.values()), abs=1e-12)
-        assert -2.0 <= reward - info["reward_touch"] <= 2.0
-        assert info["reward_touch"] == (-TOUCH_COST if terminated else 0.0)
-    env.close()
 
 
 @every_env

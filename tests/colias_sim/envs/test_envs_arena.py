@@ -46,35 +46,13 @@ def test_an_arena_without_obstacles_changes_nothing(tmp_path):
 
 
 def test_touching_an_obstacle_ends_the_episode(tmp_path):
-    env = gym.make("colias_sim/Optomotor-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=0, observation="state")
-    env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0)}})
-    env.close()
     env = gym.make("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=1, moving=0,
                    observation="state")  # fmt: skip
     env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0), "parked1": (-30.0, 0.0, 0.0)}})
-    ends = [env.step(np.array([0.3, 0.3], np.float32))[2] for _ in range(1)]
-    while not ends[-1] and len(ends) < 60:
-        ends.append(env.step(np.array([0.3, 0.3], np.float32))[2])
+    ended = any(env.step(np.array([0.3, 0.3], np.float32))[2] for _ in range(60))
     x_cm = 100 * env.unwrapped.poses["observer"].x
     env.close()
-    assert ends[-1] and x_cm == pytest.approx(5.0, abs=0.4), "hull at 7 cm, where the pillar begins"
-
-
-def test_starts_that_are_given_keep_off_obstacles(tmp_path):
-    env = gym.make("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.2, 0.0)]), observation="state")
-    with pytest.raises(ValueError, match="observer must be 1 cm"):
-        env.reset(seed=0, options={"poses": {"observer": (20.0, 3.0, 0.0)}})
-    env.close()
-
-
-def test_an_arena_without_room_is_refused_when_the_env_is_made(tmp_path):
-    with pytest.raises(ValueError, match="leave no room"):
-        gym.make("colias_sim/Optomotor-v0", arena=written(tmp_path, [(0.0, 0.0)]), observation="state")
-
-
-def test_an_obstacle_in_the_targets_orbit_is_refused_when_the_env_is_made(tmp_path):
-    with pytest.raises(ValueError, match=r"orbit_cm=.*in the target's way"):
-        gym.make("colias_sim/Fixation-v0", arena=written(tmp_path, [(0.15, 0.0)]), orbit_cm=15.0, observation="state")
+    assert ended and x_cm == pytest.approx(5.0, abs=0.4), "hull at 7 cm, where the pillar begins"
 
 
 def test_the_gap_is_that_to_the_nearer_of_wall_and_obstacle():

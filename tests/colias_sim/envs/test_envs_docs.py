@@ -23,13 +23,3 @@ def test_every_entry_of_info_is_documented(name):
 def test_the_table_of_manoeuvres_is_theirs():
     rows = re.findall(r"^\| \d \| (\D+) \| (-?0\.\d) \| (-?0\.\d) \|$", SHARED, re.MULTILINE)
     assert {name: (float(left), float(right)) for name, left, right in rows} == MANOEUVRES
-
-
-@every_env
-def test_help_and_editors_list_the_arguments(name):
-    """So does the docstring of the options' class, with what each means."""
-    cls = env_class(name)
-    fields = cls.options_type.__pydantic_fields__
-    assert set(inspect.signature(cls).parameters) == set(fields)
-    for option in fields:
-        assert f"\n{option} : " in (cls.options_type.__doc__ or "")

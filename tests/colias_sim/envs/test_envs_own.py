@@ -57,24 +57,6 @@ def test_it_is_an_env() -> None:
     env.close()
 
 
-class Alone(Circle):
-    """Drive in circles, with no other robot."""
-
-    def _others(self) -> Mapping[str, str]:
-        return {}
-
-
-def test_the_state_has_the_robots_that_there_are() -> None:
-    env = Alone(observation="state")
-    assert env.observation_space.shape == env.reset(seed=0)[0].shape == (7,)
-    env.close()
-
-
-def test_its_arguments_are_checked() -> None:
-    with pytest.raises(ValueError, match="turn_rad_s"):
-        Circle(turn_rad_s=9.0)
-
-
 def test_gymnasium_makes_it_by_name() -> None:
     gym.register("tests/Circle-v0", entry_point=ENTRY.entry_point, max_episode_steps=ENTRY.max_episode_steps)
     try:

@@ -49,29 +49,16 @@ def test_opposite_wheels_turn_on_the_spot():
     assert rolling(0.3, -0.3)[-1]["turn_deg_s"] == pytest.approx(-infos[-1]["turn_deg_s"], rel=0.01)
 
 
-def test_mirrored_wheels_mirror_the_path():
-    left, right = rolling(0.1, 0.3), rolling(0.3, 0.1)
-    assert left[-1]["y_cm"] > 3.0
-    for one, two in zip(left, right, strict=True):
-        assert (one["x_cm"], one["y_cm"]) == pytest.approx((two["x_cm"], -two["y_cm"]), abs=0.15)
-        assert math.remainder(one["heading_deg"] + two["heading_deg"], 360) == pytest.approx(0.0, abs=1.5)
-
-
-def test_backwards_is_the_same_way_back():
-    assert rolling(-0.3, -0.3)[-1]["x_cm"] == pytest.approx(-rolling(0.3, 0.3)[-1]["x_cm"], rel=0.03)
-
-
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("frame_skip", [1, 30])
-def test_no_action_throws_the_robot_over_or_through_anything(name, frame_skip):
+def test_no_action_throws_the_robot_over_or_through_anything(name):
     """Wheels flung from end to end: everybody stays upright, on the floor, in the arena, outside of the others."""
     follow = {"follow": True} if name == "colias_sim/Fixation-v0" else {}
     robots = max(robots_at_ends(name)[0], 4)
-    env = bare(name, observation="state", frame_skip=frame_skip, robots=robots, **follow)
+    env = bare(name, observation="state", robots=robots, **follow)
     fling = np.random.default_rng(0)
     for seed in range(3):
         env.reset(seed=seed)
-        for _ in range(150 // frame_skip):
+        for _ in range(150):
             terminated = env.step(fling.choice([-1.0, 1.0], 2))[2]
             poses = env.poses
             for here, there in itertools.combinations(poses.values(), 2):
@@ -302,20 +289,3 @@ def test_the_state_tells_where_the_others_are():
     still = env.state.others[1]
     assert (still.ahead, still.left) == pytest.approx((-0.035, 0.0), abs=2e-3), "the parked goes back at our speed"
     env.close()
-
-
-def test_randomised_wheels_light_and_shells_differ_and_without_it_do_not():
-    def seen(randomise: float) -> np.ndarray:
-        env = bare("colias_sim/Fixation-v0", observation="pixels", randomise=randomise, noise=0.0, arena="plain")
-        rows = []
-        for seed in range(6):
-            env.reset(seed=seed)
-            rows.append(
-                (env.luma[:20].mean(), env.luma.min(), *env._wheel_gains, *env._sim.model.camera("observer/eye").quat)
-            )
-        env.close()
-        return np.array(rows)
-
-    plain, wide = seen(0.0).std(0), seen(1.0).std(0)
-    assert wide[0] > plain[0] and wide[1] > plain[1] + 5
-    assert (plain[2:] == 0.0).all() and (wide[2:] > 0.0).sum() >= 5

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from colias_sim.config import check_tunable
 from colias_sim.envs.geometry import CLEARANCE, gap_to_arena, gap_to_robot
 from colias_sim.envs.options import EnvOptions, checked
-from colias_sim.envs.randomise import FACTORS, PRESETS, checked_randomise
+from colias_sim.envs.randomise import FACTORS
 from colias_sim.scene import compile_model
-from tests.helpers.envs import FIXATION, bare, episode, every_env, fingerprint
+from tests.helpers.envs import FIXATION, bare, every_env, fingerprint
 
 OPTOMOTOR, AVOIDANCE = "colias_sim/Optomotor-v0", "colias_sim/Avoidance-v0"
 EYE = "ov7670"
@@ -74,16 +73,6 @@ def test_a_factor_s_draws_are_its_own():
     env.close()
 
 
-def test_one_seed_one_episode_whatever_was_played_before():
-    one, other = (bare(FIXATION, camera=EYE, randomise=WIDE, robots=3) for _ in range(2))
-    first = fingerprint(episode(one, seed=5, steps=4))
-    assert fingerprint(episode(one, seed=6, steps=4)) != first
-    assert fingerprint(episode(one, seed=5, steps=4)) == first == fingerprint(episode(other, seed=5, steps=4))
-    assert one.reset()[1]["randomised"] == other.reset()[1]["randomised"] != one.reset()[1]["randomised"]
-    one.close()
-    other.close()
-
-
 def test_a_number_draws_as_it_did_before_there_were_factors():
     """Six draws of the world, after those of the starts and before those of light and phase."""
     env = bare(OPTOMOTOR, observation="pixels", randomise=0.5)
@@ -125,24 +114,6 @@ def test_a_value_is_as_the_setting_of_that_name(factor, value, options):
     compiled = bare(OPTOMOTOR, **{"camera": EYE, **options})
     assert fingerprint(transitions) == fingerprint(played(compiled))
     compiled.close()
-
-
-def test_mass_and_motor_gain_leave_the_model_as_if_compiled_so():
-    env = bare(OPTOMOTOR, observation="state")
-    before = env._sim.model.body_mass.sum()
-    env.reset(seed=0, options={"mass_g": 20.0})  # and so another mass before, and a wall that has turned
-    env.reset(seed=0, options={"mass_g": 50.0, "motor_gain": 2.0})
-    robot = RobotConfig(mass_g=50.0, motor_gain=4e-4)
-    other = compile_model(SceneConfig(arena="drum"), robot, CameraConfig(), {"observer": "colias"}, "observer",
-                          fence=True)  # fmt: skip
-    model = env._sim.model
-    assert model.body_mass.sum() - before == pytest.approx(0.022, abs=1e-12)
-    derived = ("body_", "dof_", "actuator_", "jnt_", "geom_", "cam_")
-    for name in (name for name in dir(other) if name.startswith(derived)):
-        if isinstance(getattr(other, name), np.ndarray) and name != "body_quat":  # the wall's phase
-            np.testing.assert_array_equal(getattr(model, name), getattr(other, name), err_msg=name)
-    assert (model.stat.extent, model.stat.meaninertia) == (other.stat.extent, other.stat.meaninertia)
-    env.close()
 
 
 def test_a_wall_s_contrast_is_that_of_a_scene_made_so_to_every_eye():
@@ -238,27 +209,7 @@ def test_vector_envs_pass_options_on():
     one.close()
 
 
-def test_presets_by_name_by_settings_and_as_configurations_are_one():
-    robot, camera = RobotConfig.preset("colias4"), CameraConfig.preset("ov7670")
-    for given in (
-        {"camera": "ov7670", "robot": "colias4"},
-        {"camera": {"preset": "ov7670"}, "robot": {"preset": "colias4"}},
-        {"camera": dataclasses.asdict(camera), "robot": dataclasses.asdict(robot)},
-    ):
-        assert checked(EnvOptions, given) == EnvOptions(camera=camera, robot=robot)
-    assert checked(EnvOptions, {"camera": {"preset": "ov7670", "gain": 2.0}}).camera.gain == 2.0
-    for name, ranges in PRESETS.items():
-        assert checked_randomise(name) == ranges
-        assert checked_randomise({"preset": name, "light": (0.1, 0.2)}) == {**ranges, "light": (0.1, 0.2)}
-        for factor, (low, high) in ranges.items():
-            assert FACTORS[factor].low <= low < high <= FACTORS[factor].high
-            assert low < 1.0 < high or factor not in ("light", "noise", "motor_gain", "wheel_gain")
-
-
-BAD_RANGES: list[Any] = [
-    {"ligth": (0.7, 1.3)}, {"light": (1.3, 0.7)}, {"light": (0.7, 9.0)}, {"mass_g": (math.nan, 30)}, {"light": "ab"},
-    {"light": 1.0}, {"light": (1, 1, 1)}, "domian", {"preset": "domian"}, None, 2.0, {"ae_target": (80, 120)},
-]  # fmt: skip
+BAD_RANGES: list[Any] = [{"ligth": (0.7, 1.3)}, {"light": (1.3, 0.7)}, {"light": (0.7, 9.0)}, "domian"]
 
 
 @pytest.mark.parametrize("ranges", BAD_RANGES, ids=str)
@@ -268,9 +219,8 @@ def test_a_bad_range_is_refused(ranges):
 
 
 BAD: list[dict[str, Any]] = [
-    {"ligth": 0.5}, {"light": 3.0}, {"light": math.nan}, {"light": "dim"}, {"light": (0.5, 0.6)}, {"tilt": 3.0},
-    {"ae_target": 90.0}, {"row_time_us": 300.0}, {"poses": {"targt": (0, 0, 0)}}, {"poses": {"target": (43, 0, 0)}},
-    {"poses": {"target": (0, 0, 0), "observer": (4, 0, 0)}}, {"poses": {"observer": (0, 0, math.nan)}},
+    {"ligth": 0.5}, {"light": 3.0}, {"ae_target": 90.0}, {"poses": {"targt": (0, 0, 0)}},
+    {"poses": {"target": (43, 0, 0)}}, {"poses": {"target": (0, 0, 0), "observer": (4, 0, 0)}},
 ]  # fmt: skip
 
 
@@ -284,18 +234,3 @@ def test_a_bad_option_of_a_reset_is_named_and_changes_nothing():
             env.reset(seed=5, options=options)
     assert fingerprint([env.reset()]) == expected, "a refused reset draws nothing"
     env.close()
-
-
-def test_a_factor_is_given_to_an_eye_that_its_ranges_make_a_global_shutter():
-    env = gym.make(FIXATION, camera=EYE, randomise={"row_time_us": (0.0, 0.0)})
-    _, info = env.reset(seed=0, options={"light": 0.9})
-    assert info["randomised"] == {"light": 0.9, "row_time_us": 0.0}
-    env.close()
-
-
-def test_a_camera_refuses_what_it_was_not_made_for():
-    for change in ({"row_time_us": 400.0}, {"gain": 2.0}, {"width": 50}):
-        with pytest.raises(ValueError, match=next(iter(change))):
-            check_tunable(CameraConfig(**change), CameraConfig())
-    rolling = CameraConfig(row_time_us=400.0, auto_exposure=True)
-    check_tunable(dataclasses.replace(rolling, row_time_us=300.0, auto_exposure=False, gain=2.0, blur_px=1.0), rolling)

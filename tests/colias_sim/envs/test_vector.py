@@ -31,11 +31,3 @@ def test_a_vector_env_plays_the_episodes_of_single_ones(mode: str) -> None:
             expected.append(one.reset()[0] if terminated or truncated else observation)
         one.close()
         assert fingerprint([{name: batch[k] for name, batch in each.items()} for each in seen]) == fingerprint(expected)
-
-
-def test_wrappers_are_put_around_each_env() -> None:
-    """Where an env had a vector env of its own, Gymnasium refused wrappers."""
-    envs = gym.make_vec(FIXATION, COUNT, wrappers=[gym.wrappers.FlattenObservation], observation="pixels")
-    frames, _ = envs.reset(seed=0)
-    envs.close()
-    assert frames.shape == (COUNT, 72 * 99)
