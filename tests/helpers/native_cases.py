@@ -1,28 +1,46 @@
-"""Cases for ``dsnn/native/cases.c``: shapes, parameters and frames over their whole ranges, from a seed."""
+"""Cases for the network in C: shapes, parameters and frames over their whole ranges, from a seed."""
 
 from __future__ import annotations
 
 import dataclasses
+import os
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+import sys
+import sysconfig
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from dsnn import DSNN, LGMD1, DSNNParams, LGMD1Params, OnboardDSNN, OnboardParams
-from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
-from dsnn.onboard.fixed import Fixed, constants
-from dsnn.onboard.header import TABLES
 from dsnn.onboard.params import READINGS
 
 NATIVE = Path(binding.__file__).parent
+ROOT = Path(__file__).parents[2]
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Wno-psabi", "-ffp-contract=off")
 ROBOT_S = ("-D__ARM_FEATURE_DSP", f"-I{Path(__file__).parents[1] / 'arm'}")
 """The code of the on-board network for the Cortex-M4, its instructions in plain C."""
+ANSWERS = """
+import sys, types
+from importlib.util import module_from_spec, spec_from_file_location
+import numpy as np
+spec = spec_from_file_location("_dsnn_native", sys.argv[2])  # an editable install has a finder for this name
+sys.modules["_dsnn_native"] = module_from_spec(spec)
+from dsnn import native
+from tests.helpers.native_cases import cases
+
+def odd(size, kind):
+    return np.zeros(size + 1, kind)[1:]
+
+native.np = types.SimpleNamespace(**vars(np) | {"zeros": odd})
+assert not native.missing()
+sys.stdout.buffer.write(b"".join(case.answers() for case in cases(int(sys.argv[1]))))
+"""
+"""Models get memory of their exact size at an odd address: sanitizers see every byte read or written beside it."""
 SANITIZED = ("-O1", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
 
 
@@ -33,35 +51,8 @@ class Case:
     params: DSNNParams | LGMD1Params | OnboardParams
     frames: np.ndarray
 
-    def written(self) -> bytes:
-        """The case as the C program reads it."""
-        count, rows, columns = self.frames.shape
-        film = np.array([rows, columns, count, self.frames.dtype != np.uint8], np.int32)
-        p = self.params
-        if isinstance(p, LGMD1Params):
-            parts = [
-                np.int32(1), film, np.array([p.w_i, p.w_side, p.w_corner, p.t_g], np.float32),
-                np.array([p.c_w, p.delta_c, p.t_ffi, p.t_sp]), self.frames,
-            ]  # fmt: skip
-        elif isinstance(p, OnboardParams):
-            parts = [np.int32(2), film, *_fixed(constants((rows, columns), p)), self.frames]
-        else:
-            left = [1.0 - p.alpha(tau) for tau in (p.tau_fast, p.tau_slow)]
-            parts = [
-                np.int32(0), film,
-                np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.dog, p.fdsr, p.rectified], np.int32),
-                np.int32(p.polarity == "common"),
-                np.array([p.w_i, p.sigma_l, *left], np.float32),
-                np.array([p.alpha(p.tau_mp), rows * columns * p.k_sig, p.k_sp, p.t_sp]),
-                np.array([residue(p.u, i) for i in range(1, p.n_p + 1)], np.float32),
-                gaussian_kernel(p.d)[4 * p.d :].astype(np.float32),
-                gaussian_kernel(2 * p.d)[8 * p.d :].astype(np.float32),
-                np.array([p.alpha(tau) for tau in p.delays()], np.float32), self.frames,
-            ]  # fmt: skip
-        return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
-
     def answers(self) -> bytes:
-        """What the extension module answers, in the program's bytes."""
+        """What the extension module answers, as bytes."""
         shape = self.frames.shape[1:]
         fields = []
         if isinstance(self.params, LGMD1Params):
@@ -117,16 +108,6 @@ def onboard(rng: np.random.Generator, extreme: bool) -> OnboardParams:
             continue
 
 
-def _fixed(c: Fixed) -> list[np.ndarray]:
-    """The constants in the order of ``onboard_config``, each table with its count before it."""
-    names = [name for name in Fixed.__slots__ if name not in TABLES]
-    parts = [np.array(getattr(c, name), np.int64 if name == "plate_limit" else np.int32) for name in names]
-    for name, kind in TABLES.items():
-        entries = np.array(getattr(c, name), kind.removesuffix("_t"))
-        parts += [np.array(len(entries), np.int32), entries]
-    return parts
-
-
 def _between(rng: np.random.Generator, low: float, high: float, extreme: bool) -> float:
     return float(rng.choice([low, high])) if extreme and rng.random() < 0.5 else float(rng.uniform(low, high))
 
@@ -168,18 +149,25 @@ def _frames(rng: np.random.Generator, count: int, rows: int, columns: int) -> np
     return frames.astype(np.float32 if rng.integers(2) else np.uint8)
 
 
-def compiled(folder: Path, *options: str) -> Path:
-    """The program, built in ``folder``."""
-    program = folder / "cases"
-    sources = [str(NATIVE / name) for name in (*(s for s in binding.SOURCES if s.endswith(".c")), "cases.c")]
-    subprocess.run([COMPILER, *STRICT, *options, *sources, "-o", str(program)], check=True, timeout=300)
-    return program
+def compiled(folder: Path, *options: str) -> None:
+    """Build the extension module in ``folder`` with a compiler's options."""
+    build = [COMPILER, *options, "-fPIC", f"-I{NATIVE}", f"-I{sysconfig.get_path('include')}"]
+    sources = [NATIVE / name for name in binding.SOURCES if name.endswith(".c")]
+    subprocess.run([*build, *STRICT, "-c", *sources], cwd=folder, check=True, timeout=300)
+    binding.write(str(folder / "_dsnn_native.c"))
+    objects = [f"{source.stem}.o" for source in sources]
+    command = [*build, "-w", "-shared", "_dsnn_native.c", *objects, "-o", "_dsnn_native.so"]
+    subprocess.run(command, cwd=folder, check=True, timeout=300)
 
 
-def answered(program: Path, chosen: Sequence[Case]) -> bytes:
-    """What the program answers to the cases; a sanitizer's report ends it, and is shown."""
+def answered(folder: Path, count: int) -> bytes:
+    """What the module in ``folder`` answers to ``count`` cases; a sanitizer's report ends it, and is shown."""
+    find = [COMPILER, "-print-file-name=libasan.so"]
+    sanitizer = subprocess.run(find, capture_output=True, text=True, check=True).stdout.strip()
     done = subprocess.run(
-        [program], input=b"".join(case.written() for case in chosen), capture_output=True, timeout=900
-    )
+        [sys.executable, "-c", ANSWERS, str(count), folder / "_dsnn_native.so"],
+        cwd=ROOT, capture_output=True, timeout=900,
+        env=os.environ | {"PYTHONMALLOC": "malloc", "LD_PRELOAD": sanitizer, "ASAN_OPTIONS": "detect_leaks=0"},
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr.decode(errors="replace")[-3000:]
     return done.stdout
