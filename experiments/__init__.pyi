@@ -5,7 +5,6 @@ from .bench.api import fit as fit
 from .bench.api import run as run
 from .bench.behave import score as score
 from .bench.compare import compare as compare
-from .bench.fit import Fit as Fit
 from .bench.fit import Fitted as Fitted
 from .bench.result import Run as Run
 from .bench.result import load as load
@@ -34,6 +33,7 @@ from .bench.stats.checks import decide as decide
 from .bench.stats.scores import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
+from .bench.study import Fit as Fit
 from .bench.study import Study as Study
 from .bench.sweep import sweep as sweep
 from .bench.watch import watch as watch

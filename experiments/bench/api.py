@@ -28,7 +28,7 @@ from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
 from experiments.bench.sources.robot_claims import RobotClaim as Claim
 from experiments.bench.stats.claim import Claim as AnyClaim
-from experiments.bench.study import shipped
+from experiments.bench.study import Fit, shipped
 from experiments.bench.trials import Plan, both
 from experiments.bench.trials import plan as robot_plan
 
@@ -250,7 +250,7 @@ def run(
 
 
 def fit(
-    fit: str | fits.Fit,
+    fit: str | Fit,
     *,
     seed: int = 0,
     out: str | os.PathLike[str] | None = None,
@@ -297,8 +297,8 @@ def fit(
     >>> fitted = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
     >>> print(*fitted.sentences, sep="\\n")
     """
-    asked = shipped(fit, "FIT") if isinstance(fit, str) else fit
-    if not isinstance(asked, fits.Fit):
+    asked = shipped(fit) if isinstance(fit, str) else fit
+    if not isinstance(asked, Fit):
         raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
     plan = fits.planned(asked, operator.index(seed))
     place = new_folder(asked.study.name) if out is None else Path(out)

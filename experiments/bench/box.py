@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from experiments.bench import sweep_plan
-from experiments.bench.grid import ENDS, apart, keys_of, title_of
+from experiments.bench.grid import apart, keys_of, sets, take, title_of
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import look_up
-from experiments.bench.run.settings import changed, collect, schema_of, unit_of
+from experiments.bench.run.settings import changed, collect, schema_of
 from experiments.bench.run.streams import stream
 from experiments.bench.study import Study
 
@@ -37,8 +37,8 @@ class Range:
         Whether it takes whole numbers alone.
     choices
         The values by name; empty where there are ends.
-    unit, title
-        Of the values, empty where none is known; and what it means in a few words.
+    title
+        What it means in a few words, with its unit.
     network
         Whether it is a parameter of the model, so that its values can share their frames.
     """
@@ -48,7 +48,6 @@ class Range:
     high: float = 1.0
     whole: bool = False
     choices: tuple[str, ...] = ()
-    unit: str = ""
     title: str = ""
     network: bool = False
 
@@ -123,16 +122,13 @@ def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box
     for experiment in experiments:
         _, _, base, _ = next(sweep_plan.part_of(experiment, replace(study, assignments=()), 0).readers())
         sections |= {section: values[0] for section, values in base.items()}
-    taken = {text.partition("=")[0] for text in study.assignments}
+    fixed, taken = {text.partition("=")[0] for text in study.assignments}, set[str]()
     ranges: list[Range] = []
     for text in over:
         name, equals, ends = text.partition("=")
+        take(text, taken, fixed)
         parts = [_range(f"{key}{equals}{ends}", sections, networks) for key in keys_of(name)]
-        for key in keys_of(name):
-            if {key, apart(key)[0]} & taken:
-                raise UsageError(f"--over {text}: {key} is there twice, or --set settles it")
-            taken.add(key)
-        if len({replace(part, key=name, unit="", title="") for part in parts}) > 1:
+        if len({replace(part, key=name, title="") for part in parts}) > 1:
             raise UsageError(f"--over {text}: {' and '.join(keys_of(name))} take no one value")
         ranges.append(replace(parts[0], key=name, title=" and ".join(dict.fromkeys(part.title for part in parts))))
     if not ranges:
@@ -168,9 +164,7 @@ def _range(text: str, sections: Mapping[str, Any], networks: set[str]) -> Range:
             raise UsageError(f"--over {text}: expected two numbers as KEY=A{TO}B, the lower first; values of another"
                              " kind as KEY=V1,V2")  # fmt: skip
     for one in choices or (f"{low:.6g}", f"{high:.6g}"):  # each is legal
-        parts = [str(part) for part in present or ()] if end else [one]
-        parts[ENDS.get(end, 0)] = one
-        changed("", value, {name: ",".join(parts)}, lambda _name, _text: f"--over {text}")
+        moved = sets([f"{key}={one}"], {section: (value,)})[parameter]
+        changed("", value, {name: moved}, lambda _name, _text: f"--over {text}")
     whole = schema.get("type") == "integer" and not choices
-    title = title_of(key, [{section: (value,)}])
-    return Range(key, low, high, whole, choices, unit_of(value, name), title, section in networks)
+    return Range(key, low, high, whole, choices, title_of(key, [{section: (value,)}]), section in networks)

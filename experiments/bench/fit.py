@@ -11,12 +11,10 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 import polars as pl
-from pydantic import Field, SkipValidation
-from pydantic.dataclasses import dataclass as validated
 
 from experiments.bench import leaderboard, registry, sweep, sweep_plan, tune
 from experiments.bench.box import Box, box_of, setting_at, spread
@@ -34,15 +32,11 @@ from experiments.bench.run.workers import Workers
 from experiments.bench.stats.count import LEAST_JUDGED, Count, count
 from experiments.bench.stats.tests import summarise
 from experiments.bench.stats.verdict import together
-from experiments.bench.study import TOGETHER, Study, make_tuples
+from experiments.bench.study import BOARDS, KEPT, LEADERBOARD, SLACK, TOGETHER, Fit, Study
 from experiments.bench.sweep import MOST_SLACK
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
-SLACK, KEPT = "slack", "kept"
-"""Goals of claims: the least slack over claims and replicates, or the number of claims kept."""
-BOARDS = LEADERBOARD, TUNING = "leaderboard", "tuning"
-"""What may stand in place of experiments: the leaderboard's scores, or the numbers of tuning curves."""
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
 NEXT_BEST = 10
@@ -51,91 +45,6 @@ TEST, SAMPLE, APART = 1_000_000, 2_000_000, 1000
 """Added to the seed of the search for the judging anew and for the sample; distance of a board's replicates."""
 AS_IS = "as it is"
 """Name of the model without a setting."""
-
-AtLeastOne = Annotated[int, Field(ge=1)]
-
-
-@validated(frozen=True, slots=True)
-class Fit:
-    """A search for the parameters under which all claims of a study hold, or measures are largest.
-
-    Parameters
-    ----------
-    study
-        Claims, experiments, one model, what holds at every point, and the replicates that each setting is searched by.
-        It has neither axes nor measures. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
-    over
-        The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter, or for several of one value with
-        ``+`` between their keys. ``KEY`` alone is its whole legal range. A range of positive numbers whose ends are 100
-        times apart is searched by its logarithm.
-    trials
-        Settings that are searched, rounded up to whole batches of twice ``share``.
-    share
-        Settings of the network that are shown the frames of one rendering.
-    sample
-        Settings of the space-filling sample, each with a rendering of its own.
-    held_out
-        Replicates in which the winner and the ten next best are judged anew.
-    sampler
-        What chooses the settings: Optuna's ``tpe``, or ``random``.
-    search_repeats
-        Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
-        anew always has. Fewer make a search quicker, and its slack rougher.
-    maximise, minimise
-        The goals, made large, and small: ``slack`` or ``kept`` of claims, measures of sweeps, columns of the
-        leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
-
-    Raises
-    ------
-    UsageError
-        The study has axes or several models, or the goals do not go together.
-    pydantic.ValidationError
-        A number is out of its range.
-
-    Examples
-    --------
-    >>> from experiments import Fit, Study
-    >>> speed = Study("threshold", "C15 at some threshold", claims=("C15",), replicates=1)
-    >>> Fit(speed, over=("dsnn.t_sp=0.05..0.3",), trials=60).sample
-    64
-    """
-
-    study: SkipValidation[Study]
-    over: tuple[str, ...]
-    trials: AtLeastOne = 400
-    share: AtLeastOne = 10
-    sample: AtLeastOne = 64
-    held_out: AtLeastOne = 20
-    sampler: Literal["tpe", "random"] = "tpe"
-    search_repeats: AtLeastOne | None = None
-    maximise: tuple[str, ...] = (SLACK,)
-    minimise: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        make_tuples(self, f"fit {self.study.name}", ("over", "maximise", "minimise"))
-        study, goals = self.study, list(self.goals)
-        if study.axes or study.over or study.measures or study.read_off or len(study.models) != 1:
-            raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
-        if not goals or (len(goals) > 1 and {SLACK, KEPT} & {*goals}) or {SLACK, KEPT} & {*self.minimise}:
-            raise UsageError(f"--maximise {','.join(goals)}: slack and kept are made large, each as the only goal")
-        if (self.board and len(study.experiments) > 1) or (study.claims and not self.of_claims):
-            raise UsageError(f"fit {study.name}: {self.board or goals[0]} is fitted to without claims and experiments")
-
-    @property
-    def goals(self) -> dict[str, int]:
-        """The goals in order, each with 1, or -1 where it is made small."""
-        return dict.fromkeys(self.maximise, 1) | dict.fromkeys(self.minimise, -1)
-
-    @property
-    def of_claims(self) -> bool:
-        """True if the goal is one of claims, and not a measure."""
-        return next(iter(self.goals)) in (SLACK, KEPT)
-
-    @property
-    def board(self) -> str:
-        """``leaderboard`` or ``tuning``; empty where the fit is to experiments."""
-        return next((name for name in self.study.experiments if name in BOARDS), "")
-
 
 # The search: Optuna asks for settings batch by batch.
 
@@ -463,54 +372,45 @@ def conclude(
     table = pl.concat([settings_table(fit, *part) for part in parts])
     again = anew_table(fit, plan.box, searched, settings, best, anew)
     winner = ", ".join(f"{key}={value}" for key, value in settings[best[0]].items())
-    ranges = "; ".join(f"{part}{f' {part.unit}' if part.unit else ''}" for part in plan.box)
-    last = (f"searched: {len(settings)} settings of {ranges}, replicates each: {fit.study.replicates}; times that the"
+    box = "; ".join(map(str, plan.box))
+    last = (f"searched: {len(settings)} settings of {box}, replicates each: {fit.study.replicates}; times that the"
             f" seeds of the judging anew were looked at: {looks}")  # fmt: skip
     if fit.of_claims:
+        first, own = again.row(0, named=True), table.row(best[0], named=True)
         counted = count(with_all(anew).filter(setting=0, name=again["claim"][0])["verdict"])
         kept = scores.filter(kept=len(names_of(scores.columns))).height
-        share, first = Count(kept, len(even) - kept), again.row(0, named=True)
-        word, lines = _of_claims(winner, table, first, counted, share)
+        share = Count(kept, len(even) - kept)
         luck = {TOGETHER: _less(first["slack in the search"], first["slack anew"])}
+        word = "fitted" if counted.word == "holds" else "not fitted"
+        if own["kept"] < own["claims"]:
+            word = "not fitted"
+        elif counted.kind == "counted" and not counted.fails:
+            word = "no word"
+        few = f", which needs {LEAST_JUDGED} replicates" if word == "no word" else ""
+        low, high = share.interval or (0.0, 1.0)
+        lines = [
+            f"{word}{few}: {winner} keeps {own['kept']} of {own['claims']}"
+            f" claims in the search, and all of them in {counted} replicates that it never saw",
+            f"its least slack is {_number(first['slack in the search'])} smallest differences in the search and"
+            f" {_number(first['slack anew'])} in the mean of {counted.replicates} fresh replicates; luck of the search:"
+            f" {_number(luck[TOGETHER])}",
+            f"{kept} of {len(even)} settings that fill the box evenly keep every claim: {kept / len(even):.3g} of the"
+            f" box, 95 % interval {low:.3g} to {high:.3g}",
+        ]
         return Fitted(plan, table, again, word, share, luck, {}, shares, looks, [*lines, last], failures)
     luck, gain, lines = {}, {}, []
     for goal, sign in fit.goals.items():
         own = again.filter(goal=goal)
         one, start = own.row(0, named=True), own.row(-1, named=True)
         luck[goal], gain[goal] = _less(one["in the search"], one["anew"], sign), _less(one["anew"], start["anew"], sign)
-        best_even = max((sign * value for value in scores[goal] if math.isfinite(value)), default=math.nan)
+        values = [sign * value for value in scores[goal] if math.isfinite(value)]
+        best_even = _number(sign * max(values) if values else None)
         lines.append(
-            f"{goal}: {winner} has {_text(one)} in the mean of {one['replicates']} replicates anew, the model {AS_IS}"
-            f" {_text(start)}; luck of the search: {_number(luck[goal])}; best of {len(even)} settings that fill the"
-            f" box evenly: {_number(sign * best_even)}"
+            f"{goal}: {winner} has {_number(one['anew'])} in the mean of {one['replicates']} replicates anew, the model"
+            f" {AS_IS} {_number(start['anew'])}; luck of the search: {_number(luck[goal])}; best of the {len(even)}"
+            f" settings that fill the box evenly: {best_even}"
         )
     return Fitted(plan, table, again, "", None, luck, gain, shares, looks, [*lines, last], failures)
-
-
-def _of_claims(
-    winner: str, table: pl.DataFrame, first: Mapping[str, Any], anew: Count, share: Count
-) -> tuple[str, list[str]]:
-    """Return the word on the winner, and what is to be said of it and of the even sample."""
-    searched = table.filter(of="search")
-    own = searched.row(first["number"], named=True)
-    few = anew.kind == "counted" and not anew.fails
-    if own["kept"] < own["claims"]:
-        word = said = "not fitted"
-        text = f"the best of {searched.height} settings, {winner}, keeps {own['kept']} of {own['claims']} claims"
-    else:
-        word = "fitted" if anew.word == "holds" else "no word" if few else "not fitted"
-        said = f"too few for a verdict, which needs {LEAST_JUDGED}" if few else word
-        text = f"{winner} keeps every claim in the search, and in {anew} replicates that it never saw"
-    low, high = (100.0 * end for end in share.interval or (0.0, 1.0))
-    drop = _less(first["slack in the search"], first["slack anew"])
-    luck = "the drop is luck of the search" if drop and drop > 0.0 else "no drop, so no luck of the search is seen"
-    return word, [
-        f"{said}: {text}",
-        f"its least slack is {_number(first['slack in the search'])} smallest differences in the search and"
-        f" {_number(first['slack anew'])} in the mean of {anew.replicates} fresh replicates; {luck}",
-        f"{share.holds} of {share.replicates} settings that fill the box evenly keep every claim:"
-        f" {100.0 * share.holds / share.replicates:.3g} % of the box, 95 % interval {low:.3g} % to {high:.3g} %",
-    ]
 
 
 def _less(one: float | None, other: float | None, sign: int = 1) -> float | None:
@@ -521,14 +421,7 @@ def _less(one: float | None, other: float | None, sign: int = 1) -> float | None
 
 
 def _number(value: float | None) -> str:
-    return "not known" if value is None or math.isnan(value) else f"{value:+.3g}"
-
-
-def _text(row: Mapping[str, Any]) -> str:
-    if row["anew"] is None:
-        return "no value"
-    same = row["low"] is None or row["low"] == row["high"]
-    return f"{row['anew']:.4g}" + ("" if same else f" [{row['low']:.4g}, {row['high']:.4g}]")
+    return "no value" if value is None else f"{value:.4g}"
 
 
 # Running it.
@@ -577,18 +470,19 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
     elif not names:
         raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
     else:
-        plan = sweep_plan.planned(study_of(fit, [setting_at(box, [0.5] * len(box))]), seed)
+        middle = [setting_at(box, [0.5] * len(box))]
+        plan, judging = (sweep_plan.planned(study_of(fit, middle, anew=anew), seed) for anew in (False, True))
         if fit.of_claims and not plan.claims:
             raise UsageError(f"{', '.join(names)}: no claim there can be fitted to")
         measures = [measure.name for measure, _ in plan.measures]
         if wrong := next((goal for goal in fit.goals if not fit.of_claims and goal not in measures), ""):
             raise UsageError(f"--maximise {wrong}: not measured there; measured are {', '.join(measures)}")
-        declared = {experiment.name: experiment.repeats for experiment in experiments}
-        for claim, name in plan.claims if plan.things == "trials" else ():
-            fewest = min(min(plan.repeats), fit.study.repeats or declared[name])  # of the search, and of the judging
+        fewest = min(*plan.repeats, *judging.repeats)
+        for claim, _ in plan.claims if plan.things == "trials" else ():
             if fewest < claim.least:
-                raise UsageError(f"{claim.id} needs at least {claim.least} trials of each condition, and there are"
-                                 f" {fewest} in the search or in {name}")  # fmt: skip
+                raise UsageError(
+                    f"--repeats {fewest}: {claim.id} needs at least {claim.least} trials of each condition"
+                )
     size = PAIR * fit.share
     renderings = 1 if not outside else size if len(outside) == len(box) else PAIR
     return FitPlan(fit, box, seed, renderings, size // renderings)

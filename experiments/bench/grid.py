@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -35,8 +36,20 @@ def apart(key: str) -> tuple[str, str]:
     return (parameter, end) if end in ENDS and "." in parameter else (key, "")
 
 
-def product(over: Sequence[str], assignments: Iterable[str] = ()) -> list[Point]:
-    """Return every combination of ``KEY=V1,V2,...`` texts, the last one fastest.
+def take(text: str, taken: set[str], fixed: Collection[str] = ()) -> None:
+    """Add the keys of an ``--over`` text to those ``taken``; `UsageError` where one is there twice or ``fixed``.
+
+    The two ends of one parameter are two keys, and a parameter as a whole has both.
+    """
+    for key in keys_of(text.partition("=")[0]):
+        whole = apart(key)[0]
+        if key in fixed or any(key in (other, apart(other)[0]) or whole == other for other in taken):
+            raise UsageError(f"--over {text}: {key} is there twice, or --set settles it")
+        taken.add(key)
+
+
+def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str, list[str]]:
+    """Return the levels of each axis from ``KEY=V1,V2,...`` texts.
 
     Parameters
     ----------
@@ -54,21 +67,15 @@ def product(over: Sequence[str], assignments: Iterable[str] = ()) -> list[Point]
     axes: dict[str, list[str]] = {}
     fixed, taken = {text.partition("=")[0] for text in assignments}, set[str]()
     for text in over:
-        key, equals, values = text.partition("=")
+        key, _, values = text.partition("=")
         levels = [value for value in values.split(",") if value]
-        if not equals or not levels:
+        if not levels or len(set(levels)) < len(levels):
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
-        for parameter in keys_of(key):
-            whole, end = apart(parameter)  # the two ends of one parameter are two axes
-            met = {parameter, whole} if end else {other for other in taken if apart(other)[0] == whole}
-            if len(set(levels)) < len(levels) or parameter in fixed or met & taken:
-                raise UsageError(f"--over {text}: a value is there twice, or {parameter} is set elsewhere too")
-            taken.add(parameter)
+        take(text, taken, fixed)
         axes[key] = levels
-    points = points_of(axes)
-    if not axes or len(points) > MOST_POINTS:
-        raise UsageError(f"--over must be there once or more, with up to {MOST_POINTS} points, got {len(points)}")
-    return points
+    if not 0 < (number := math.prod(map(len, axes.values())) if axes else 0) <= MOST_POINTS:
+        raise UsageError(f"--over must be there once or more, with up to {MOST_POINTS} points, got {number}")
+    return axes
 
 
 def points_of(axes: Mapping[str, Iterable[str]]) -> list[Point]:
@@ -106,15 +113,12 @@ def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[st
     Raises
     ------
     UsageError
-        There are more than `MOST_AXES`, a key is of no experiment or model, or is there twice; or as of `product`.
+        There are more than `MOST_AXES`, a key is of no experiment or model; or as of `levels_of`.
     """
-    points = product(over, assignments)
-    if len(points[0]) > MOST_AXES:
-        raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(points[0])}")
-    return [
-        _axis(name, list(dict.fromkeys(point[place][1] for point in points)), bases)
-        for place, (name, _) in enumerate(points[0])
-    ]
+    axes = levels_of(over, assignments)
+    if len(axes) > MOST_AXES:
+        raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(axes)}")
+    return [_axis(name, labels, bases) for name, labels in axes.items()]
 
 
 def _axis(name: str, labels: list[str], bases: Sequence[Base]) -> Axis:

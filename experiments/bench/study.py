@@ -1,4 +1,4 @@
-"""Declared sweeps: claims and measures at every point of a grid with names, in a file of their own."""
+"""Declared sweeps and fits: claims and measures over a grid with names, or over a box, in a file of their own."""
 
 from __future__ import annotations
 
@@ -9,18 +9,26 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, SkipValidation
+from pydantic.dataclasses import dataclass as validated
 
 from experiments.bench.run.errors import UsageError, check_name, of_one
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, declares, is_file
 from experiments.bench.stats.claim import Claim
+from experiments.studies import FITS, STUDIES
 from scenes.hints import nearest
 
 TOGETHER = "all"
 """Id of all claims of a grid, or a fit, together, where there are several."""
 WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""
+SLACK, KEPT = "slack", "kept"
+"""Goals of claims: the least slack over claims and replicates, or the number of claims kept."""
+BOARDS = LEADERBOARD, TUNING = "leaderboard", "tuning"
+"""What may stand in place of experiments: the leaderboard's scores, or the numbers of tuning curves."""
 Levels = Mapping[str, tuple[str, ...]]
 """Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 
@@ -158,6 +166,91 @@ class Study:
         return bool(self.claim_at or self.plays)
 
 
+AtLeastOne = Annotated[int, Field(ge=1)]
+
+
+@validated(frozen=True, slots=True)
+class Fit:
+    """A search for the parameters under which all claims of a study hold, or measures are largest.
+
+    Parameters
+    ----------
+    study
+        Claims, experiments, one model, what holds at every point, and the replicates that each setting is searched by.
+        It has neither axes nor measures. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
+    over
+        The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter, or for several of one value with
+        ``+`` between their keys. ``KEY`` alone is its whole legal range. A range of positive numbers whose ends are 100
+        times apart is searched by its logarithm.
+    trials
+        Settings that are searched, rounded up to whole batches of twice ``share``.
+    share
+        Settings of the network that are shown the frames of one rendering.
+    sample
+        Settings of the space-filling sample, each with a rendering of its own.
+    held_out
+        Replicates in which the winner and the ten next best are judged anew.
+    sampler
+        What chooses the settings: Optuna's ``tpe``, or ``random``.
+    search_repeats
+        Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
+        anew always has. Fewer make a search quicker, and its slack rougher.
+    maximise, minimise
+        The goals, made large, and small: ``slack`` or ``kept`` of claims, measures of sweeps, columns of the
+        leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
+
+    Raises
+    ------
+    UsageError
+        The study has axes or several models, or the goals do not go together.
+    pydantic.ValidationError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> from experiments import Fit, Study
+    >>> speed = Study("threshold", "C15 at some threshold", claims=("C15",), replicates=1)
+    >>> Fit(speed, over=("dsnn.t_sp=0.05..0.3",), trials=60).sample
+    64
+    """
+
+    study: SkipValidation[Study]
+    over: tuple[str, ...]
+    trials: AtLeastOne = 400
+    share: AtLeastOne = 10
+    sample: AtLeastOne = 64
+    held_out: AtLeastOne = 20
+    sampler: Literal["tpe", "random"] = "tpe"
+    search_repeats: AtLeastOne | None = None
+    maximise: tuple[str, ...] = (SLACK,)
+    minimise: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        make_tuples(self, f"fit {self.study.name}", ("over", "maximise", "minimise"))
+        study, goals = self.study, list(self.goals)
+        if study.axes or study.over or study.measures or study.read_off or len(study.models) != 1:
+            raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
+        if not goals or (len(goals) > 1 and {SLACK, KEPT} & {*goals}) or {SLACK, KEPT} & {*self.minimise}:
+            raise UsageError(f"--maximise {','.join(goals)}: slack and kept are made large, each as the only goal")
+        if (self.board and len(study.experiments) > 1) or (study.claims and not self.of_claims):
+            raise UsageError(f"fit {study.name}: {self.board or goals[0]} is fitted to without claims and experiments")
+
+    @property
+    def goals(self) -> dict[str, int]:
+        """The goals in order, each with 1, or -1 where it is made small."""
+        return dict.fromkeys(self.maximise, 1) | dict.fromkeys(self.minimise, -1)
+
+    @property
+    def of_claims(self) -> bool:
+        """True if the goal is one of claims, and not a measure."""
+        return next(iter(self.goals)) in (SLACK, KEPT)
+
+    @property
+    def board(self) -> str:
+        """``leaderboard`` or ``tuning``; empty where the fit is to experiments."""
+        return next((name for name in self.study.experiments if name in BOARDS), "")
+
+
 def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
     """Make tuples of the sequences in some fields of a frozen declaration; `UsageError` for a text there."""
     for name in fields:
@@ -167,19 +260,12 @@ def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
         object.__setattr__(declaration, name, tuple(values))
 
 
-def names(attribute: str = "STUDY") -> tuple[str, ...]:
-    """Return the names of the studies that ship, or of the fits for ``FIT``."""
-    package = importlib.import_module("experiments.studies")
-    return tuple(package.NAMES if attribute == "STUDY" else package.FITS)
-
-
-def shipped(name: str, attribute: str = "STUDY") -> Any:
-    """Return the ``STUDY`` or the ``FIT`` that ships under a name; `UsageError` where there is none."""
-    known = names(attribute)
-    if name not in known:
-        raise UsageError(f"unknown {attribute.lower()} '{name}'{nearest(name, known, ' (', ')')}: {', '.join(known)}")
-    package = importlib.import_module("experiments.studies")
-    module, _, variable = (package.NAMES if attribute == "STUDY" else package.FITS)[name].partition(".")
+def shipped(name: str) -> Any:
+    """Return the study or the fit that ships under a name; `UsageError` where there is none."""
+    if name not in STUDIES | FITS:
+        near = nearest(name, STUDIES | FITS, " (", ")")
+        raise UsageError(f"unknown study or fit '{name}'{near}: {', '.join(STUDIES | FITS)}")
+    module, _, variable = (STUDIES | FITS)[name].partition(".")
     return getattr(importlib.import_module(f"experiments.studies.{module}"), variable)
 
 
@@ -189,7 +275,7 @@ def called(name: str) -> Study | None:
     Files of models and experiments are looked for beside the user's file.
     """
     if "," in name or not is_file(name):
-        return shipped(name) if name in names() else None
+        return shipped(name) if name in STUDIES else None
     path = Path(name)
     if not declares(path, "STUDY"):
         return None

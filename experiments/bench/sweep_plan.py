@@ -16,7 +16,7 @@ import polars as pl
 
 from experiments import NAMES
 from experiments.bench import measures as measuring
-from experiments.bench import offline, registry, trials
+from experiments.bench import registry, trials
 from experiments.bench.grid import Base, Point, axes_of, check_keys, knows, moves, points_of, sets
 from experiments.bench.measures import Measure
 from experiments.bench.replicates import MODEL, asked_models
@@ -124,7 +124,7 @@ def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]
 
 def part_of(
     declared: Any, study: Study, seed: int, pictures: Pictures | None = None, models: Sequence[str] = (),
-    needed: Collection[str] = (),
+    needed: Collection[str] | None = (),
 ) -> Part:  # fmt: skip
     """Return an experiment as a part of a sweep.
 
@@ -135,7 +135,7 @@ def part_of(
     models
         Shown in place of the study's, to an experiment with the robot.
     needed
-        Labels of models of an off-line experiment's own that are shown too.
+        Labels of models of an off-line experiment's own that are shown too; ``None``: all of them.
     """
     if isinstance(declared, OfflineExperiment):
         return _clips_part(declared, study, seed, pictures, needed)
@@ -170,11 +170,12 @@ def _robot_part(
 
 
 def _clips_part(
-    declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None, needed: Collection[str]
+    declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None, needed: Collection[str] | None
 ) -> Part:
     """Return clips. A key of a stimulus is of each of its clips: ``cluttered.grey`` of every ``cluttered`` one."""
-    own = [model.asked.text for model in look_up(declared.models, "offline") if model.chosen.label in needed]
-    selected = look_up([*study.models, *own], "offline")
+    own = look_up(declared.models, "offline")
+    own_texts = [model.asked.text for model in own if needed is None or model.chosen.label in needed]
+    selected = look_up([*study.models, *own_texts], "offline")
     stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
     networks = {model.section: model.chosen.network for model in selected}
     texts = _applying(study.assignments, networks | stimuli)
@@ -251,98 +252,65 @@ def planned(
     models = [model.chosen for model in look_up(study.models, "robot" if on_robot else "offline")]
     models = models if on_robot else models[:1]
     claims = _claims(experiments, study, [] if models_in or study.read_off else models)
-    if study.read_off:
-        return _read_off(experiments[0], study, seed, pictures, claims, models[0].label)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
-        parts.append(part_of(experiment, study, seed, pictures, (models_in or {}).get(experiment.name, ()), needed))
-    bases = [base for part in parts for _, _, base, _ in part.readers()]
-    axes = [Axis(name, levels) for name, levels in study.axes.items()]
-    axes += axes_of(study.over, bases, study.assignments) if study.over else []
-    _check_keys(study, axes, parts, TRIAL_SCHEMA if on_robot else clips.TRIALS)
+        shown = (models_in or {}).get(experiment.name, ())
+        parts.append(part_of(experiment, study, seed, pictures, shown, None if study.read_off else needed))
+    axes = _axes(study, parts, TRIAL_SCHEMA if on_robot else clips.TRIALS)
     points = points_of({axis.name: axis.levels for axis in axes})
-    parameters: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes}
+    parameters: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes if any(axis.levels.values())}
     try:
         renderings = {part.declared.name: _renderings(part, study, axes, points, parameters) for part in parts}
     except UsageError as error:  # the values of --set were checked before: it is a point's
         raise UsageError(str(error).replace("--set ", "--over ", 1)) from error
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
-    wanted = study.measures or (() if claims else (measuring.SPIKES,))
-    measures = measuring.chosen(wanted, conditions, models)
+    measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     parts = [part for part in parts if models_in or part.declared.name in {name for _, name in (*claims, *measures)}]
+    motions = {(name, motion) for asked, name in (*claims, *measures) if on_robot for motion in asked.motions}
+    labels = [EVERY_MODEL] if models_in else [model.label for model in models]
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, part in product(range(study.replicates), parts):
         name = part.declared.name
-        motions = {motion for asked, on in (*claims, *measures) if on == name and on_robot for motion in asked.motions}
         for _, trials_of, variants, watching in renderings[name]:
             found = trials_of(replicate, tuple(variants.values()))
             if on_robot and not study.every_trial:
-                found = [spec for spec in found if spec.condition.path or spec.condition.motion in motions]
+                found = [spec for spec in found if spec.condition.path or (name, spec.condition.motion) in motions]
             numbers = range(len(specs), len(specs) + len(found))
             specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
             for point, seen in watching.items():
-                alone = {label: {label: model} for label, model in seen.items()}
-                all_of_it = {EVERY_MODEL if models_in else models[0].label: seen}
-                for judge, shown in (alone if on_robot and not models_in else all_of_it).items():
-                    shares[point, judge, name, replicate] = (numbers, shown)
+                if on_robot and not models_in:
+                    shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
+                else:
+                    shares[point, labels[0], name, replicate] = (numbers, _playing(study, point, labels[0], seen))
         if not replicate:
             check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
-    labels = [EVERY_MODEL] if models_in else [model.label for model in models]
     there = {(point, name) for point, name, *_ in shares}
     variants = {model.label: model for spec in specs for model in spec.models}
     files = [path for part in parts for path in part.described["files"]]
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
     description = {
-        **parts[0].described, "experiments": [part.declared for part in parts],
-        "repeats": [part.repeats for part in parts], "trials": len(specs), "models": tuple(variants.values()),
-        "changed": changes | parameters, **provenance.of(sources, parts[0].declared),
-        **_described(study, seed, axes, claims, measures),
+        **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
+        "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
+        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters,
+        "axes": {axis.name: tuple(axis.levels) if axis.title else axis.levels for axis in axes},
+        "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
+        "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
+        **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
     return Plan(
-        study, claims, tuple(measures), tuple(axes), tuple(points),
+        study, claims, measures, tuple(axes), tuple(points),
         tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
         tuple(part.repeats for part in parts), tuple(specs), shares, description, parameters,
     )  # fmt: skip
 
 
-def _described(
-    study: Study, seed: int, axes: Sequence[Axis], claims: Sequence[tuple[Any, str]], measures: Sequence[Any]
-) -> dict[str, Any]:
-    """Return the entries of ``run.json`` that every sweep has."""
-    return {
-        "kind": "sweep", "replicates": study.replicates, "seed": seed,
-        "axes": {axis.name: tuple(axis.levels) if axis.title else axis.levels for axis in axes},
-        "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
-        "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
-    }  # fmt: skip
-
-
-def _read_off(
-    declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None,
-    claims: tuple[tuple[Any, str], ...], judged: str,
-) -> Plan:  # fmt: skip
-    """Plan a study whose points are read off one run of an off-line experiment."""
-    texts = [*study.models, *declared.models]
-    whole = offline.plan(declared, texts, study.assignments, study.replicates, seed, pictures)
-    axes = [Axis(name, levels) for name, levels in study.axes.items()]
-    points = points_of({axis.name: axis.levels for axis in axes})
-    models = {model.label: model for model in whole.models}
-    shares: dict[tuple[Point, str, str, int], Share] = {}
-    size = len(whole.trials) // study.replicates
-    for point, replicate in product(points, range(study.replicates)):
-        plays = {name: models[label] for _, level in point for name, label in study.plays.get(level, {}).items()}
-        seen = {judged: models[judged], **plays} if study.plays else models
-        shares[point, judged, declared.name, replicate] = (range(replicate * size, (replicate + 1) * size), seen)
-    sources = [*(model.source for model in whole.models), *filter(None, (study.file,))]
-    description = {
-        **whole.describe(), "experiments": [declared], "repeats": [1], **provenance.of(sources, declared),
-        **_described(study, seed, axes, claims, ()),
-    }  # fmt: skip
-    return Plan(study, claims, (), tuple(axes), tuple(points), tuple((point, judged) for point in points), seed, (1,),
-                whole.trials, shares, description, whole.changed())  # fmt: skip
+def _playing(study: Study, point: Point, judged: str, seen: Mapping[str, ConfiguredModel]) -> Mapping[str, Any]:
+    """Return the models that claims are judged on at a point: where models take others' places, these alone."""
+    plays = {name: seen[label] for _, level in point for name, label in study.plays.get(level, {}).items()}
+    return {judged: seen[judged], **plays} if study.plays else seen
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:
@@ -396,11 +364,13 @@ def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
     return not models or (responds and all(claim.models <= {label} for label in labels))
 
 
-def _check_keys(study: Study, axes: Sequence[Axis], parts: Sequence[Part], schema: pl.Schema) -> None:
-    """Raise `UsageError` for a key that there is not, and for an axis that moves nothing."""
+def _axes(study: Study, parts: Sequence[Part], schema: pl.Schema) -> list[Axis]:
+    """Return the axes of a study; `UsageError` for a key that there is not, and for an axis that moves nothing."""
     readers = [(base, settled) for part in parts for _, _, base, settled in part.readers()]
     bases = [base for base, _ in readers]
     check_keys(study.assignments, bases, "--set")
+    axes = [Axis(name, levels) for name, levels in study.axes.items()]
+    axes += axes_of(study.over, bases, study.assignments) if study.over else []
     for axis in axes:
         if axis.name in schema:
             raise UsageError(f"axis {axis.name}: the table of trials has that column; rename the axis")
@@ -408,6 +378,7 @@ def _check_keys(study: Study, axes: Sequence[Axis], parts: Sequence[Part], schem
         check_keys(texts, bases, f"axis {axis.name}:")
         if texts and not any(moves(axis, base, settled) for base, settled in readers):
             raise UsageError(f"axis {axis.name}: the models have settled that themselves, so that it moves nothing")
+    return axes
 
 
 def _renderings(
@@ -443,7 +414,8 @@ def _renderings(
             name = " ".join(filter(None, (model.label if place else "", *names))) or model.label
             label = labels.setdefault((place, *values.items()), name)  # points that are alike there share it
             for axis, (_, level), moving in zip(axes, point, moved, strict=True):
-                parameters[axis.name][label] = axis.values[level] if moving else None
+                if axis.name in parameters:
+                    parameters[axis.name][label] = axis.values[level] if moving else None
             keys = ((key.partition("."), value) for key, value in values.items())
             own = {name: value for (section, _, name), value in keys if section == selected.section}
             network = changed(selected.section, model.network, own)

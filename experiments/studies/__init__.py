@@ -1,9 +1,9 @@
 """The studies and fits that ship: what is varied, which claims and measures, how many replicates.
 
-A new one is a `experiments.Study` or `experiments.Fit` in a file here, and a line of `NAMES` or `FITS`.
+A new one is a `experiments.Study` or `experiments.Fit` in a file here, and a line of `STUDIES` or `FITS`.
 """
 
-NAMES = {
+STUDIES = {
     "fidelity": "robot.FIDELITY",
     "eye-range": "robot.EYE_RANGE",
     "fitted-feedback": "robot.FITTED_FEEDBACK",

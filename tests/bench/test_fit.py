@@ -14,8 +14,9 @@ from experiments.bench.fit import RESULTS, Fit, planned, scored
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
-from experiments.bench.study import Study, names, shipped
+from experiments.bench.study import Study, shipped
 from experiments.bench.sweep import MOST_SLACK, slack
+from experiments.studies import FITS
 from tests.helpers.processes import CLI, start, wait_until
 
 pytest.importorskip("optuna")
@@ -217,7 +218,7 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
 
 
 def test_the_fits_that_ship_can_be_made():
-    plans = {name: planned(shipped(name, "FIT")) for name in names("FIT")}
+    plans = {name: planned(shipped(name)) for name in FITS}
     rendered = {name for name, plan in plans.items() if not all(part.network for part in plan.box)}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
     assert {name for name, plan in plans.items() if plan.renderings == 1} == set(plans) - rendered, "all share frames"

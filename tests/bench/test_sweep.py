@@ -14,7 +14,7 @@ from dsnn.stimuli import stimulus
 from experiments import Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.cli import main
-from experiments.bench.grid import product
+from experiments.bench.grid import levels_of
 from experiments.bench.report.sweep import draw
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
@@ -299,6 +299,6 @@ def test_the_function_returns_the_outcomes(tmp_path):
 @pytest.mark.parametrize("over", [("a.b.first=2,3", "a.b=4,6"), ("a.b=4,6", "a.b.last=2,3"), ("a.b=1,2", "a.b=3,4")])
 def test_no_two_axes_move_one_parameter(over):
     with pytest.raises(UsageError):
-        product(over)
-    assert len(product(("a.b.first=2,3", "a.b.last=8,9"))) == 4, "its two ends are two"
-    assert len(product(("a.b.first=2,3",), ("a.b=1,9",))) == 2, "the other end is as --set has it"
+        levels_of(over)
+    assert list(levels_of(("a.b.first=2,3", "a.b.last=8,9"))) == ["a.b.first", "a.b.last"], "its two ends are two"
+    assert levels_of(("a.b.first=2,3",), ("a.b=1,9",)) == {"a.b.first": ["2", "3"]}, "the other end is as --set has it"

@@ -78,7 +78,7 @@ def fit(models: Sequence[str]) -> Figure:
     ranges = (
         Range("dsnn.t_sp", 0.05, 0.3, title="Spike threshold"),
         Range("dsnn.n_con", 2, 8, whole=True, title="Connections"),
-        Range("camera.ae_target", 60, 220, unit="grey levels", title="Mean grey that the loop aims at"),
+        Range("camera.ae_target", 60, 220, title="Mean grey that the loop aims at (grey levels)"),
     )
 
     def results(count: int, seed: int, replicates: int = 1) -> tuple[tuple[dict[str, str], ...], pl.DataFrame]:

@@ -190,17 +190,18 @@ def fit(
     Writes fit.csv, anew.csv, fit.json and a figure. With the same --out it resumes, also to more --trials.
     """
     from experiments.bench import fit as fits
-    from experiments.bench import study as studies
     from experiments.bench.report import fit as report
     from experiments.bench.run.errors import UsageError
+    from experiments.bench.study import shipped
+    from experiments.studies import FITS
 
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
                                "sampler": sampler, "search_repeats": repeats}  # fmt: skip
     given = {name: value for name, value in numbers.items() if value is not None}
-    if experiment in studies.names("FIT"):
+    if experiment in FITS:
         if over or claims or assignments or model or maximise or minimise:
             raise UsageError(f"{experiment}: its box, goals, model and settings are written down in its file")
-        asked = studies.shipped(experiment, "FIT")
+        asked = shipped(experiment)
         study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
         asked = dataclasses.replace(asked, study=study, **given)
     else:

@@ -38,11 +38,11 @@ def budget(
     """
     import polars as pl
 
-    from experiments.bench.grid import product
+    from experiments.bench.grid import levels_of, points_of
     from experiments.bench.report.terminal import error_console, out_console, progress, show
     from experiments.bench.robot_side import chip, firmware, qemu
 
-    points = product(over, assignments or ()) if over else [()]
+    points = points_of(levels_of(over, assignments or ()) if over else {})
     sets = [[*(assignments or ()), *(f"{key}={value}" for key, value in point)] for point in points]
     programs = [chip.program(texts) for texts in sets]
     for note in dict.fromkeys(filter(None, (chip.dead_zone_note(network) for network, _ in programs))):

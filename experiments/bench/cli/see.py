@@ -222,14 +222,16 @@ def _names(kind: str) -> Mapping[str, str]:
 
             return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
         case "studies":
-            from experiments.bench import study
+            from experiments.bench.study import shipped
+            from experiments.studies import STUDIES
 
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
-            return {name: study.shipped(name).summary for name in study.names()} | whole
+            return {name: shipped(name).summary for name in STUDIES} | whole
         case "fits":
-            from experiments.bench import study
+            from experiments.bench.study import shipped
+            from experiments.studies import FITS
 
-            return {name: study.shipped(name, "FIT").study.summary for name in study.names("FIT")}
+            return {name: shipped(name).study.summary for name in FITS}
         case "scenes":
             from scenes import ARENAS
 
