@@ -78,9 +78,9 @@ def places(root: Path) -> dict[str, str]:
     docs = root / "docs"
     pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name != "eye.png"]
     shown = {path.name: path.read_bytes() for path in sorted(pictures)}
-    for page in sorted(docs.glob("*.md")):
+    for page in _pages(docs):
         tables = SHOWN_TABLE.findall(page.read_text(encoding="utf-8"))
-        shown |= {f"{page.name}#{name}": text.encode() for name, text in tables}
+        shown |= {f"{page.relative_to(docs).as_posix()}#{name}": text.encode() for name, text in tables}
     return {place: hashlib.sha256(content).hexdigest() for place, content in shown.items()}
 
 
@@ -88,6 +88,10 @@ def tables_of(run: Path) -> list[Path]:
     """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
     parts = sorted(run.glob(f"*/{TABLE}"), key=lambda path: path.stat().st_mtime)
     return [run / TABLE] if (run / TABLE).is_file() else parts
+
+
+def _pages(docs: Path) -> list[Path]:
+    return sorted(page for page in docs.rglob("*.md") if page.relative_to(docs).parts[0] != "generated")
 
 
 def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:
@@ -192,7 +196,7 @@ def _kept(verdict: Verdict, whole: Mapping[str, Any] | None) -> dict[str, Any]:
 def renewed(root: Path, results: Mapping[str, Any]) -> dict[Path, str]:
     """Return each page that has measured parts, with its text as the results have it."""
     parts = {"summary": summary, "claims": claims, "cameras": cameras, "behaviours": behaviours}
-    pages = [root / "README.md", *sorted((root / "docs").glob("*.md"))]
+    pages = [root / "README.md", *_pages(root / "docs")]
     return {
         page: MEASURED.sub(lambda part: f"{part[1]}{parts[part[2]](results)}{part[3]}", text)
         for page, text in ((page, page.read_text(encoding="utf-8")) for page in pages)

@@ -1,4 +1,4 @@
-"""Run what README.md, the chapters of docs/ and the answers of docs/questions/ show, in an empty folder, in order.
+"""Run what README.md and the pages of docs/ show, each in an empty folder and in order.
 
 A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; others are not run.
 
@@ -41,11 +41,12 @@ from tests.helpers.envs import end_after
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 DOCS = ROOT / "docs"
-CHAPTERS = tuple(sorted(DOCS.glob("*.md")))
 QUESTIONS = tuple(sorted((DOCS / "questions").glob("*.md")))
 """The answers, and the page that lists them."""
 FOOTAGE = DOCS / "footage.md"
-PAGES = (README, *CHAPTERS, *QUESTIONS)
+LEFT_OUT = ("generated", "reference", "tutorials", "gallery")
+"""Folders whose pages Sphinx makes or executes."""
+PAGES = (README, *sorted(page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in LEFT_OUT))
 
 
 def called(page: Path) -> str:
