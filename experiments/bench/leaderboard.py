@@ -101,8 +101,8 @@ class BoardDesign:
         """Twelve crossings, three approaches, three recessions."""
         designs: list[Design] = [
             Translation(SPEEDS_CM_S, DISTANCES_CM, "both"),
-            *(Angular("approach", (0.0,), speed) for speed in SPEEDS_CM_S),
-            *(Angular("recession", (0.0,), speed) for speed in SPEEDS_CM_S),
+            *(Angular("approach", (0.0,), speed_cm_s=speed) for speed in SPEEDS_CM_S),
+            *(Angular("recession", (0.0,), speed_cm_s=speed) for speed in SPEEDS_CM_S),
         ]
         return tuple(condition for design in designs for condition in design.conditions())
 

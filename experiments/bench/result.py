@@ -415,13 +415,13 @@ def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure
 
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
-    courses = []
-    if declared["figure"] == "excitation" and set(excitation.NEEDED) <= set(models):
-        courses = excitation.courses(rows, run.frames, float(models[excitation.WHOLE]["network"]["w_i"]))
+    excitations: Any = ()
+    if declared["figure"] == "excitation" and excitation.WHOLE in models:
+        excitations = excitation.table(rows, run.frames, float(models[excitation.WHOLE]["network"]["w_i"]))
     title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
                         open_loop=settings["robot"]["open_loop"])  # fmt: skip
     return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
-                      _thresholds(run, settings["models"]), title, excitation.table(courses))  # fmt: skip
+                      _thresholds(run, settings["models"]), title, excitations)  # fmt: skip
 
 
 def _thresholds(run: Run, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:

@@ -10,6 +10,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
@@ -28,7 +29,7 @@ from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.sources import excitation, room
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED, START_CM_S2
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.excitation import NEEDED, WHOLE, Course, without_parts
+from experiments.bench.sources.excitation import WHOLE, without_parts
 from experiments.bench.sources.experiment import Design, Drawing, Experiment, Settings
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
@@ -360,8 +361,8 @@ class Report:
     comparisons: list[dict[str, Any]]
     flaws: str
     failures: list[Failure]
-    courses: list[Course]
-    """Courses of a run whose figure is about excitation; else empty."""
+    excitations: pl.DataFrame
+    """The numbers of a figure that is about excitation; else empty."""
     open_loop: str = ""
     provenance: str = ""
     """Origin of the trials, as `experiments.bench.run.rows` says it; empty: they are simulated."""
@@ -377,10 +378,12 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     summary = summary_rows(figure_rows, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
     compared = compare(figure_rows, reference)
-    courses_found = courses_of(plan, rows, folder)
-    excitations, drawing = excitation.table(courses_found), drawable(plan.experiment.figure, rows)
-    if excitations:
-        folder.write_rows("excitation.csv", excitations)
+    drawing, excitations = drawable(plan.experiment.figure, rows), pl.DataFrame()
+    networks = {model.label: model.network for model in plan.settings.models}
+    if plan.experiment.figure == "excitation" and WHOLE in networks:
+        excitations = excitation.table(rows, folder.frames(), networks[WHOLE].w_i)
+    if len(excitations):
+        folder.write_rows("excitation.csv", excitations.to_dicts())
     if rows:
         from experiments.bench.report import style  # not before: workers do without matplotlib
 
@@ -392,7 +395,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     declared = plan.experiment
     return Report(
         folder.folder, declared.varies, drawing, figure_rows, summary, verdicts, compared,
-        flaws(rows), list(failures), courses_found,
+        flaws(rows), list(failures), excitations,
         why_none_left_out(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),
@@ -418,14 +421,6 @@ def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> l
         outcome = verdict.outcome.noting([failed, note])
         verdicts.append(dataclasses.replace(verdict, outcome=outcome, experiment=plan.experiment.name))
     return verdicts
-
-
-def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Course]:
-    """Excitation and inhibition in each condition; empty where the figure is about other things, or models lack."""
-    networks = {model.label: model.network for model in plan.settings.models}
-    if plan.experiment.figure != "excitation" or not set(NEEDED) <= set(networks):
-        return []
-    return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
 
 
 def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:

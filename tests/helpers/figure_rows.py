@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 
 from experiments.bench.report import clips as clips_figure
 from experiments.bench.report import robot as robot_figure
-from experiments.bench.sources import excitation as excitation_courses
 from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.sources.excitation import BALANCED, WHOLE, Course, Trial
+from experiments.bench.sources.excitation import BALANCED, CURVES, WHOLE
 
 SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"
@@ -78,9 +77,8 @@ def robot_frames(rows: Sequence[Any]) -> pl.DataFrame:
 SPEEDS = [{"speed_cm_s": speed} for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]
 
 
-def drawn_robot(kind: str, rows: Sequence[Any], varies: str = "speed_cm_s", courses: Sequence[Course] = ()) -> Figure:
+def drawn_robot(kind: str, rows: Sequence[Any], varies: str = "speed_cm_s", table: Any = ()) -> Figure:
     limits = thresholds([row["model"] for row in rows])
-    table = excitation_courses.table(courses)
     return robot_figure.draw(kind, rows, robot_frames(rows), varies, limits, "speed, leaves arena", table)
 
 
@@ -101,20 +99,25 @@ def mechanism(models: Sequence[str]) -> Figure:
 ANGLES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 
 
-def courses() -> list[Course]:
+def excitations() -> pl.DataFrame:
     """Seven conditions of three trials."""
-    time_s, rise = np.arange(FRAMES) / 30.0, np.hanning(FRAMES)
-    spikes = (rise > 0.8).astype(np.int64)
-    trials = tuple(Trial(i, time_s, (1 + 0.1 * i) * rise, 0.9 * rise, 0.5 * rise, spikes, 0.1 * rise, 0 * spikes)
-                   for i in range(3))  # fmt: skip
-    usual = {"motion": "approach", "distance_cm": 8.0, "speed_cm_s": 6.0, "direction": "rightward"}
-    return [Course(usual | {"angle_deg": angle}, trials, 0.7) for angle in ANGLES]
+    rise = np.hanning(FRAMES)
+    fires = {"firing": 3 * (rise > 0.8), "firing_w_i_1": 0 * (rise > 0.8)}
+    usual = {"motion": "approach", "distance_cm": 8.0, "speed_cm_s": 6.0, "direction": "rightward", "w_i": 0.7, "n": 3}
+    shown = {name: (1.0 - 0.1 * place) * rise for place, name in enumerate(CURVES)}
+    spread = {f"{name}_sd": 0.1 * rise for name in CURVES}
+    return pl.concat(
+        pl.DataFrame({"sim_time_s": np.arange(FRAMES) / 30.0, **shown, **spread, **fires}).with_columns(
+            angle_deg=pl.lit(angle), **{name: pl.lit(value) for name, value in usual.items()}
+        )
+        for angle in ANGLES
+    )
 
 
 def excitation(models: Sequence[str]) -> Figure:
     """It is about one network, whatever else is shown."""
     rows = robot_rows((WHOLE, BALANCED), [{"motion": "approach", "angle_deg": angle} for angle in ANGLES])
-    return drawn_robot("excitation", rows, "angle_deg", courses())
+    return drawn_robot("excitation", rows, "angle_deg", excitations())
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------

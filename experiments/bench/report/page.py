@@ -166,8 +166,8 @@ def _equal(claim: Verdict, name: str) -> str:
 def _mechanism(claim: Verdict, result: Reproduction) -> str:
     """Say which figure shows why a claim comes out as it does; of excitation and inhibition also the numbers."""
     experiment, drawn = words(claim.id).mechanism
-    courses = [course for run in result.runs if run.folder.name == experiment for course in run.courses]
-    numbers = f"; means in units of HS where E + I is largest: {described(courses)}" if courses else ""
+    shown = [run.excitations for run in result.runs if run.folder.name == experiment and len(run.excitations)]
+    numbers = f"; means in units of HS where E + I is largest: {described(shown[0])}" if shown else ""
     return f"{experiment}: {drawn}{numbers}" if experiment else ""
 
 

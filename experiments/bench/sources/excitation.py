@@ -17,16 +17,10 @@ while it is small, and stays below it where f bends.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
 import polars as pl
 
-from experiments.bench.run.rows import group
-
-Floats = npt.NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
 
 WHOLE = "dsnn"
@@ -42,6 +36,8 @@ NEEDED = (WHOLE, BALANCED, *PARTS)
 
 MOTION = ("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg")
 """Columns that tell of a condition."""
+CURVES = ("excitation", "weighted_inhibition", "directional", "residue", "hs", "hs_w_i_1")
+"""What is drawn against time, in units of HS: each is a column, and its standard deviation another."""
 
 
 def without_parts(rows: Sequence[Any]) -> list[Any]:
@@ -49,99 +45,16 @@ def without_parts(rows: Sequence[Any]) -> list[Any]:
     return [row for row in rows if row["model"] not in PARTS]
 
 
-def before_sigmoid(potential: Floats) -> Floats:
-    """Invert the sigmoid of one pathway.
+def before_sigmoid(label: str) -> pl.Expr:
+    """Invert the sigmoid of one pathway: its low-passed field sum over ``4 C R K_sig``, from its share of HS."""
+    return 0.5 * (2.0 * pl.col(label)).arctanh()
+
+
+def sums(frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
+    """Put excitation and inhibition of each trial together.
 
     Parameters
     ----------
-    potential
-        One pathway's share of HS, in (-0.5, 0.5).
-
-    Returns
-    -------
-    ndarray
-        The low-passed field sum over ``4 C R K_sig``; infinite where the potential is at its ceiling.
-    """
-    with np.errstate(divide="ignore"):
-        sums: Floats = 0.5 * np.arctanh(2.0 * potential)
-    return sums
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One trial of T frames. All arrays are of shape (T,), sums of ON and OFF, potentials in units of HS."""
-
-    index: int
-    time_s: Floats
-    excitation: Floats
-    inhibition: Floats
-    """I itself, without its weight."""
-    hs: Floats
-    """Potential HS of the network as it is."""
-    spikes: npt.NDArray[np.int64]
-    """Spikes of the network in each frame, with the potential's sign."""
-    hs_balanced: Floats
-    """HS with w_i = 1."""
-    spikes_balanced: npt.NDArray[np.int64]
-
-
-def directional(trial: Trial, w_i: float) -> Floats:
-    """``(1 + w_i) (E - I) / 2``: the part of E - w_i I that changes its sign with the direction."""
-    return (1.0 + w_i) / 2.0 * (trial.excitation - trial.inhibition)
-
-
-def residue(trial: Trial, w_i: float) -> Floats:
-    """``(1 - w_i) (E + I) / 2``: what the weight leaves of symmetric motion, rightward or 0."""
-    return (1.0 - w_i) / 2.0 * (trial.excitation + trial.inhibition)
-
-
-@dataclass(frozen=True, slots=True)
-class Course:
-    """All trials of one condition.
-
-    Parameters
-    ----------
-    condition
-        The row of its first trial.
-    trials
-        One or more, each cut to the frames that all of them have.
-    w_i
-        Weight of inhibition of the network as it is.
-    """
-
-    condition: Mapping[str, Any]
-    trials: tuple[Trial, ...]
-    w_i: float
-
-    @property
-    def time_s(self) -> Floats:
-        """Time of the frames, shape (T,)."""
-        return self.trials[0].time_s
-
-    def curves(self) -> dict[str, Floats]:
-        """Return what is drawn against `time_s`: name -> an array of shape (trials, T)."""
-        quantities = {
-            "excitation": [trial.excitation for trial in self.trials],
-            "weighted_inhibition": [self.w_i * trial.inhibition for trial in self.trials],
-            "directional": [directional(trial, self.w_i) for trial in self.trials],
-            "residue": [residue(trial, self.w_i) for trial in self.trials],
-            "hs": [trial.hs for trial in self.trials],
-            "hs_w_i_1": [trial.hs_balanced for trial in self.trials],
-        }
-        return {name: np.stack(values) for name, values in quantities.items()}
-
-    def firing(self, *, balanced: bool = False) -> int:
-        """Tell how many trials have a spike, as the network is or with w_i = 1."""
-        return sum(bool((t.spikes_balanced if balanced else t.spikes).any()) for t in self.trials)
-
-
-def courses(rows: Rows, frames: pl.DataFrame, w_i: float) -> list[Course]:
-    """Put excitation and inhibition together from a run's tables.
-
-    Parameters
-    ----------
-    rows
-        Of ``trials.parquet``.
     frames
         Of ``frames.parquet``: HS of each model in `NEEDED`, by trial.
     w_i
@@ -149,84 +62,82 @@ def courses(rows: Rows, frames: pl.DataFrame, w_i: float) -> list[Course]:
 
     Returns
     -------
-    list of Course
-        One for each condition, in the order of the rows. A trial in which one of the models is missing is left out,
-        and a condition without any other.
+    polars.DataFrame
+        A row per trial and frame: `CURVES`, the ``inhibition`` without its weight, and the ``spikes`` of the network
+        as it is and, as ``spikes_w_i_1``, with w_i = 1. A trial in which one of the models is missing is left out.
     """
-    models = group(rows, "trial")
-    whole = [row for row in rows if row["model"] == WHOLE]
-    usable = [row for row in whole if {model_row["model"] for model_row in models[(row["trial"],)]} >= set(NEEDED)]
-    columns = {name: frames[name].to_numpy() for name in
-               ("trial", "model", "sim_time_s", "hs", "hs_spikes")}  # fmt: skip
-    return [
-        Course(condition_rows[0], _cut([_trial(row["trial"], columns) for row in condition_rows]), w_i)
-        for condition_rows in group(usable, *MOTION).values()
-    ]
+    shown = {label: frames.filter(pl.col("model") == label) for label in NEEDED}
+    joined = shown[WHOLE].select("trial", "frame", "sim_time_s", hs="hs", spikes="hs_spikes")
+    balanced = shown[BALANCED].select("trial", "frame", hs_w_i_1="hs", spikes_w_i_1="hs_spikes")
+    for other in (balanced, *(shown[label].select("trial", "frame", pl.col("hs").alias(label)) for label in PARTS)):
+        joined = joined.join(other, on=("trial", "frame"), maintain_order="left")
+    excited, opposed = (pl.sum_horizontal(map(before_sigmoid, labels)) for labels in (EXCITED, OPPOSED))
+    e, i = pl.col("excitation"), pl.col("inhibition")
+    return (
+        joined.with_columns(excitation=excited, inhibition=excited - opposed)
+        .with_columns(
+            weighted_inhibition=w_i * i,
+            directional=(1.0 + w_i) / 2.0 * (e - i),  # the part that changes its sign with the direction
+            residue=(1.0 - w_i) / 2.0 * (e + i),  # what the weight leaves of symmetric motion, rightward or 0
+        )
+        .drop(PARTS)
+    )
 
 
-def described(courses_shown: Sequence[Course]) -> str:
-    """Tell in words what the figure shows of each condition, at the frame in which its mean E + I is largest."""
+def table(rows: Rows, frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
+    """Return the numbers that the figure shows: a row for each condition and frame that all its trials have.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``.
+    frames, w_i
+        As of `sums`.
+
+    Returns
+    -------
+    polars.DataFrame
+        Means over the ``n`` trials of a condition and standard deviations, empty of one trial. ``firing`` and
+        ``firing_w_i_1`` count the trials that have a spike in the frame, ``fired`` and ``fired_w_i_1`` those that have
+        one in any. Empty where the models of `NEEDED` are not all there.
+    """
+    trials = pl.DataFrame([{name: row[name] for name in ("trial", *MOTION)} for row in rows if row["model"] == WHOLE],
+                          infer_schema_length=None)  # fmt: skip
+    if not set(NEEDED) <= {row["model"] for row in rows}:
+        return trials.clear()
+    fires = {"firing": pl.col("spikes") != 0, "firing_w_i_1": pl.col("spikes_w_i_1") != 0}
+    fired = {name.replace("firing", "fired"): spikes.any().over("trial") for name, spikes in fires.items()}
+    n = pl.len().over(*MOTION, "frame")
+    curves, i = [pl.col(name) for name in CURVES], pl.col("inhibition")
+    return (
+        trials.join(sums(frames, w_i).with_columns(**fires, **fired), on="trial", maintain_order="left")
+        .with_columns(n=n)
+        .group_by(*MOTION, "frame", maintain_order=True)
+        .agg(
+            pl.lit(w_i).alias("w_i"), pl.col("sim_time_s", "n").first(), *(curve.mean() for curve in (*curves, i)),
+            *(curve.std().name.suffix("_sd") for curve in curves), pl.col(*fires, *fired).sum(),
+        )
+        .filter(pl.col("n") == pl.col("n").max().over(*MOTION))
+    )  # fmt: skip
+
+
+def described(courses: pl.DataFrame) -> str:
+    """Tell in words what the figure shows of each condition, at the frame in which its mean E + I is largest.
+
+    Parameters
+    ----------
+    courses
+        The numbers of `table`.
+    """
     parts = []
-    for course in courses_shown:
-        mean = {name: values.mean(axis=0) for name, values in course.curves().items()}
-        peak = int(np.argmax(np.mean([trial.excitation + trial.inhibition for trial in course.trials], axis=0)))
-        at = {name: float(values[peak]) for name, values in mean.items()}
-        condition, count = course.condition, len(course.trials)
-        angle = condition["angle_deg"]
-        where = f"{condition['distance_cm']:g} cm" if angle is None else f"{angle:g} degrees"
+    whole = pl.col("excitation") + pl.col("inhibition")
+    for course in courses.partition_by(MOTION, maintain_order=True):
+        at = course.row(course.select(whole.arg_max()).item(), named=True)
+        where = f"{at['distance_cm']:g} cm" if at["angle_deg"] is None else f"{at['angle_deg']:g} degrees"
         parts.append(
-            f"{condition['motion']} {condition['direction']}, {where}: E {at['excitation']:.2f}, "
-            f"{course.w_i:g} I {at['weighted_inhibition']:.2f}; of E - {course.w_i:g} I {at['directional']:+z.2f} "
+            f"{at['motion']} {at['direction']}, {where}: E {at['excitation']:.2f}, "
+            f"{at['w_i']:g} I {at['weighted_inhibition']:.2f}; of E - {at['w_i']:g} I {at['directional']:+z.2f} "
             f"tells direction and {at['residue']:+z.2f} is left of symmetric motion; "
-            f"{course.firing()} of {count} trials fire, and {course.firing(balanced=True)} with w_i = 1"
+            f"{at['fired']} of {at['n']} trials fire, and {at['fired_w_i_1']} with w_i = 1"
         )
     return "; ".join(parts)
-
-
-def _trial(index: int, columns: Mapping[str, npt.NDArray[Any]]) -> Trial:
-    here = columns["trial"] == index
-    of_model = {model: here & (columns["model"] == model) for model in NEEDED}
-    excited = sum((before_sigmoid(columns["hs"][of_model[part]]) for part in EXCITED), np.zeros(1))
-    opposed = sum((before_sigmoid(columns["hs"][of_model[part]]) for part in OPPOSED), np.zeros(1))
-    return Trial(
-        index,
-        columns["sim_time_s"][of_model[WHOLE]],
-        excited,
-        excited - opposed,
-        columns["hs"][of_model[WHOLE]],
-        columns["hs_spikes"][of_model[WHOLE]],
-        columns["hs"][of_model[BALANCED]],
-        columns["hs_spikes"][of_model[BALANCED]],
-    )
-
-
-def _cut(trials: Sequence[Trial]) -> tuple[Trial, ...]:
-    """The trials without the frames after the shortest one's end: errors of the start pose make some longer."""
-    shortest = min(len(trial.time_s) for trial in trials)
-    return tuple(
-        Trial(t.index, *(getattr(t, name)[:shortest] for name in Trial.__dataclass_fields__ if name != "index"))
-        for t in trials
-    )
-
-
-def table(courses_shown: Sequence[Course]) -> list[dict[str, Any]]:
-    """The numbers that the figure shows: a row for each condition and frame, with means and standard deviations.
-
-    ``firing`` and ``firing_w_i_1`` count the trials that have a spike in the frame. A standard deviation of one trial
-    is empty.
-    """
-    rows = []
-    for course in courses_shown:
-        curves, several = course.curves(), len(course.trials) > 1
-        fires, balanced = (
-            np.stack([getattr(trial, name) != 0 for trial in course.trials]).sum(axis=0)
-            for name in ("spikes", "spikes_balanced")
-        )
-        for frame, time_s in enumerate(course.time_s):
-            row = {name: course.condition[name] for name in MOTION}
-            row |= {"w_i": course.w_i, "frame": frame, "sim_time_s": float(time_s), "n": len(course.trials)}
-            for name, values in curves.items():
-                row[name] = float(values[:, frame].mean())
-                row[f"{name}_sd"] = float(values[:, frame].std(ddof=1)) if several else None
-            rows.append({**row, "firing": int(fires[frame]), "firing_w_i_1": int(balanced[frame])})
-    return rows

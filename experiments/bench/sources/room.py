@@ -5,13 +5,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from colias_sim import Pose, bearing
 from colias_sim.arena import Arena
@@ -24,8 +22,6 @@ from experiments.bench.sources.experiment import Settings
 from scenes import ARENA_RADIUS_CM, ARENAS
 
 if TYPE_CHECKING:
-    import mujoco
-
     from colias_sim.obstacles import Obstacle
 
 STEERING_SHARE = 0.95
@@ -34,43 +30,8 @@ SHORTEST_STEADY_CM = 2.0
 """Least length of a line that must be left at constant speed: the speed is measured there."""
 EVERY_S = 0.02
 """Time between two moments at which places are checked."""
-SIGHT_EVERY = 5
-"""Every so many of these moments it is asked whether the camera sees the stimulus."""
-SIGHT_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)
-"""Groups of geoms that the camera renders."""
 
-Vectors = npt.NDArray[np.float64]
 Places = Mapping[str, Sequence[Pose]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """A compiled arena without robots.
-
-    Parameters
-    ----------
-    source
-        Its name, or the path of its file.
-    model, data
-        As MuJoCo has it.
-    obstacles
-        What stands in the way of hulls.
-    """
-
-    source: str
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    obstacles: tuple[Obstacle, ...]
-
-    def hides(self, eye: Vectors, point: Vectors) -> str:
-        """Name the geom that stands between two points, (3,) each in metres; empty if none does."""
-        import mujoco
-
-        from colias_sim.obstacles import called
-
-        geom = np.full(1, -1, np.int32)
-        far = mujoco.mj_ray(self.model, self.data, eye, point - eye, SIGHT_GROUPS, 1, -1, geom)
-        return called(self.model, int(geom[0])) if 0.0 <= far < 1.0 else ""
 
 
 def files(scene: SceneConfig) -> list[str]:
@@ -103,36 +64,26 @@ def read(source: str) -> Arena:
         raise UsageError(str(error)) from error
 
 
-def surroundings(source: str) -> Surroundings:
-    """Compile an arena without robots, once for each of its contents.
+def obstacles(source: str) -> tuple[Obstacle, ...]:
+    """List what stands in an arena, by its name or the path of its file; those that ship are empty rooms.
 
     Raises
     ------
     UsageError
         The arena is refused, in one line.
     """
-    return _surroundings(source, tuple(read(source).files.items()))
+    return () if source in ARENAS else _obstacles(source, tuple(read(source).files.items()))
 
 
 @functools.lru_cache(maxsize=4)
-def _surroundings(source: str, _digests: tuple[object, ...]) -> Surroundings:
-    import mujoco
-
+def _obstacles(source: str, _digests: tuple[object, ...]) -> tuple[Obstacle, ...]:
     from colias_sim.obstacles import obstacles as standing
     from colias_sim.scene import compile_arena
 
     try:
-        model = compile_arena(source)
+        return standing(compile_arena(source))
     except ValueError as error:
         raise UsageError(str(error)) from error
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    return Surroundings(source, model, data, standing(model))
-
-
-def obstacles(source: str) -> tuple[Obstacle, ...]:
-    """List what stands in an arena, by its name or the path of its file; those that ship are empty rooms."""
-    return () if source in ARENAS else surroundings(source).obstacles
 
 
 def check(conditions: Iterable[Condition], settings: Settings) -> None:
@@ -142,9 +93,9 @@ def check(conditions: Iterable[Condition], settings: Settings) -> None:
     ------
     UsageError
         Wheels are too slow or would stand, robots would touch each other, the wall or an obstacle, counting 3 sd of
-        the errors with which the stimulus is set down, or the camera never sees the stimulus. In one line.
+        the errors with which the stimulus is set down, or the stimulus never comes into view. In one line.
     """
-    around = None if settings.scene.arena in ARENAS else surroundings(settings.scene.arena)
+    around = obstacles(settings.scene.arena)
     for condition in conditions:
         if condition.hand is None:
             try:
@@ -153,7 +104,7 @@ def check(conditions: Iterable[Condition], settings: Settings) -> None:
                 raise UsageError(f"{condition.label()}: {error}") from None
 
 
-def _check(condition: Condition, settings: Settings, around: Surroundings | None) -> None:
+def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle]) -> None:
     course = nominal(condition, settings)
     scripts = {"stimulus": course.stimulus, **course.others}
     for name, script in scripts.items():
@@ -186,7 +137,7 @@ def _check(condition: Condition, settings: Settings, around: Surroundings | None
                 f"within {room.min():.1f} cm, counting 3 sd of the start pose's errors"
             )
     _check_view(places, settings)
-    for obstacle in around.obstacles if around else ():
+    for obstacle in around:
         for name in places:
             room = 100 * obstacle.distances(at[name] / 100) - radii[name] - (errors if name == "stimulus" else 0.0)
             if room.min() <= 0.0:
@@ -195,8 +146,6 @@ def _check(condition: Condition, settings: Settings, around: Surroundings | None
                     f"the {name} meets the obstacle {obstacle.name} {moments[first]:.2f} s after the start, at "
                     f"({at[name][first][0]:.1f}, {at[name][first][1]:.1f}) cm: move it, or lead the robot elsewhere"
                 )
-    if around:
-        _check_sight(places, moments, settings, around)
 
 
 def _check_wheels(name: str, script: Script, robot: RobotConfig) -> None:
@@ -240,44 +189,3 @@ def _check_view(places: Places, settings: Settings) -> None:
             f"the stimulus is never in view: it comes no nearer to the optical axis than {nearest:.0f} degrees, and "
             f"half the view is {half:g}"
         )
-
-
-def _check_sight(places: Places, moments: Sequence[float], settings: Settings, around: Surroundings) -> None:
-    """Refuse a stimulus that is hidden where it starts in view, or all the time that it is in view."""
-    half, forward = settings.camera.hfov_deg / 2, settings.camera.forward_cm / 100
-    hidden_by = ""
-    for index in range(0, len(moments), SIGHT_EVERY):
-        observer, stimulus = places["observer"][index], places["stimulus"][index]
-        if abs(math.degrees(bearing(observer, stimulus, forward))) > half:
-            continue
-        hidden_by = _hidden(observer, stimulus, settings, around)
-        if not hidden_by:
-            return
-        if index == 0:
-            break
-    if hidden_by:
-        when = "where it starts" if index == 0 else "all the time that it is in view"
-        raise ValueError(
-            f"the camera does not see the stimulus {when}: {hidden_by} of the arena {around.source} stands between them"
-        )
-
-
-def _hidden(observer: Pose, stimulus: Pose, settings: Settings, around: Surroundings) -> str:
-    """Name what hides the whole stimulus; empty if a part of it is seen."""
-    camera, scene = settings.camera, settings.scene
-    forward = camera.forward_cm / 100
-    eye = np.array([
-        observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading),
-        camera.up_cm / 100,
-    ])  # fmt: skip
-    height = (scene.shell_width_cm if scene.shell_shape == "sphere" else scene.shell_height_cm) / 100
-    away = np.array([stimulus.x, stimulus.y]) - eye[:2]
-    aside = np.array([-away[1], away[0]]) / np.hypot(*away)
-    by = ""
-    for share in (0.0, -0.8, 0.8):
-        for level in (0.5, 0.9):
-            x, y = np.array([stimulus.x, stimulus.y]) + share * scene.shell_width_cm / 200 * aside
-            by = around.hides(eye, np.array([x, y, level * height]))
-            if not by:
-                return ""
-    return by

@@ -1,6 +1,7 @@
 """Figures of robot trials: marks are the table's numbers, and titles order no means whose intervals overlap."""
 
 import itertools
+import math
 import re
 
 import numpy as np
@@ -14,9 +15,9 @@ from experiments.bench.stats.tests import summarise
 from tests.helpers.figure_rows import (
     ANGLES,
     SPEEDS,
-    courses,
     drawn_robot,
     excitation,
+    excitations,
     robot_frames,
     robot_rows,
 )
@@ -152,10 +153,12 @@ def test_excitation_is_drawn_as_in_its_table_with_the_interval_of_its_mean():
     names = ("excitation", "weighted_inhibition"), ("hs", "hs_w_i_1", "residue")
     places = {(place // 5 * 3 + row, place % 5): (place, row) for place in range(len(ANGLES)) for row in range(2)}
     for (row, column), (place, kind) in places.items():
-        panel, curves = axes[5 * row + column], courses()[place].curves()
+        panel = axes[5 * row + column]
+        shown = excitations().filter(angle_deg=ANGLES[place])
         for line, band, name in zip(panel.lines, panel.collections, names[kind], strict=False):
-            assert line.get_ydata() == pytest.approx(curves[name].mean(axis=0))
-            low, high = stats.t.interval(0.95, 2, curves[name].mean(axis=0), stats.sem(curves[name], axis=0) + 1e-15)
+            mean, error = shown[name].to_numpy(), shown[f"{name}_sd"].to_numpy() / math.sqrt(3)
+            assert line.get_ydata() == pytest.approx(mean)
+            low, high = stats.t.interval(0.95, 2, mean, error + 1e-15)
             limits = band.get_datalim(panel.transData)
             assert (limits.y0, limits.y1) == pytest.approx((low.min(), high.max()), abs=1e-9)
 

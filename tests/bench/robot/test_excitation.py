@@ -19,10 +19,9 @@ from experiments.bench.sources.excitation import (
     OPPOSED,
     WHOLE,
     before_sigmoid,
-    courses,
     described,
-    directional,
-    residue,
+    sums,
+    table,
 )
 from experiments.bench.trials import plan
 from tests.helpers.figure_texts import drawn_texts
@@ -60,16 +59,17 @@ def answers(clip):
     return hs_by_model
 
 
-def trial_of(clip):
-    potentials, row = answers(clip), dict.fromkeys(("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg"))
-    count = len(clip)
-    frames = pl.concat(
-        pl.DataFrame({"trial": [0] * count, "model": [label] * count, "sim_time_s": np.arange(count) / 30, "hs": hs,
-                  "hs_spikes": np.zeros(count, np.int64)})
-        for label, hs in potentials.items()
+def potentials(hs_by_model):
+    count = len(hs_by_model[WHOLE])
+    return pl.concat(
+        pl.DataFrame({"trial": [0] * count, "model": [label] * count, "frame": range(count),
+                      "sim_time_s": np.arange(count) / 30, "hs": hs, "hs_spikes": np.zeros(count, np.int64)})
+        for label, hs in hs_by_model.items()
     )  # fmt: skip
-    (course,) = courses([{"trial": 0, "model": label, **row} for label in NEEDED], frames, W_I)
-    return course.trials[0]
+
+
+def trial_of(clip, w_i=W_I):
+    return {name: values.to_numpy() for name, values in sums(potentials(answers(clip)), w_i).to_dict().items()}
 
 
 def by_the_equations(clip):
@@ -101,14 +101,16 @@ def near(measured, expected):
 def test_excitation_and_inhibition_are_those_of_the_equations():
     trial, (excitation, inhibition) = trial_of(noise()), by_the_equations(noise())
     assert excitation.max() > 0.1 and inhibition.max() > 0.1, "the clip drives both"
-    assert near(trial.excitation, excitation) and near(trial.inhibition, inhibition)
+    assert near(trial["excitation"], excitation) and near(trial["inhibition"], inhibition)
 
 
 def test_excitation_less_weighted_inhibition_of_each_pathway_is_hs():
     hs_by_model = answers(noise())
+    sum_of = {label: pl.DataFrame({label: hs}).select(before_sigmoid(label)).to_numpy()[:, 0]
+              for label, hs in hs_by_model.items()}  # fmt: skip
     hs = {0.0: 0.0, W_I: 0.0, 1.0: 0.0}
     for excited, opposed in zip(EXCITED, OPPOSED, strict=True):
-        e, difference = before_sigmoid(hs_by_model[excited]), before_sigmoid(hs_by_model[opposed])
+        e, difference = sum_of[excited], sum_of[opposed]
         assert np.abs(e - difference).max() > 0.1, "inhibition has a part in it"
         for w_i in hs:
             hs[w_i] = hs[w_i] + np.tanh(2.0 * (e - w_i * (e - difference))) / 2.0
@@ -118,29 +120,28 @@ def test_excitation_less_weighted_inhibition_of_each_pathway_is_hs():
 
 def test_a_mirrored_clip_swaps_excitation_and_inhibition():
     here, mirrored = trial_of(noise()), trial_of(noise()[:, :, ::-1])
-    assert near(mirrored.excitation, here.inhibition) and near(mirrored.inhibition, here.excitation)
-    assert near(directional(mirrored, W_I), -directional(here, W_I)), "it changes its sign with the direction"
-    assert near(residue(mirrored, W_I), residue(here, W_I)), "and this does not"
-    assert np.abs(directional(here, W_I)).max() > 0.01
+    assert near(mirrored["excitation"], here["inhibition"]) and near(mirrored["inhibition"], here["excitation"])
+    assert near(mirrored["directional"], -here["directional"]), "it changes its sign with the direction"
+    assert near(mirrored["residue"], here["residue"]), "and this does not"
+    assert np.abs(here["directional"]).max() > 0.01
 
 
 def test_of_symmetric_expansion_a_tenth_of_the_excitation_is_left():
     trial = trial_of(expanding())
-    assert trial.excitation.max() > 0.05
-    assert near(trial.inhibition, trial.excitation)
-    assert near(residue(trial, W_I), 0.1 * trial.excitation)
-    assert np.abs(directional(trial, W_I)).max() < ROUNDING * trial.excitation.max()
-    assert trial.hs.max() > 0.005 > 10 * np.abs(trial.hs_balanced).max(), "HS is the rest, and is none with w_i = 1"
-    assert (trial.hs >= -1e-6).all(), "always rightward"
+    assert trial["excitation"].max() > 0.05
+    assert near(trial["inhibition"], trial["excitation"])
+    assert near(trial["residue"], 0.1 * trial["excitation"])
+    assert np.abs(trial["directional"]).max() < ROUNDING * trial["excitation"].max()
+    assert trial["hs"].max() > 0.005 > 10 * np.abs(trial["hs_w_i_1"]).max(), "HS is the rest, and none with w_i = 1"
+    assert (trial["hs"] >= -1e-6).all(), "always rightward"
 
 
 @pytest.mark.parametrize("w_i", [0.0, 0.5, 0.9, 1.0])
 def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
-    trial = trial_of(noise())
-    taken = trial.excitation - w_i * trial.inhibition
-    assert directional(trial, w_i) + residue(trial, w_i) == pytest.approx(taken, abs=1e-12)
-    assert bool(residue(trial, w_i).max() > 0.01) is (w_i < 1.0)
-    assert np.abs(residue(trial, 1.0)).max() == 0.0, "w_i = 1 leaves nothing of symmetric motion"
+    trial = trial_of(noise(), w_i)
+    taken = trial["excitation"] - trial["weighted_inhibition"]
+    assert trial["directional"] + trial["residue"] == pytest.approx(taken, abs=1e-12)
+    assert bool(trial["residue"].max() > 0.01) is (w_i < 1.0), "w_i = 1 leaves nothing of symmetric motion"
 
 
 # --- the experiments --------------------------------------------------------------------------------------------------
@@ -201,14 +202,12 @@ def test_pathways_are_not_compared_as_if_they_were_models(run):
 
 
 def test_the_words_of_the_figure_have_its_numbers(run):
-    angle_courses = courses(run.trials.to_dicts(), run.frames, W_I)
-    words = described(angle_courses)
-    for course in angle_courses:
-        assert f"{course.firing()} of 2 trials fire, and {course.firing(balanced=True)} with w_i = 1" in words
-        excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)
-                                  for name in ("excitation", "inhibition"))  # fmt: skip
-        strongest = int(np.argmax(excitation + inhibition))
-        assert f"E {excitation[strongest]:.2f}, 0.9 I {0.9 * inhibition[strongest]:.2f};" in words
+    numbers = table(run.trials.to_dicts(), run.frames, W_I)
+    words = described(numbers)
+    for course in numbers.partition_by("angle_deg"):
+        strongest = course.row(int((course["excitation"] + course["inhibition"]).arg_max()), named=True)
+        assert f"E {strongest['excitation']:.2f}, 0.9 I {0.9 * strongest['inhibition']:.2f};" in words
+        assert f"{strongest['fired']} of 2 trials fire, and {strongest['fired_w_i_1']} with w_i = 1" in words
 
 
 def test_without_the_pathways_there_are_spikes_to_draw(tmp_path):

@@ -9,7 +9,7 @@ from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.designs import angular
+from experiments.bench.sources.designs import Angular
 from experiments.bench.sources.experiment import Settings
 from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.sources.robot_claims import flaws
@@ -99,7 +99,7 @@ def test_open_loop_and_powers_are_switched_apart():
 
 
 def test_an_approach_by_time_comes_to_rest():
-    result = driven(COLIAS4, angular("approach", 0.0, 6.0, 5.0, 20.0, 17.0))
+    result = driven(COLIAS4, Angular("approach").at("approach", 0.0))
     still = result.columns.stimulus_x_cm[-8:]
     assert abs(still - still[-1]).max() < 0.02
     assert result.achieved_speed_cm_s == pytest.approx((200 + 0.29) / 2 * 0.06 * (1 - 0.0074), rel=2e-3)

@@ -49,10 +49,6 @@ def test_pillars_behind_the_path_are_planned(tmp_path):
     [
         (pillar(0.0, 0.0), "speed", "the observer meets the obstacle pillar 0.00 s"),
         (pillar(0.1, 0.05), "speed", "the stimulus meets the obstacle pillar"),
-        ('<geom name="card" type="box" size="0.001 0.2 0.1" pos="0.06 0 0.1"/>', "speed",
-         "does not see the stimulus all the time that it is in view: card"),
-        ('<geom name="card" type="box" size="0.001 0.004 0.1" pos="0.028 0 0.1"/>', "angular-approach",
-         "does not see the stimulus where it starts: card"),
     ],
 )  # fmt: skip
 def test_what_stands_in_the_way_is_refused_in_one_line(tmp_path, body, experiment, words):
@@ -68,10 +64,6 @@ def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
     planned(written(tmp_path, pillar(0.0995 + 0.0301, 0.0)), *exact)
     with pytest.raises(UsageError, match="stimulus meets"):
         planned(written(tmp_path, pillar(0.0995 + 0.0298, 0.0)), *exact)
-
-
-def test_what_hides_the_stimulus_for_a_while_is_legal(tmp_path):
-    planned(written(tmp_path, '<geom type="box" size="0.001 0.006 0.1" pos="0.05 0.0 0.1"/>'))
 
 
 def test_paths_of_ones_own_are_held_against_obstacles(tmp_path):

@@ -12,7 +12,7 @@ from dsnn import DSNN, DSNNParams
 from experiments.bench.run.models import choose
 from experiments.bench.sources import course, robot
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.designs import Angular, Egomotion, Translation, angular
+from experiments.bench.sources.designs import Angular, Egomotion, Translation
 from experiments.bench.sources.experiment import Experiment, Settings
 from experiments.bench.sources.robot import RobotTrial, trial_seed, trials_of
 from tests.helpers.played import Played
@@ -108,7 +108,7 @@ def test_spikes_of_a_looming_detector_are_its_looming_spikes():
 
 
 def depth_trial(motion, angle, acceleration=15.0, seed=5):
-    condition = angular(motion, angle, 6.0, 5.0, 20.0, acceleration)
+    condition = Angular(motion, acceleration_cm_s2=acceleration).at(motion, angle)
     return Played(RobotTrial("test", 0, 0, seed, condition, settings()))
 
 
@@ -131,7 +131,7 @@ def test_approach_and_recession_go_where_they_say(motion, angle):
 def test_a_heading_error_is_corrected_within_a_millimetre():
     """Set down 3.5 sd askew, an approach or recession stays within 1 mm of its line (skew / (e rate) = 0.56 mm)."""
     for motion in ("approach", "recession"):
-        spec = RobotTrial("test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0))
+        spec = RobotTrial("test", 0, 0, 5, Angular(motion).at(motion, 15.0), settings(heading_sd_deg=0.0))
         route = course.nominal(spec.condition, spec.settings)
         askew = dataclasses.replace(route, start=dataclasses.replace(route.start, heading=route.start.heading + 0.061))
         with pytest.MonkeyPatch.context() as patch:
