@@ -39,7 +39,7 @@ ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tools" / "playground"
 PAGE = "play.html"
 MODULES = ("main", "network", "trials", "settings", "judging", "drawing", "footage")
-EXPORTS = ("dsnn_size", "dsnn_make", "dsnn_reset", "dsnn_step_u8", "dsnn_maps", "malloc", "free")
+EXPORTS = ("dsnn_size", "dsnn_make", "dsnn_step_u8", "dsnn_maps", "malloc", "free")
 """Functions of the network, and of the C library, that the page calls."""
 LEVERS = ("w_i", "n_con", "d", "t_sp", "k_sp", "tau_s", "fdsr", "dog", "on", "off")
 BOTH = "the nearest and the farthest pair"

@@ -2,7 +2,7 @@
 import { drawCurve, drawTraces, frameAt, paintMaps } from "#drawing";
 import { LONGEST, opened, taken } from "#footage";
 import { counted, judged, told } from "#judging";
-import { compile, Network, Run, run } from "#network";
+import { compile, Run } from "#network";
 import { assignments, changed, commandOf, read, settingOf, written } from "#settings";
 import { clip as clipOf, embedded } from "#trials";
 
@@ -47,15 +47,9 @@ let clip = { rows: trial.rows, columns: trial.columns, frames: [] };
 /** @type {import("#settings").Changes} */
 let changes = {};
 let frame = 0;
-/** @type {Series | null} */
-let series = null;
-/** @type {Network | null} */
-let viewer = null;
-let viewed = -1;
-/** @type {{frame: number, layers: import("#network").Layers} | null} */
-let kept = null;
-/** @type {{settings: string, work: Run} | null} */
-let live = null;
+/** @type {Run | null} What is shown, and the settings that it was computed with. */
+let shown = null;
+let settings = "";
 let movePlayhead = (/** @type {number} */ _frame) => {};
 let turn = 0;
 let asked = false;
@@ -63,8 +57,8 @@ let asked = false;
 let own = null;
 /** @type {import("#footage").Taking | null} */
 let taking = null;
-/** @type {Map<string, Series>} */
-const ghosts = new Map();
+/** @type {WeakMap<Clip, Series>} Answers with a trial's own params. */
+const ghosts = new WeakMap();
 
 const say = (/** @type {string} */ text) => {
   const message = the("message", HTMLElement);
@@ -75,9 +69,9 @@ const texts = () => assignments(trial.params, levers, changes);
 
 /** Show the chosen frame, and the maps that the network has there. */
 function showFrame() {
-  if (!series || frame < 0 || frame >= clip.frames.length) return;
-  if (kept?.frame !== frame) kept = { frame, layers: layersAt(frame) };
-  paintMaps(canvases, clip, frame, kept.layers, series.largest);
+  if (shown?.clip !== clip || !shown.layers[frame]) return;
+  const { series, layers } = shown;
+  paintMaps(canvases, clip, frame, layers[frame], series.largest);
   scrubber.value = String(frame);
   const seconds = (frame / trial.params.fps).toFixed(2);
   the("place", HTMLOutputElement).value = `${seconds} s`;
@@ -86,29 +80,11 @@ function showFrame() {
 }
 
 /**
- * Compute the maps of a frame by a network that is shown all frames up to it.
- * @param {number} wanted
+ * Draw what was computed of the chosen trial.
+ * @param {Series} series
+ * @param {Series | null} ghost
  */
-function layersAt(wanted) {
-  if (!viewer || wanted < viewed) {
-    viewer ??= new Network(kernel, tables, clip, changed(trial.params, levers, changes));
-    viewer.reset();
-    viewed = -1;
-  }
-  while (viewed < wanted) viewer.step(clip.frames[++viewed]);
-  return viewer.maps();
-}
-
-/** Forget what the last settings gave. */
-function forgetMaps() {
-  viewer?.free();
-  [viewer, viewed, kept] = [null, -1, null];
-}
-
-/** Draw what was computed of the chosen trial. */
-function drawTrial() {
-  if (!series) return;
-  const ghost = texts().length ? (ghosts.get(trial.id) ?? null) : null;
+function drawTrial(series, ghost) {
   const { t_sp, fps } = changed(trial.params, levers, changes);
   movePlayhead = drawTraces(tracesPicture, series, ghost, t_sp, fps);
   the("ghost", HTMLElement).hidden = !ghost;
@@ -119,47 +95,35 @@ function drawTrial() {
   showFrame();
 }
 
-/** Compute the chosen trial and draw it; then the curve, in small parts, unless something is moved meanwhile. */
+/** Compute the chosen trial, and draw it; then the curve, in small parts, unless something is moved meanwhile. */
 async function refresh() {
   asked = false;
-  if (taking) return clip.frames.length ? follows(clip) : undefined;
   const mine = ++turn;
-  const params = changed(trial.params, levers, changes);
-  let ghost = ghosts.get(trial.id);
-  if (!ghost) ghost = (await run(kernel, tables, clip, trial.params))?.series;
-  if (ghost) ghosts.set(trial.id, ghost);
-  const work = texts().length || frame < 0 ? await run(kernel, tables, clip, params, { kept: frame }) : null;
-  if (mine !== turn || !ghost) return;
-  forgetMaps();
-  series = work?.series ?? ghost;
-  if (frame < 0) frame = series.hs.reduce((best, hs, i, all) => (Math.abs(hs) > Math.abs(all[best]) ? i : best), 0);
-  else if (work?.layers) kept = { frame, layers: work.layers };
-  drawTrial();
-  showSettings();
-  performance.mark("drawn");
   const pause = async () => {
     await new Promise((resolve) => setTimeout(resolve));
     return mine === turn;
   };
-  await drawCounts(pause);
-}
-
-/**
- * Answer the frames of a camera or a video as they come.
- * @param {Clip} film
- */
-function follows(film) {
-  const settings = commandOf("", texts());
-  if (live?.work.clip !== film || live.settings !== settings) {
-    live?.work.network.free();
-    live = { settings, work: new Run(kernel, tables, film, changed(trial.params, levers, changes)) };
+  const wanted = commandOf(trial.id, texts());
+  if (shown?.clip !== clip || settings !== wanted) {
+    shown?.network.free();
+    shown = new Run(kernel, tables, clip, changed(trial.params, levers, changes), true);
+    settings = wanted;
   }
-  live.work.advance();
-  series = live.work.series;
-  frame = film.frames.length - 1;
-  kept = { frame, layers: live.work.network.maps() };
-  drawTrial();
+  shown.advance();
+  const { series } = shown;
+  if (!series.hs.length) return;
+  const compares = texts().length > 0 && !taking;
+  const ghost = compares
+    ? (ghosts.get(clip) ?? (await new Run(kernel, tables, clip, trial.params).finish(pause)))
+    : null;
+  if (mine !== turn) return;
+  if (ghost) ghosts.set(clip, ghost);
+  if (taking) frame = clip.frames.length - 1;
+  else if (frame < 0)
+    frame = series.hs.reduce((best, hs, i, all) => (Math.abs(hs) > Math.abs(all[best]) ? i : best), 0);
+  drawTrial(series, ghost);
   showSettings();
+  if (!taking) await drawCounts(pause);
 }
 
 /**
@@ -174,9 +138,8 @@ async function drawCounts(pause) {
   const all = Object.fromEntries(levers.map((lever) => [lever.key, settingOf(lever, params)]));
   for (const each of curve) {
     const film = await clipOf(each);
-    const done = await run(kernel, tables, film, changed(each.params, levers, all), { pause });
-    if (!done || each.speed === null) return;
-    const of = done.series;
+    const of = await new Run(kernel, tables, film, changed(each.params, levers, all)).finish(pause);
+    if (!of || each.speed === null) return;
     const count = counted(of.hsSpikes);
     counts.set(each.speed, count);
     const fired = of.hsSpikes.filter((spikes) => spikes !== 0).length;
@@ -244,10 +207,8 @@ function seek(wanted) {
  * @param {number} at The frame to show; -1: where HS is farthest from 0.
  */
 function choose(chosen, film, at = -1) {
-  [trial, clip, series, frame] = [chosen, film, null, at];
-  forgetMaps();
-  const select = the("trial", HTMLSelectElement);
-  select.value = chosen.id;
+  [trial, clip, frame] = [chosen, film, at];
+  the("trial", HTMLSelectElement).value = chosen.id;
   scrubber.max = String(Math.max(film.frames.length - 1, 0));
   const special = levers
     .filter((lever) => settingOf(lever, chosen.params) !== settingOf(lever, first.params))
@@ -264,13 +225,11 @@ function choose(chosen, film, at = -1) {
 /** Take over what a link says. */
 async function follow() {
   taking?.stop();
-  const ids = data.trials.map((each) => each.id);
-  const link = read(location.hash.slice(1), ids, levers);
+  const link = read(location.hash.slice(1), levers);
   const chosen = data.trials.find((each) => each.id === link.trial) ?? first;
   const film = await clipOf(chosen);
   changes = link.changes;
-  choose(chosen, film, Math.min(link.frame ?? -1, film.frames.length - 1));
-  if (link.refused.length) say(`The link has ${link.refused.join("; ")}. What it says otherwise is used.`);
+  choose(chosen, film, Math.min(link.frame, film.frames.length - 1));
 }
 
 /** @param {boolean} wanted */
@@ -304,7 +263,6 @@ async function take(file) {
   const film = { rows, columns, frames: /** @type {Uint8Array[]} */ ([]) };
   data.footage.note = `${file ? "Your video" : "Your webcam"}, at ${columns}x${rows} px. It stays in this page.`;
   data.footage.command = `colias watch ${file ? `'${file.name.replaceAll("'", "'\\''")}'` : "0"} --size ${columns}x${rows}`;
-  ghosts.delete(data.footage.id);
   own = film;
   the("trial", HTMLSelectElement).querySelector("option[hidden]")?.removeAttribute("hidden");
   choose(data.footage, film);
@@ -343,7 +301,6 @@ function makeLevers() {
     const input = the(`input-${lever.key}`, HTMLInputElement);
     input.addEventListener("input", () => {
       changes[lever.key] = lever.kind === "switch" ? input.checked : input.valueAsNumber;
-      performance.mark("moved");
       ask();
     });
     the(`reset-${lever.key}`, HTMLButtonElement).addEventListener("click", () => {
@@ -394,7 +351,7 @@ function begin() {
     follow();
     document.querySelector(".stage")?.scrollIntoView({ block: "nearest" });
   });
-  new ResizeObserver(() => series && ask()).observe(tracesPicture);
+  new ResizeObserver(() => shown && ask()).observe(tracesPicture);
 }
 
 begin();

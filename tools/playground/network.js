@@ -1,28 +1,7 @@
 // The network in C, compiled to WebAssembly. dsnn/native/dsnn.h documents its functions and the order of its fields.
 
 /**
- * @typedef {object} Params Fields of dsnn.DSNNParams.
- * @property {number} n_p
- * @property {number} u
- * @property {number} d
- * @property {number} n_con
- * @property {number} w_i
- * @property {number} sigma_l
- * @property {number} tau_fast
- * @property {number} tau_slow
- * @property {[number, number]} tau_s
- * @property {number} tau_mp
- * @property {number} k_sig
- * @property {number} k_sp
- * @property {number} t_sp
- * @property {number} fps
- * @property {boolean} on
- * @property {boolean} off
- * @property {boolean} dog
- * @property {boolean} fdsr
- * @property {boolean} rectified
- * @property {string} polarity
- * @property {string} lowpass
+ * @typedef {Record<string, any>} Params Fields of dsnn.DSNNParams.
  *
  * @typedef {object} Tables Numbers that Python computes: they need its exponential.
  * @property {number[]} residues a_1, a_2, ... of the paper's u.
@@ -33,23 +12,14 @@
  * @property {number} columns
  * @property {Uint8Array[]} frames Grey levels, row by row.
  *
- * @typedef {object} Layers Maps of the last frame, row by row.
- * @property {Float32Array} p
- * @property {Float32Array} la
- * @property {Float32Array} fOn
- * @property {Float32Array} fOff
+ * @typedef {Record<"p" | "la" | "fOn" | "fOff", Float32Array>} Layers Maps of a frame, row by row.
  *
- * @typedef {object} Series The answers to a clip, an entry a frame.
- * @property {number[]} hs
- * @property {number[]} vs
- * @property {number[]} hsSpikes
- * @property {number[]} vsSpikes
- * @property {{change: number, lamina: number, f: number}} largest Magnitudes of the maps, of every sixteenth frame.
+ * @typedef {Record<"hs" | "vs" | "hsSpikes" | "vsSpikes", number[]>} Answers To a clip, an entry a frame.
+ * @typedef {Answers & {largest: {change: number, lamina: number, f: number}}} Series The largest magnitudes of kept maps.
  *
  * @typedef {{memory: WebAssembly.Memory} & Record<string, (...values: number[]) => number>} Kernel
  */
 
-const SAMPLED = 16;
 const SLICE = 16;
 
 /**
@@ -127,11 +97,6 @@ export class Network {
     return pointer;
   }
 
-  /** Return to the state before the first frame. */
-  reset() {
-    this.kernel.dsnn_reset(this.model);
-  }
-
   /**
    * Answer the next frame; the view has HS, VS (float64) and their spikes (int32), until the next step.
    * @param {Uint8Array} frame
@@ -159,9 +124,6 @@ export class Network {
   }
 }
 
-/** @param {Layers} layers That the next call overwrites. */
-const copied = ({ p, la, fOn, fOff }) => ({ p: p.slice(), la: la.slice(), fOn: fOn.slice(), fOff: fOff.slice() });
-
 /** The answers of a new network to a clip that may still grow. */
 export class Run {
   /**
@@ -169,22 +131,23 @@ export class Run {
    * @param {Tables} tables
    * @param {Clip} clip
    * @param {Params} params
+   * @param {boolean} [keeps] Whether to keep the maps of every frame.
    */
-  constructor(kernel, tables, clip, params) {
+  constructor(kernel, tables, clip, params, keeps = false) {
     this.clip = clip;
+    this.keeps = keeps;
     this.network = new Network(kernel, tables, clip, params);
     /** @type {Series} */
     this.series = { hs: [], vs: [], hsSpikes: [], vsSpikes: [], largest: { change: 1, lamina: 1, f: 0.1 } };
-    /** @type {Layers | null} */
-    this.layers = null;
+    /** @type {Layers[]} */
+    this.layers = [];
   }
 
   /**
    * Show the next frames, as many as there are or up to a number in all.
    * @param {number} [until]
-   * @param {number} [kept] The frame whose maps `layers` is to keep.
    */
-  advance(until = Number.POSITIVE_INFINITY, kept = -1) {
+  advance(until = Number.POSITIVE_INFINITY) {
     const { hs, vs, hsSpikes, vsSpikes, largest } = this.series;
     for (let i = hs.length; i < Math.min(until, this.clip.frames.length); i++) {
       const answer = this.network.step(this.clip.frames[i]);
@@ -192,14 +155,25 @@ export class Run {
       vs.push(answer.getFloat64(8, true));
       hsSpikes.push(answer.getInt32(16, true));
       vsSpikes.push(answer.getInt32(20, true));
-      if (i === kept) this.layers = copied(this.network.maps());
-      if (i % SAMPLED) continue;
-      const { p, la, fOn, fOff } = this.network.maps();
+      if (!this.keeps) continue;
+      const [p, la, fOn, fOff] = Object.values(this.network.maps()).map((map) => map.slice());
+      this.layers.push({ p, la, fOn, fOff });
       largest.change = size(p, largest.change);
       largest.lamina = size(la, largest.lamina);
       largest.f = size(fOff, size(fOn, largest.f));
     }
     return hs.length === this.clip.frames.length;
+  }
+
+  /**
+   * Show the whole clip, in small parts, and give the memory back; null where `pause` says not to go on.
+   * @param {() => Promise<boolean>} pause Lets others work.
+   */
+  async finish(pause) {
+    let goesOn = true;
+    while (goesOn && !this.advance(this.series.hs.length + SLICE)) goesOn = await pause();
+    this.network.free();
+    return goesOn ? this.series : null;
   }
 }
 
@@ -212,22 +186,4 @@ function size(map, least) {
   let most = least;
   for (let i = 0; i < map.length; i++) most = Math.max(most, Math.abs(map[i]));
   return most;
-}
-
-/**
- * Compute the answers to a whole clip.
- * @param {Kernel} kernel
- * @param {Tables} tables
- * @param {Clip} clip
- * @param {Params} params
- * @param {{pause?: () => Promise<boolean>, kept?: number}} [how] `pause` lets others work, and tells whether to go on;
- *   `kept` is the frame whose maps are wanted.
- * @returns {Promise<{series: Series, layers: Layers | null} | null>} null where it was not to go on.
- */
-export async function run(kernel, tables, clip, params, { pause, kept } = {}) {
-  const work = new Run(kernel, tables, clip, params);
-  let goesOn = true;
-  while (goesOn && !work.advance(pause && work.series.hs.length + SLICE, kept)) goesOn = pause ? await pause() : true;
-  work.network.free();
-  return goesOn ? { series: work.series, layers: work.layers } : null;
 }

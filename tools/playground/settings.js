@@ -25,7 +25,7 @@
  * @returns {number | boolean}
  */
 export function settingOf(lever, params) {
-  const value = /** @type {Record<string, any>} */ (params)[lever.name];
+  const value = params[lever.name];
   return lever.part === null ? value : value[lever.part];
 }
 
@@ -37,13 +37,13 @@ export function settingOf(lever, params) {
  * @returns {Params}
  */
 export function changed(params, levers, changes) {
-  const result = /** @type {Record<string, any>} */ (structuredClone(params));
+  const result = structuredClone(params);
   for (const lever of levers) {
     if (!(lever.key in changes)) continue;
     if (lever.part === null) result[lever.name] = changes[lever.key];
     else result[lever.name][lever.part] = changes[lever.key];
   }
-  return /** @type {Params} */ (/** @type {unknown} */ (result));
+  return result;
 }
 
 /**
@@ -57,7 +57,7 @@ export function assignments(params, levers, changes) {
   const moved = levers
     .filter((lever) => settingOf(lever, params) !== settingOf(lever, after))
     .map((lever) => lever.name);
-  return [...new Set(moved)].map((name) => `${name}=${/** @type {Record<string, any>} */ (after)[name]}`);
+  return [...new Set(moved)].map((name) => `${name}=${after[name]}`);
 }
 
 /**
@@ -80,36 +80,22 @@ export function written(trial, frame, levers, changes) {
 }
 
 /**
- * Read a link's part after "#".
+ * Read a link's part after "#"; values that a lever cannot take are left out.
  * @param {string} text
- * @param {string[]} trials Legal names.
  * @param {Lever[]} levers
- * @returns {{trial: string, frame: number | null, changes: Changes, refused: string[]}} What is not legal is in
- *   `refused`, each with the legal range.
+ * @returns {{trial: string | null, frame: number, changes: Changes}} The frame is -1 where none is given.
  */
-export function read(text, trials, levers) {
+export function read(text, levers) {
   const given = new URLSearchParams(text);
   /** @type {Changes} */
   const changes = {};
-  /** @type {string[]} */
-  const refused = [];
-  let [trial, frame] = ["", /** @type {number | null} */ (null)];
-  for (const [key, value] of given) {
-    const lever = levers.find((candidate) => candidate.key === key);
-    const number = value.trim() === "" ? Number.NaN : Number(value);
-    if (key === "trial" && trials.includes(value)) trial = value;
-    else if (key === "trial") refused.push(`trial=${value}: legal is ${trials.join(", ")}`);
-    else if (key === "frame" && Number.isInteger(number) && number >= 0) frame = number;
-    else if (key === "frame") refused.push(`frame=${value}: legal is a whole number from 0`);
-    else if (!lever) refused.push(`${key}: legal is trial, frame, ${levers.map((each) => each.key).join(", ")}`);
-    else if (lever.kind === "switch" && ["true", "false"].includes(value)) changes[key] = value === "true";
-    else if (lever.kind === "switch") refused.push(`${key}=${value}: legal is true or false`);
-    else if (number >= lever.low && number <= lever.high && (lever.step !== 1 || Number.isInteger(number)))
-      changes[key] = number;
-    else
-      refused.push(
-        `${key}=${value}: legal is ${lever.step === 1 ? "a whole number " : ""}from ${lever.low} to ${lever.high}`,
-      );
+  for (const { key, kind, low, high, step } of levers) {
+    const value = given.get(key);
+    const number = Number(value || Number.NaN);
+    if (kind === "switch") {
+      if (value === "true" || value === "false") changes[key] = value === "true";
+    } else if (number >= low && number <= high && (step !== 1 || Number.isInteger(number))) changes[key] = number;
   }
-  return { trial, frame, changes, refused };
+  const frame = Number(given.get("frame") || -1);
+  return { trial: given.get("trial"), frame: Number.isInteger(frame) ? frame : -1, changes };
 }
