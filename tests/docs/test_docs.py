@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import re
-from functools import cache
 
 import pytest
 
@@ -13,12 +11,10 @@ from tests.docs.test_docs_chapters import RUN_HERE
 from tests.helpers.chapters import (
     PAGES,
     QUESTIONS,
-    ROOT,
     blocks,
     called,
     chapter,
     headings,
-    written,
 )
 
 __all__ = ["chapter"]
@@ -48,15 +44,6 @@ def test_every_code_fence_is_understood(page):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=called)
-def test_snippets_need_the_public_packages_alone(page):
-    for block in (block for block in blocks(page) if block.language == "python"):
-        for node in ast.walk(ast.parse(block.text)):
-            names = [node.module] if isinstance(node, ast.ImportFrom) else []
-            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            assert not any("bench" in name for name in names), block.where
-
-
-@pytest.mark.parametrize("page", PAGES, ids=called)
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)]+)\)", page.read_text()):
         if target.startswith("https:") or "generated/" in target:  # tests/site follows those
@@ -65,27 +52,3 @@ def test_links_lead_somewhere(page):
         there = page.parent / path if path else page
         assert there.exists(), target
         assert not anchor or anchor in headings(there.read_text()), target
-
-
-@cache
-def written_files():
-    return {file for page in PAGES for file in written(page)}
-
-
-@cache
-def file_names():
-    folders = [path for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")]
-    return {path.name for folder in folders for path in folder.rglob("*.*")}
-
-
-@pytest.mark.parametrize("page", PAGES, ids=called)
-def test_files_and_names_of_the_code_that_are_named_exist(page):
-    """``path.py`` is a file of the repository; a name after it, as in "`path.py`, `name`", is defined in it."""
-    plain = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
-    for path, name in re.findall(r"`([\w/]+\.(?:py|toml|lock|j2))`(?:, `(\w+)`)?", plain):
-        assert path in written_files() or (ROOT / path).exists() or path in file_names(), path
-        if name:
-            text = (ROOT / path).read_text()
-            assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", text, re.MULTILINE), (path, name)
-    for folder in re.findall(r"`((?:scenes|colias_sim|dsnn|experiments|tests|tools|docs|benchmarks)/[\w/]*)`", plain):
-        assert (ROOT / folder).is_dir(), folder

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from tests.helpers.chapters import chapter
-from tests.helpers.footage import Walker, street, write
+from tests.helpers.footage import film, street
 
 __all__ = ["chapter"]
 
 
 def test_the_chapter_runs_as_pasted(chapter):
-    write(Path("street.mp4"), street([Walker(6.0)], 75), codec="mp4v")
+    film(Path("street.mp4"), street(150.0), codec="mp4v")
     chapter("footage.md")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from dsnn.stimuli import stimulus
-from tests.helpers.chapters import QUESTIONS, blocks, called, chapter, titled
+from tests.helpers.chapters import QUESTIONS, called, chapter, titled
 
 __all__ = ["chapter"]
 
@@ -26,12 +26,6 @@ def test_an_answer_runs_as_pasted(name, chapter):
     for module in EXTRAS.get(name, ()):
         pytest.importorskip(module)
     chapter(name)
-
-
-@pytest.mark.parametrize("page", ANSWERS, ids=called)
-def test_a_page_has_a_snippet_that_runs(page):
-    run = [block for block in blocks(page) if not block.skipped and block.language in ("python", "sh")]
-    assert any(not block.title and not block.text.startswith("pip ") for block in run)
 
 
 def test_the_network_in_pytorch_answers_in_its_wrapper(tmp_path, monkeypatch):

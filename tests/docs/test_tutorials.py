@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import ast
-import json
 import re
 import shlex
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import experiments
@@ -21,12 +19,6 @@ POLICY = ROOT / "experiments" / "policies" / "optomotor-policy.npz"
 PUBLIC = {"experiments", "dsnn", "colias_sim"}
 LIBRARIES = {"numpy", "matplotlib", "gymnasium", "cv2", "IPython"}
 STANDARD = {"csv", "dataclasses", "importlib", "json"}
-FEWEST_CELLS, MOST_CELLS = 4, 12
-WIDEST = 76
-"""Columns of code that a page shows at 1280 px without scrolling sideways."""
-MOST_BYTES = 100_000
-
-every_page = pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 
 
 def cells(page: Path) -> list[str]:
@@ -51,17 +43,14 @@ def written(page: Path) -> set[str]:
     return {Path(name).stem for name in re.findall(r"^%%writefile (\S+\.py)$", page.read_text(), re.MULTILINE)}
 
 
-@every_page
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_cells_are_python_from_public_packages(page):
-    assert FEWEST_CELLS <= len(cells(page)) <= MOST_CELLS
-    assert page.read_text().count("```{code-cell}") == len(cells(page))
+    assert page.read_text().count("```{code-cell}") == len(cells(page)) > 0
     for cell in cells(page):
-        assert max(map(len, cell.splitlines())) <= WIDEST, cell
         for node in ast.walk(ast.parse(split(cell)[0])):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
             assert {name.partition(".")[0] for name in names} <= PUBLIC | LIBRARIES | STANDARD | written(page)
-            assert not any("bench" in name for name in names)
 
 
 def test_commands_have_options_that_there_are():
@@ -74,28 +63,7 @@ def test_commands_have_options_that_there_are():
         check_options(arguments)
 
 
-def about() -> dict[str, object]:
-    with np.load(POLICY, allow_pickle=False) as file:
-        facts = json.loads(str(file["about"]))
-    assert isinstance(facts, dict)
-    return facts
-
-
-@pytest.mark.parametrize("page", [FOLDER / "training.md", POLICY.parent / "README.md"], ids=lambda page: page.stem)
-def test_pages_say_how_the_policy_that_ships_was_made(page):
-    facts, text = about(), page.read_text()
-    env = str(facts["env"]).partition("/")[2].partition("-")[0]
-    command = f"colias train --env {env} --seed {facts['seed']} --steps {facts['steps']} --envs {facts['envs']}"
-    assert f"```sh\n{command}\n```" in text
-    assert facts["options"] == {}
-    versions = facts["versions"]
-    assert isinstance(versions, dict)
-    torch = str(versions["torch"]).partition("+")[0]
-    assert f"PyTorch {torch}" in text and f"stable-baselines3 {versions['stable-baselines3']}" in text
-
-
-def test_the_policy_that_ships_is_small_and_beats_standing_still_and_chance():
-    assert POLICY.stat().st_size <= MOST_BYTES
+def test_the_policy_that_ships_beats_standing_still_and_chance():
     gain, total = {}, {}
     for name in (str(POLICY), "still", "random"):
         scores = experiments.score(name, env="Optomotor", episodes=1, seed=100, quiet=True)

@@ -1,14 +1,12 @@
 """The detectors of direction that are not of the DSNN's family, by their equations: plain float64 beside the fast."""
 
-import copy
 import math
 
 import numpy as np
 import pytest
 
-from dsnn import MODELS, EMDNormalised, EMDNormalisedParams, ThreeArm, ThreeArmParams
+from dsnn import EMDNormalised, EMDNormalisedParams, ThreeArm, ThreeArmParams
 from dsnn.stimuli import stimulus
-from tests.conftest import crossing
 
 
 def noise(seed, frames=12, shape=(9, 11)):
@@ -117,20 +115,3 @@ def test_reverse_phi_is_seen_backward(quadrants):
         for clip in (phi, reverse)
     )
     assert back < -0.1 < 0.1 < there
-
-
-OF_LIBRARIES = (
-    "dsnn", "dsnn-on-blocked", "dsnn-off-blocked", "dsn2017", "dsnn-onboard", "hybrid", "lgmd1", "flow",
-)  # fmt: skip
-"""Models whose state is C's or OpenCV's: these libraries refuse a copy."""
-
-
-@pytest.mark.parametrize("name", [name for name in MODELS if name not in OF_LIBRARIES])
-def test_a_deep_copy_answers_alike(name):
-    """Buffers that are views of one another, copied one by one, would answer wrong without a word."""
-    clip = crossing()
-    model = MODELS[name].build(clip[0].shape, MODELS[name].robot)
-    for frame in clip[:10]:
-        model.step(frame)
-    twin = copy.deepcopy(model)
-    assert [model.step(frame) for frame in clip[10:20]] == [twin.step(frame) for frame in clip[10:20]]

@@ -366,14 +366,6 @@ def test_the_membrane_is_a_leaky_integrator():
     assert model._integrate(1e4) > 0
 
 
-def test_the_firmware_s_gains_are_cast_to_whole_numbers():
-    """A square that moves: in whole numbers self-inhibition spares it, in floating point it is left a part of it."""
-    frames = [frame.luma for frame in stimulus("looming", l_over_v_s=0.08)]
-    for model, params in ((SILGMD1, SILGMD1Params), (SILGMD2, SILGMD2Params)):
-        whole, real = (model((72, 99), params(integer=integer)).run(frames).looming.max() for integer in (True, False))
-        assert whole > real
-
-
 @pytest.mark.parametrize("model", [LPLC2, MLPLC2])
 def test_an_lplc2_needs_motion_outward_in_all_four_quadrants(model):
     """A dark square whose lower left corner stays where it is: no motion outward in the lower left."""

@@ -71,48 +71,6 @@ def test_forms_agree_where_no_sign_is_in_doubt(changes, darker):
 
 
 @built
-@settings(max_examples=30, deadline=None, derandomize=True)
-@given(st.integers(0, 2**31), st.sampled_from([1, 2]), st.sampled_from([0.0, 0.5, 0.9]))
-def test_forms_differ_by_no_more_than_the_cells_whose_sign_is_in_doubt(seed, d, still):
-    """Noise over a picture of which a share keeps still: many P_e and P_i are 0, or round to either side of it.
-
-    Such a cell has LA = |P_e - P_i| in one form and 0 in the other. F of it is at most ``left_fast`` times that (on a
-    rise; it falls no faster than ``left_slow`` then), and it takes part in 4 products a spacing, weighted 1 or w_i,
-    with an F or D that is at most the largest F so far; in that frame as F, in all later ones as D.
-    """
-    rng, shape = np.random.default_rng(seed), (24, 36)
-    params = DSNNParams(d=d)
-    ground = rng.integers(0, 200, shape)
-    moving = rng.random(shape) >= still
-    frames = [np.clip(ground + moving * rng.integers(0, 56, shape), 0, 255).astype(np.uint8) for _ in range(8)]
-    fast, plain = (DSNN(shape, params, form=form) for form in forms.FORMS)
-    doubt = largest = 0.0
-    for frame in frames:
-        a, b = fast.step(frame, maps=True), plain.step(frame, maps=True)
-        p = a.maps.p.astype(np.float64)
-        wide = [blur(p, gaussian_kernel(sigma)) for sigma in (d, 2 * d)]
-        doubt += float(np.abs(wide[0] - wide[1])[near_zero(params, p)].sum())
-        largest = max(largest, *(float(layer.max()) for layer in (a.maps.f_on, a.maps.f_off)))
-        bound = 1e-5 + doubt * 4 * params.n_con * largest / (4 * a.maps.p.size * params.k_sig)
-        assert abs(a.hs - b.hs) <= bound and abs(a.vs - b.vs) <= bound
-
-
-@built
-@pytest.mark.parametrize("params", [DSNNParams(), DSNNParams.robot(), DSNNParams(k_sp=3.0, t_sp=0.05)], ids=str)
-def test_spikes_are_equal_but_at_the_thresholds_of_a_count(params):
-    """The thresholds are T + ln(k) / K_sp, for k = 1, 2, ..."""
-    frames = np.concatenate([crossing(), crossing(dark=False), crossing(step=3.0)])
-    fast, plain = (DSNN(frames.shape[1:], params, form=form).run(frames) for form in forms.FORMS)
-    thresholds = params.t_sp + np.log(np.arange(1, 30)) / params.k_sp
-    for channel in ("hs", "vs"):
-        potential = np.abs(getattr(plain, channel))
-        at = np.abs(potential[:, np.newaxis] - thresholds).min(axis=1) < 1e-5
-        a, b = (getattr(series, f"{channel}_spikes") for series in (fast, plain))
-        np.testing.assert_array_equal(a[~at], b[~at])
-    assert fast.hs_spikes.any()
-
-
-@built
 def test_the_lgmd1_and_the_hybrid_agree():
     """A square that grows; the gate, the azimuth and the veto too."""
     frames = np.full((30, 72, 98), 240, np.uint8)
@@ -223,49 +181,3 @@ def test_without_the_c_form_the_reference_runs_and_one_line_says_so():
     assert form == "reference reference 0.0 is not built", done.stderr
     assert "is not built" in note
     assert error == "form='native': the native form is not built: 'make setup' builds it"
-
-
-def test_a_module_built_from_other_sources_does_not_run(monkeypatch):
-    if native.missing() == "is not built":
-        pytest.skip("nothing is built")
-    native.missing.cache_clear()
-    monkeypatch.setattr(native.binding, "digest", lambda: "another")
-    try:
-        assert native.missing() == "was built from other C sources than those here"
-        with pytest.raises(forms.FormError, match="other C sources"):
-            DSNN((72, 99), form="native")
-    finally:
-        native.missing.cache_clear()
-
-
-@built
-def test_a_run_notes_its_form_and_is_not_gone_on_with_by_another(colias, monkeypatch):
-    (colias.folder / "small.py").write_text(
-        "from experiments import Clip, OfflineExperiment\n"
-        "clip = Clip('square', 'plain', {'rows': 24, 'columns': 32, 'duration_s': 0.2})\n"
-        "EXPERIMENT = OfflineExperiment('small', 'A square', (clip,), ('dsnn',))\n"
-    )
-    arguments = ("run", "small.py", "--no-recordings")
-    monkeypatch.setenv(forms.VARIABLE, "reference")
-    assert colias(*arguments, "--out", "out", "-q").returncode == 0
-    assert '"form": "reference"' in (colias.folder / "out" / "run.json").read_text()
-    monkeypatch.setenv(forms.VARIABLE, "native")
-    done = colias(*arguments, "--out", "out")
-    assert done.returncode == 2 and "form" in done.stderr
-    monkeypatch.setenv(forms.VARIABLE, "fast")
-    assert colias(*arguments, "--out", "other").returncode == 2
-
-
-@built
-def test_a_size_that_cannot_be_is_refused():
-    """Before any memory is asked for."""
-    lib, ffi = native.kernel().lib, native.kernel().ffi
-    tables = ffi.new("float[]", 200)
-    pointers = dict.fromkeys(("residues", "kernel_e", "kernel_i", "alphas"), tables)
-    good = dict(rows=10, columns=10, n_p=2, d=1, n_con=8, on=1, off=1, dog=1, fdsr=1) | pointers
-    assert lib.dsnn_size(ffi.new("dsnn_config *", good)) > 0
-    for wrong in (
-        {"rows": 1}, {"columns": 65537}, {"n_p": 61}, {"n_p": -1}, {"d": 0}, {"d": 17}, {"n_con": 0}, {"n_con": 65},
-    ):  # fmt: skip
-        assert lib.dsnn_size(ffi.new("dsnn_config *", good | wrong)) == 0
-    assert lib.lgmd1_size(ffi.new("lgmd1_config *", dict(rows=2, columns=1))) == 0

@@ -9,9 +9,7 @@ import pytest
 from PIL import Image
 
 from dsnn.pictures import read_picture
-from dsnn.stimuli.background import panorama
 
-CASES = Path(__file__).parents[1] / "data" / "cases"
 GREY = np.tile(np.linspace(0, 255, 64).round().astype(np.uint8), (48, 1))
 DEEP = GREY.astype(np.uint16) * 257
 COLOURS = np.dstack([GREY, GREY, GREY])
@@ -90,11 +88,6 @@ def test_what_does_not_say_its_greys_is_refused_in_a_line(tmp_path, name):
         read_picture(tmp_path / name)
     message = str(raised.value)
     assert message.startswith(str(tmp_path / name)) and "\n" not in message
-
-
-def test_a_user_s_deep_picture_is_no_black_background():
-    with pytest.raises(ValueError, match="fewer bits"):
-        panorama(str(CASES / "twelve-bits.png"), (180, 320), 0)
 
 
 def test_a_camera_s_own_levels_are_8_bit_greys_and_no_others(tmp_path):

@@ -7,7 +7,7 @@ import av
 import numpy as np
 import pytest
 
-from dsnn import DSNN, DSNNParams, read_video
+from dsnn import read_video
 from dsnn.video import Video
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -176,19 +176,3 @@ def test_a_frame_that_cannot_be_decoded_is_counted(tmp_path):
     source.write_bytes(data)
     film, pictures, _ = read(source)
     assert (len(pictures), film.damaged) == (9, 1)
-
-
-def test_a_name_with_a_colon_is_a_file(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    written(Path("film.mkv"), [ARROW] * 3)
-    Path("film.mkv").rename("20240501-12:30:00.mkv")
-    assert len(read("20240501-12:30:00.mkv")[2]) == 3
-
-
-def test_a_series_has_the_times_of_its_film_and_of_an_array_those_of_30_frames_a_second(tmp_path):
-    images = np.stack([np.roll(ARROW, 2 * i, axis=1) for i in range(12)])
-    model = DSNN(SHAPE, DSNNParams.offline())
-    film, array = model.run(read_video(written(tmp_path / "a.mkv", images, rate=20))), model.run(images)
-    np.testing.assert_array_equal(film.hs, array.hs)
-    np.testing.assert_allclose(film.time_s, np.arange(12) / 20, atol=1e-6)
-    np.testing.assert_allclose(array.time_s, np.arange(12) / 30)

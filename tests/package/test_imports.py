@@ -139,14 +139,3 @@ def test_wings_import_one_way():
     for module in outside:
         cli = [other for other in imported(module) if wing(other) == "experiments.bench.cli"]
         assert not cli, f"{module} imports {cli}: only a declaration's tail may"
-
-
-def test_tables_and_figures_run_nothing():
-    """What draws or prints has rows, not a pool; and what runs does not print tables."""
-    for module in modules():
-        last = module.rpartition(".")[2]
-        if last in ("table", "figure"):
-            assert "experiments.bench.run.workers" not in imported(module), module
-        if last == "run" and wing(module) != "experiments.bench.cli":
-            tables = [other for other in imported(module) if other.endswith(".table")]
-            assert not tables, f"{module} imports {tables}"

@@ -18,20 +18,3 @@ def test_the_latest_release_and_its_day_are_one():
     assert cited and day and latest
     assert (cited[1], day[1]) == (latest[1], latest[2])
     assert Version(PROJECT["version"]) >= Version(latest[1])
-
-
-def test_the_changelog_has_each_version_once_newest_first():
-    numbers = re.findall(r"^## \[(\d\S*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
-    ordered = sorted(numbers, key=lambda text: [int(part) for part in text.split(".")], reverse=True)
-    assert numbers == ordered and len(set(numbers)) == len(numbers)
-
-
-def test_the_lock_has_every_dependency():
-    locked = set(re.findall(r"^([a-z0-9-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE))
-    asked = {re.split(r"[<>=\[ ]", line)[0] for line in PROJECT["dependencies"]}
-    assert asked <= locked
-
-
-def test_the_licence_is_there():
-    assert PROJECT["license"] == "MIT"
-    assert (ROOT / PROJECT["license-files"][0]).read_text().startswith("MIT License")

@@ -62,16 +62,3 @@ def test_pages_show_what_is_taken_given_and_raised(pages):
     sections = {name: titles for document in pages.values() for name, titles in document.sections.items()}
     for name, thing in DOCUMENTED.items():
         assert {title for title in SHOWN if page(thing)[title]} == sections[name] & set(SHOWN), name
-
-
-def test_types_and_names_in_a_text_are_links(pages):
-    run = pages["api/experiments.run-function"].links
-    assert {f"experiments.{name}.html#experiments.{name}" for name in ("Experiment", "Run", "UsageError")} <= run
-    assert "dsnn.FrameError.html#dsnn.FrameError" in pages["api/dsnn.DSNN"].links
-
-
-def test_only_types_are_aliases():
-    """autodoc says of a class with another name than it is imported by that it is an alias, and nothing else."""
-    folder = SITE / "generated" / "api"
-    aliases = {path.stem for path in folder.glob("*.html") if "alias of <" in path.read_text(encoding="utf-8")}
-    assert aliases <= {"experiments.Wheels"}

@@ -42,20 +42,6 @@ def opened(url: str, profile: Path, *flags: str, budget_ms: int = 10_000) -> str
     return subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
 
 
-@pytest.mark.parametrize(
-    ("words", "page"),
-    [
-        ("rolling shutter", "eye.html"),
-        ("preferred direction", "reference/glossary.html"),
-        ("leaderboard", "your-own-model.html"),
-        ("fixation", "behaviours-and-training.html"),
-    ],
-)
-def test_search_finds_from_disk(words, page, tmp_path):
-    text = opened(f"{(SITE / 'search.html').as_uri()}?q={words.replace(' ', '+')}", tmp_path)
-    assert page in re.findall(r'<a href="([^"?#]*)[^"]*" data-score', text)
-
-
 def test_pages_fit_narrow_and_wide_windows(tmp_path):
     """A page that scrolls sideways as a whole has something in it that should scroll, or be smaller, by itself."""
     pages = sorted(str(path.relative_to(SITE)) for path in SITE.rglob("*.html") if "_static" not in path.parts)

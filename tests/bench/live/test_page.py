@@ -16,7 +16,8 @@ from experiments.bench.cli.main import command
 from experiments.bench.live.session import ArenaSession, FootageSession
 from experiments.bench.sources.robot import forget_simulations
 from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
-from tests.helpers.footage import Walker, street, write
+from tests.helpers.footage import film as filmed
+from tests.helpers.footage import street
 
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'"
@@ -150,7 +151,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 @needs_chromium
 @pytest.mark.filterwarnings("default")
 def test_footage_on_the_page(tmp_path: Path):
-    film = write(tmp_path / "street.avi", street([Walker(3.0)], 90))
+    film = filmed(tmp_path / "street.avi", street(), 90)
     with visited(tmp_path / "profile", PORT + 4, lambda: FootageSession(str(film), ["dsnn"])) as (page, tab, answers):
         text = tab.ask("document.body.innerText")
         tabs = tab.ask("[...document.querySelectorAll('[role=tab]')].map(t => t.innerText)")

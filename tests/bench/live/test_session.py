@@ -15,7 +15,8 @@ from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.sources import visit
 from experiments.bench.sources.hand import Command, Hand
 from tests.bench.test_watch import BREAKS
-from tests.helpers.footage import Walker, street, write
+from tests.helpers.footage import film as filmed
+from tests.helpers.footage import street
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""
@@ -164,7 +165,7 @@ def test_robots_stop_before_the_wall_and_before_each_other():
 
 @pytest.fixture(scope="module")
 def film(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return str(write(tmp_path_factory.mktemp("film") / "street.avi", street([Walker(4.0)], FRAMES)))
+    return str(filmed(tmp_path_factory.mktemp("film") / "street.avi", street(), FRAMES))
 
 
 def test_the_answers_to_footage_are_those_of_colias_watch(film: str, tmp_path: Path):

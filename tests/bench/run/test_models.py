@@ -11,7 +11,7 @@ import pytest
 from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import ask
+from experiments.bench.run.models import ask, choose, rate_notes
 from experiments.bench.run.settings import watchers
 from experiments.bench.trials import plan
 from tests.helpers import user_files
@@ -97,6 +97,13 @@ def test_parameters(colias):
         for line in ran(colias, "list", "parameters", "--only", "--model", "emd").stdout.splitlines()
     }
     assert {"emd.log", "camera.fps"} <= keys and "dsnn.n_con" not in keys
+
+
+def test_a_model_s_frame_rate_is_held_against_what_it_is_shown():
+    """29.97 frames/s are 30."""
+    dsnn, emd, flow = (choose(name) for name in ("dsnn", "emd", "flow"))
+    assert rate_notes([(dsnn, 30.0), (emd, 29.97), (flow, 60.0)]) == []
+    assert rate_notes([(dsnn, 60.0), (emd, 60.0)]) == ["dsnn, emd assume 30 frames/s and are shown 60"]
 
 
 # --- one model under several settings ---------------------------------------------------------------------------------

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dsnn import DSNN, DSNNParams, FrameError, OnboardDSNN, OnboardParams, forms, native
+from dsnn import DSNN, DSNNParams, OnboardDSNN, OnboardParams, forms, native
 from dsnn.onboard.codes import coded, decoded
 from dsnn.onboard.error import compare, differences, float_params
-from dsnn.onboard.fixed import Fixed, constants
-from dsnn.onboard.header import TABLES, header
+from dsnn.onboard.fixed import constants
+from dsnn.onboard.header import header
 from dsnn.onboard.params import largest_change
 from tests.conftest import crossing
 from tests.helpers.native_cases import COMPILER, NATIVE, STRICT, _frames, onboard
@@ -206,22 +206,6 @@ def test_the_header_makes_the_same_model(changes, tmp_path):
     assert f"#define ONBOARD_STATE_BYTES {size}\n" in header(shape, params)
 
 
-@built
-def test_sizes_are_told_without_memory_and_what_is_not_legal_is_0():
-    lib, ffi = native.kernel().lib, native.kernel().ffi
-    for shape in ((2, 2), (72, 99), (4096, 4096), (7, 3)):
-        for params in (OnboardParams(), OnboardParams(state_bits=16, n_con=64, d=16, n_p=5)):
-            fixed = constants(shape, params)
-            good = {name: getattr(fixed, name) for name in Fixed.__slots__ if name not in TABLES}
-            assert lib.onboard_size(ffi.new("onboard_config *", good)) == fixed.state_bytes
-    for wrong in (
-        {"rows": 4097}, {"columns": 1}, {"n_p": 61}, {"d": 0}, {"spacings": 65}, {"state_bits": 12},
-        {"lamina_bits": 9}, {"f_frac": 16},
-        {"work_frac": 3}, {"f_max": 32768}, {"left_fast": -1}, {"w_i": 32769}, {"thresholds_count": 257},
-    ):  # fmt: skip
-        assert lib.onboard_size(ffi.new("onboard_config *", good | wrong)) == 0, wrong
-
-
 @pytest.mark.parametrize(
     "changes",
     [{"n_p": 2, "u": 0.0}, {"sigma_l": 0.999}, {"tau_s": (10.0, 10_000.0), "fps": 10_000.0}, {"state_bits": 12},
@@ -232,11 +216,6 @@ def test_sizes_are_told_without_memory_and_what_is_not_legal_is_0():
 def test_what_would_overflow_or_has_no_room_is_refused(changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
         OnboardParams(**changes)
-
-
-def test_a_frame_too_large_is_refused():
-    with pytest.raises(FrameError, match="takes up to 4096 rows and columns"):
-        OnboardDSNN((4097, 10))
 
 
 def test_the_comparison_counts_what_differs():
