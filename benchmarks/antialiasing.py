@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import ExitStack
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -25,50 +27,36 @@ def samples(multisample: int, supersample: int = 1, columns: int = 1) -> CameraC
     )  # fmt: skip
 
 
+def simulation(camera: CameraConfig) -> Simulation:
+    """A room in which nothing but the sampling of ``camera`` differs from another's."""
+    return Simulation(camera=camera, scene=SceneConfig(light_sd=0, turn_wall=False))
+
+
+def renders(sim: Simulation) -> Iterator[None]:
+    """Expose the camera to each frame of a crossing: the stimulus is put a third of a pixel farther each time."""
+    camera, rng = sim.camera.config, np.random.default_rng(0)
+    for i in range(FRAMES):
+        place = Pose(camera.forward_cm / 100 + 0.08, 0.006 - i * STEP * 0.08 / camera.focal_px, -math.pi / 2)
+        if i == 0:
+            sim.reset({"stimulus": place}, rng)
+        sim.robots["stimulus"].place(place)
+        mujoco.mj_forward(sim.model, sim.data)
+        sim.camera.expose(sim.data)
+        yield
+
+
 def crossing(camera: CameraConfig) -> tuple[np.ndarray, np.ndarray]:
     """Frames (T, R, C) without noise, and HS on them."""
-    with Crossing(camera) as crossed:
-        stack = np.stack(list(crossed.frames))
+    with simulation(camera) as sim:
+        stack = np.stack([sim.camera.develop(np.random.default_rng(0), 0.0).luma for _ in renders(sim)])
     return stack.astype(float), DSNN((72, 99), DSNNParams.robot()).run(stack).hs[20:]
 
 
-class Crossing:
-    """The stimulus put a third of a pixel farther for each render, by hand, so that nothing but sampling differs."""
-
-    def __init__(self, camera: CameraConfig) -> None:
-        self._sim = Simulation(camera=camera, scene=SceneConfig(light_sd=0, turn_wall=False))
-        self._rng = np.random.default_rng(0)
-        self._place, self._step = camera.forward_cm / 100 + 0.08, STEP * 0.08 / camera.focal_px
-
-    def __enter__(self) -> Crossing:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._sim.close()
-
-    @property
-    def frames(self) -> Iterator[np.ndarray]:
-        """Each of its frames, (R, C)."""
-        for _ in self._renders():
-            yield self._sim.camera.develop(self._rng, 0.0).luma
-
-    def rendered(self) -> int:
-        """Render all of it, and return the number of frames."""
-        count = 0
-        for count, _ in enumerate(self._renders(), 1):  # noqa: B007
-            self._sim.camera.discard()
-        return count
-
-    def _renders(self) -> Iterator[None]:
-        sim = self._sim
-        for i in range(FRAMES):
-            place = Pose(self._place, 0.006 - i * self._step, -math.pi / 2)
-            if i == 0:
-                sim.reset({"stimulus": place}, self._rng)
-            sim.robots["stimulus"].place(place)
-            mujoco.mj_forward(sim.model, sim.data)
-            sim.camera.expose(sim.data)
-            yield
+def rendered(sim: Simulation) -> int:
+    """Render a crossing, and return the number of frames."""
+    for _ in renders(sim):
+        sim.camera.discard()
+    return FRAMES
 
 
 COMPARED = {
@@ -90,10 +78,9 @@ def table() -> Table:
     truth, hs_truth = crossing(samples(0, 16))
     change = np.diff(truth, axis=0)
     moving = np.abs(change).max(0) > 10
-    crossed = {name: Crossing(camera) for name, camera in COMPARED.items()}
-    times = interleaved({name: value.rendered for name, value in crossed.items()}, rounds=9)
-    for value in crossed.values():
-        value.__exit__()
+    with ExitStack() as open_ones:
+        sims = {name: open_ones.enter_context(simulation(camera)) for name, camera in COMPARED.items()}
+        times = interleaved({name: partial(rendered, sim) for name, sim in sims.items()}, rounds=9)
     result = Table(
         title=f"Antialiasing against 16x16 samples a pixel, a third of a pixel a frame (true HS {hs_truth.mean():.4f})"
     )
