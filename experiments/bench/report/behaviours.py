@@ -60,12 +60,9 @@ def draw(
         if ways:
             parts: Any = figure.subfigures(2, 1, height_ratios=[high, low])
             above, below = parts
-            panels = below.subplots(down, across, squeeze=False, sharex=True, sharey=True)
-            for axes, name in zip(panels.flat, names, strict=False):
+            for axes, name in zip(style.grid(below, len(names), across, sharex=True, sharey=True), names, strict=True):
                 axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)
                 _ways(axes, ways[0].filter(model=name), ways[1], colours[name])
-            for axes in panels.flat[len(names) :]:
-                axes.set_visible(False)
         _measures(above, summary, values, colours)
         style.headline(above, finding(summary))
         symbols = INTERVALS if summary["ci_low"].is_not_null().any() else MEASURES
@@ -115,12 +112,10 @@ def _measures(part: Any, summary: pl.DataFrame, values: pl.DataFrame, colours: M
         axes.set_title(style.wrapped(measure, style.WIDTH / len(measures) - 0.5), fontsize=style.BODY)
         for behaviour, value in values.filter(measure=measure).select("behaviour", "value").iter_rows():
             axes.plot(value, names.index(behaviour), "|", color=colours[behaviour], alpha=0.5, ms=7.0, mew=0.6)
-        for row in summary.filter(measure=measure).iter_rows(named=True):
-            value, tint = row["value"], colours[row["behaviour"]]
-            if value is not None and row["ci_low"] is not None:
-                reach = [[value - row["ci_low"]], [row["ci_high"] - value]]
-                axes.errorbar(value, names.index(row["behaviour"]), xerr=reach, fmt="none", ecolor=tint, elinewidth=1.4)
-            axes.plot(value, names.index(row["behaviour"]), "o", ms=4.0, color=tint)
+        for row in summary.filter(measure=measure).drop_nulls("value").partition_by("behaviour"):
+            name = row["behaviour"][0]
+            style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=colours[name],
+                            elinewidth=1.4)  # fmt: skip
         axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
         axes.grid(axis="y", lw=0.3)
     panels[0].set_yticks(range(len(names)), names)

@@ -100,14 +100,6 @@ def with_responses(trials: pl.DataFrame) -> pl.DataFrame:
     return trials.with_columns(**sizes).with_columns(directed=directed).with_columns(response=response)
 
 
-def _names(trials: pl.DataFrame, column: str = "model") -> list[Any]:
-    return trials[column].unique(maintain_order=True).to_list()
-
-
-def _by(table: pl.DataFrame, *columns: str) -> Any:
-    return table.group_by(*columns, maintain_order=True)
-
-
 def _page(rows: int, high: float, around: float) -> Figure:
     """Return a figure with rows that are so high, or less on a full page; as low as `LEAST_ROW` they take more."""
     return Figure(figsize=(style.WIDTH, around + _height(rows, high, around)), layout="constrained")
@@ -153,9 +145,9 @@ def course(x: Sequence[float], y: Sequence[float]) -> str:
 
 def course_finding(rows: pl.DataFrame, along: str, lines: str) -> str:
     """Return the most common course of the curves of each model, line and seed, and how many have it."""
-    courses: dict[str, list[str]] = {model: [] for model in _names(rows)}
-    points = _by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
-    for (model, *_), curve in _by(points, "model", lines, "repeat"):
+    courses: dict[str, list[str]] = {model: [] for model in style.levels(rows, "model")}
+    points = style.by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
+    for (model, *_), curve in style.by(points, "model", lines, "repeat"):
         courses[model].append(course(curve[along].to_list(), curve["response"].to_list()))
     ((common, _),) = Counter(word for words in courses.values() for word in words).most_common(1)
     counts = {model: (words.count(common), len(words)) for model, words in courses.items()}
@@ -181,7 +173,7 @@ def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
 
 def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
     """Return in how many trials the models that have a threshold reach it."""
-    levels = {model: level for model in _names(trials) if (level := thresholds.get(model)) is not None}
+    levels = {model: level for model in style.levels(trials, "model") if (level := thresholds.get(model)) is not None}
     spiking = trials.filter(pl.col("model").is_in(list(levels)))
     if spiking.is_empty():
         return "None of these models has a threshold"
@@ -195,13 +187,13 @@ def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
 
 def _counts(trials: pl.DataFrame, so: pl.Expr) -> dict[str, tuple[int, int]]:
     """Return of each model in how many of its trials something is so, and how many it has."""
-    counts = _by(trials, "model").agg(so.sum().alias("so"), n=pl.len())
+    counts = style.by(trials, "model").agg(so.sum().alias("so"), n=pl.len())
     return {model: (k, n) for model, k, n in counts.iter_rows()}
 
 
 def share_finding(left: pl.DataFrame) -> str:
     """Return what is left of the intact network's |HS|; of many models how many leave little or nearly all."""
-    ends = {model: (rows["share"].min(), rows["share"].max()) for (model,), rows in _by(left, "model")}
+    ends = {model: (rows["share"].min(), rows["share"].max()) for (model,), rows in style.by(left, "model")}
     if len(ends) > 3:
         little = sum(high <= LEFT[0] for _, high in ends.values())
         most = sum(low >= LEFT[1] for low, _ in ends.values())
@@ -222,11 +214,11 @@ def _traces(
     part: Figure | SubFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, letter: str = ""
 ) -> None:
     """Draw the potentials of each model in a row, of each clip in a column; more clips lie below."""
-    models, clips = _names(trials), _names(trials, "clip")
+    models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
     ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
-    cells = dict(_by(_by(table, "model", "clip", "time").agg(ends), "model", "clip"))
+    cells = dict(style.by(style.by(table, "model", "clip", "time").agg(ends), "model", "clip"))
     across = -(-len(clips) // _bands(trials))
     panels = part.subplots(_bands(trials) * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
@@ -307,22 +299,19 @@ def _level(rows: pl.DataFrame, column: str) -> str:
 
 def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw responses along a parameter: a row for each model with a panel for each part, of one part only panels."""
-    models = list(dict.fromkeys(model for _, rows, _, _ in parts for model in _names(rows)))
+    models = list(dict.fromkeys(model for _, rows, _, _ in parts for model in style.levels(rows, "model")))
     several, count = len(parts) > 1, len(parts) * len(models)
     across = len(parts) if several else min(count, 4)
     down = -(-count // across)
     drawn = _page(down, 1.9, 1.3)
-    panels = drawn.subplots(down, across, squeeze=False, sharex="col" if several else "none",
-                            sharey="row" if several else "all")  # fmt: skip
-    for axes in panels.flat[count:]:
-        axes.set_visible(False)
+    panels = style.grid(drawn, count, across, sharex="col" if several else False, sharey="row" if several else "all")
     ends, unit = {}, parts[0][1]["speed_unit"][0]
     largest = dict(pl.concat(rows for _, rows, _, _ in parts).group_by("model").agg("response").iter_rows())
     for place, (name, rows, along, by) in enumerate(parts):
         words = course_finding(rows, along, by)
         words = f"{name}: {words}" if name else words
         for row, model in enumerate(models):
-            axes = panels.flat[row * len(parts) + place]
+            axes = panels[row * len(parts) + place]
             ends[axes] = _lines(axes, rows.filter(model=model), along, by)
             axes.axhline(0.0, color=style.INK, lw=0.4)
             level, most = thresholds.get(model), max(largest[model] if several else rows["response"])
@@ -335,11 +324,11 @@ def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]
             elif place == 0:
                 _name(axes, model)
         if several:
-            style.finding(panels[0, place], words[:1].upper() + words[1:], "abcdefgh"[place])
+            style.finding(panels[place], style.sentence(words), "abcdefgh"[place])
         else:
-            style.headline(drawn, words[:1].upper() + words[1:])
+            style.headline(drawn, style.sentence(words))
             style.decades(axes, rows["response"])
-        for axes in [panels[-1, place]] if several else panels.flat[(down - 1) * across : count]:
+        for axes in [panels[place - across]] if several else panels[(down - 1) * across :]:
             axes.set_xlabel(style.wrapped(AXES[along].format(unit=unit), style.WIDTH / across - 0.3))
     for axes in ends:
         axes.margins(y=0.1)
@@ -355,7 +344,7 @@ def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[fl
     """Draw a line of means for each level of a column; return their ends, names and colours."""
     ends, levels = [], rows.sort(by).partition_by(by)
     for level, colour in zip(levels, style.shades(range(len(levels))).values(), strict=True):
-        points = _by(level.sort(along), along).agg("response")
+        points = style.by(level.sort(along), along).agg("response")
         x, samples = points[along].to_list(), points["response"].to_list()
         style.means(axes, x, samples, colour, _level(level, by))
         ends.append((x[-1], float(np.mean(samples[-1])), _level(level, by), colour))
@@ -367,14 +356,14 @@ def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[fl
 
 def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw for each model from where to where its responses to crossing objects reach, and those to the background."""
-    models = _names(trials)
+    models = style.levels(trials, "model")
     crossing = trials.filter(pl.col("object").ne_missing("absent"), ~pl.col("motion").is_in(DEPTH))
     alone = trials.filter(object="absent")
     drawn = _page(len(models), 0.32, 1.3)
     axes = drawn.subplots()
     for kind, rows, colour, shift in (("object crosses", crossing, style.HUES[0], -0.18),
                                       ("background alone", alone, style.HUES[1], 0.18)):  # fmt: skip
-        for (model,), of_model in _by(rows, "model"):
+        for (model,), of_model in style.by(rows, "model"):
             values, height = of_model["response"].to_numpy(), models.index(model) + shift
             axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)
             axes.plot(values, [height] * len(values), "o", ms=2, color=colour)
@@ -414,7 +403,10 @@ def _traces_caption(trials: pl.DataFrame) -> str:
 def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw the potentials at every edge, and below what the other models leave of the intact network's |HS|."""
     left = shares(trials)
-    models, polarities = _names(left), [polarity for polarity in EDGES if polarity in _names(trials, "polarity")]
+    models, polarities = (
+        style.levels(left, "model"),
+        [polarity for polarity in EDGES if polarity in style.levels(trials, "polarity")],
+    )
     low = len(models) * 0.2 + 1.3 if models else 0.0
     high = _height(_bands(trials) * trials.n_unique("model"), 0.8, low + 1.5) + 1.2
     drawn = Figure(figsize=(style.WIDTH, high + low + 0.3), layout="constrained")
@@ -425,7 +417,7 @@ def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -
         panels = part.subplots(1, len(polarities), sharey=True, squeeze=False)[0]
         for axes, polarity, letter in zip(panels, polarities, "bc", strict=False):
             of_edge = left.filter(polarity=polarity)
-            for (model,), rows in _by(of_edge, "model"):
+            for (model,), rows in style.by(of_edge, "model"):
                 place, values = models.index(model), rows["share"].to_numpy()
                 axes.barh(place, values.mean(), height=0.6, color=style.HUES[3], alpha=0.5, label=model)
                 axes.plot(values, place + np.linspace(-0.2, 0.2, len(values)), "o", ms=2, color=style.HUES[0])

@@ -112,8 +112,7 @@ def _anew(panel: Axes, rows: pl.DataFrame, claims: bool) -> None:
     rows = rows.reverse().with_row_index("place")
     value = pl.col("kept") / pl.col("replicates") if claims else pl.col("anew")
     known = rows.with_columns(value.alias("value")).drop_nulls(["value", *(["low"] if claims else [])])
-    ends = known.select(pl.col("low", "high").fill_null(pl.col("value")) - pl.col("value")).to_numpy()
-    panel.errorbar(known["value"], known["place"], xerr=np.abs(ends).T, fmt="o", ms=4, color=style.INK, elinewidth=1.2)
+    style.intervals(panel, known, known["place"], ("value", "low", "high"), ms=4, color=style.INK, elinewidth=1.2)
     names = ["as it is" if number is None else f"no. {number}" for number in rows["number"]]
     panel.set_yticks(range(len(names)), names)
     if claims:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import zip_longest
 from typing import Any
 
 import matplotlib as mpl
@@ -125,14 +124,11 @@ def panels(runs: Mapping[str, Any]) -> Figure:
     first = {name: table.filter(model=table["model"][0]) for name, table in tables.items()}
     with style.look():
         figure = Figure((style.WIDTH, 2.15 * math.ceil(len(first) / 2) + 0.4), layout="constrained")
-        figure.subplots(math.ceil(len(first) / 2), 2, squeeze=False)
-        for axes, letter, (name, rows) in zip(figure.axes, "abcd", first.items(), strict=False):
+        for axes, letter, (name, rows) in zip(style.grid(figure, len(first), 2), "abcd", first.items(), strict=False):
             _points(axes, rows, COUNT, PAPER[name])
             axes.set(xlabel=_axis(PAPER[name]), ylabel=COUNT[1])
             words = finding(rows, COUNT, PAPER[name])
             style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words}", letter)
-        for axes in figure.axes[len(first) :]:
-            axes.set_visible(False)
         rows = pl.concat(first.values(), how="diagonal_relaxed")
         style.caption(figure, f"{_n(rows)}. {_symbols(rows)}")
     return figure
@@ -182,10 +178,6 @@ def prepared(table: Any, frames: pl.DataFrame | None, varies: str) -> pl.DataFra
     )  # fmt: skip
 
 
-def _names(rows: pl.DataFrame, column: str) -> list[Any]:
-    return rows[column].unique(maintain_order=True).to_list()
-
-
 def _potentials(frames: pl.DataFrame) -> dict[str, str]:
     """Return the column of each model's potential: HS, or looming where that alone is ever other than 0."""
     sizes = frames.group_by("model", maintain_order=True).agg(pl.col("hs", "looming").abs().max().fill_null(0.0))
@@ -213,7 +205,7 @@ def _text(level: Any, column: str) -> str:
 
 
 def _n(rows: pl.DataFrame) -> str:
-    models = _names(rows, "model")
+    models = style.levels(rows, "model")
     counts = sorted(set(rows.group_by("model", *CONDITION_COLUMNS).len()["len"]))
     of = f"{models[0]}, " if len(models) == 1 else ""
     return f"{of}n = {' to '.join(map(str, dict.fromkeys((counts[0], counts[-1]))))} per condition"
@@ -263,7 +255,7 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     intervals, it names what is drawn.
     """
     noun, column = measure[0], next(iter(measure[2]))
-    curves = {key: _samples(of, column) for key, of in _by(rows.drop_nulls(column), "model", "other")}
+    curves = {key: _samples(of, column) for key, of in style.by(rows.drop_nulls(column), "model", "other")}
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
         return drawn_of(noun, varies, fewest)
@@ -273,12 +265,9 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     if len(orders) < 2:
         return f"{noun} {common}"
     several, along = rows["other"].n_unique() > 1, f" with {_unit(varies)[0]}"
-    if sorted(orders.values()) == [f"falls{along}", f"rises{along}"] and several:
-        first, second = (f"at {other}" for _, other in orders)
-        return f"{noun} {common} {first}, {others[0][0].removesuffix(along)} {second}"
     whose = {text: [model for (model, _), own in orders.items() if own == text] for text in orders.values()}
-    named = {text: f"for {' and '.join(models)}" for text, models in whose.items() if len(models) <= MOST_NAMED}
-    named = {} if several else named
+    named = {text: f"for {' and '.join(models)}" for text, models in whose.items()
+             if len(models) <= MOST_NAMED and not several}  # fmt: skip
     counted = f"in {so} of {len(orders)} {'curves' if several else 'models'}"
     parts = [f"{noun} {common} {named.get(common, counted)}"]
     for text, n in others:
@@ -293,14 +282,10 @@ def drawn_of(noun: str, varies: str, n: int) -> str:
     return f"{noun} by {_unit(varies)[0]}, {'one trial' if n == 1 else 'two trials'} each"
 
 
-def _by(rows: pl.DataFrame, *columns: str) -> Any:
-    return rows.group_by(*columns, maintain_order=True)
-
-
 def _samples(rows: pl.DataFrame, column: str) -> tuple[list[Any], list[list[float]]]:
     """Return the levels, numbers in order, and the values of the trials at each."""
     rows = rows.drop_nulls(column)
-    table = _by(rows if rows["level"].dtype == pl.String else rows.sort("level"), "level").agg(column)
+    table = style.by(rows if rows["level"].dtype == pl.String else rows.sort("level"), "level").agg(column)
     return table["level"].to_list(), table[column].to_list()
 
 
@@ -341,7 +326,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> li
     ends: list[tuple[float, float, str, str]] = []
     size = 3.2 if axes.bbox.height > 0.8 * axes.figure.dpi else 2.2
     for column, name in measure[2].items():
-        for (other,), of in _by(rows.drop_nulls(column), "other"):
+        for (other,), of in style.by(rows.drop_nulls(column), "other"):
             shown, samples = _samples(of, column)
             summaries = [summarise(values) for values in samples]
             aside = 0.12 * gap * (len(ends) - (len(measure[2]) * rows["other"].n_unique() - 1) / 2)
@@ -384,19 +369,18 @@ def _ticks(axes: Axes, places: Mapping[Any, float], inches: float) -> None:
 
 def _grid(part: SubFigure, names: Sequence[str], across: int, **options: Any) -> list[Axes]:
     """Return a panel for each model, with its name where there are several."""
-    grid = part.subplots(math.ceil(len(names) / across), min(across, len(names)), squeeze=False, **options)
     inches = part.bbox.width / part.figure.dpi / across - 0.3
-    for axes, name in zip_longest(grid.flat, names):
-        axes.set_visible(name is not None)
-        axes.set_title(style.wrapped(name or "", inches, style.SMALL) if len(names) > 1 else "", fontsize=style.SMALL)
+    panels = style.grid(part, len(names), across, **options)
+    for axes, name in zip(panels, names, strict=True):
+        axes.set_title(style.wrapped(name, inches, style.SMALL) if len(names) > 1 else "", fontsize=style.SMALL)
         axes.locator_params(axis="y", nbins=4)
-    return list(grid.flat[: len(names)])
+    return panels
 
 
 def _headlines(parts: Sequence[SubFigure], findings: Sequence[str]) -> None:
     """Write a finding above each part, with a letter; all take as many lines, so that panels stand level."""
     for part, words, letter in zip(parts, findings, "abcd", strict=False):
-        style.headline(part, words[:1].upper() + words[1:], letter)
+        style.headline(part, style.sentence(words), letter)
     texts = [part.get_suptitle() for part in parts]
     most = max(text.count("\n") for text in texts)
     for part, text in zip(parts, texts, strict=True):
@@ -406,7 +390,7 @@ def _headlines(parts: Sequence[SubFigure], findings: Sequence[str]) -> None:
 
 def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: Thresholds, title: str) -> Figure:
     """Draw the counts of every trial and the potentials, a panel of each for each model."""
-    models, potentials = _names(rows, "model"), _potentials(frames)
+    models, potentials = style.levels(rows, "model"), _potentials(frames)
     few = len(models) <= BESIDE
     down = len(models) if few else 2 * math.ceil(len(models) / ACROSS)
     high = min((2.3 if len(models) == 1 else 1.45) * down, style.PAGE - 1.5)
@@ -451,7 +435,7 @@ def _crosses(rows: pl.DataFrame, frames: pl.DataFrame) -> bool:
 def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
     """Return one model's potential in each condition, all trials at the same places of the ``axis``, else NaN."""
     lines = {}
-    for (level, other), of in _by(frames.drop_nulls([axis, potential]), "level", "other"):
+    for (level, other), of in style.by(frames.drop_nulls([axis, potential]), "level", "other"):
         trials = of.sort(axis, maintain_order=True).partition_by("trial")
         grid = np.linspace(of[axis].min(), of[axis].max(), max(map(len, trials)))
         values = [np.interp(grid, trial[axis], trial[potential], np.nan, np.nan) for trial in trials]
@@ -492,7 +476,7 @@ def _busy(panels: Iterable[Lines]) -> tuple[float, float]:
 
 def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     """Draw why counts go as they do: a row for each model with count, time in view, firing rate and potential."""
-    models = _names(rows, "model")
+    models = style.levels(rows, "model")
     high = min(2.0 if len(models) == 1 else 1.3, (style.PAGE - 1.6) / len(models))
     figure = Figure((style.WIDTH, high * len(models) + 1.3), layout="constrained")
     measures = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM)
@@ -534,7 +518,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     grid[0, 0].set_xlim(*_busy([curves]))
     whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
     n, w_i = excitations.select("n", "w_i").row(0)
-    words = f"{whole[:1].upper()}{whole[1:]}; with w_i = 1 the {balanced}"
+    words = style.sentence(f"{whole}; with w_i = 1 the {balanced}")
     style.headline(figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", varies, n))
     left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
     style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")

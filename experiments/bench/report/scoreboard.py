@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -41,16 +40,14 @@ def draw(table: pl.DataFrame, panels: Panels, chance: Mapping[str, float], title
     height = min(ROW * table.height + AROUND, (style.PAGE - 1.0) / down)
     with style.look():
         figure = Figure((style.WIDTH, height * down + 0.8), layout="constrained")
-        grid = figure.subplots(down, ACROSS, squeeze=False, sharey=True)
-        for axes, (quantity, measures) in zip(grid.flat, panels.items(), strict=False):
+        panel = style.grid(figure, len(panels), ACROSS, sharey=True)
+        for axes, (quantity, measures) in zip(panel, panels.items(), strict=True):
             _panel(axes, table, measures)
             axes.set_title(style.wrapped(quantity, style.WIDTH / ACROSS - 0.4))
             for level in {guess for start, guess in chance.items() if measures[0].startswith(start)}:
                 axes.axvline(level, color=style.GREY, ls=":", lw=0.8, zorder=1)
-        for axes in grid.flat[len(panels) :]:
-            axes.set_visible(False)
-        grid[0, 0].set_yticks(range(table.height), table["model"])
-        grid[0, 0].set_ylim(table.height - 0.5, -0.5)
+        panel[0].set_yticks(range(table.height), table["model"])
+        panel[0].set_ylim(table.height - 0.5, -0.5)
         style.headline(figure, title)
         style.caption(figure, f"{caption} Dotted: chance.")
     return figure
@@ -60,10 +57,9 @@ def _panel(axes: Axes, table: pl.DataFrame, measures: Sequence[str]) -> None:
     """Draw the measures of one quantity, each a little below the last."""
     for place, name in enumerate(measures):
         known = table.with_row_index("row").drop_nulls(name)
-        ends = known.select(pl.col(f"{name}_low", f"{name}_high").fill_null(pl.col(name)) - pl.col(name)).to_numpy()
         rows = known["row"].to_numpy() + 0.25 * (place - (len(measures) - 1) / 2)
-        axes.errorbar(known[name].to_numpy(), rows, xerr=np.abs(ends).T, fmt="o", ms=3.5, color=style.HUES[place],
-                      elinewidth=1.2, label=name)  # fmt: skip
+        style.intervals(axes, known, rows, (name, f"{name}_low", f"{name}_high"), ms=3.5, color=style.HUES[place],
+                        elinewidth=1.2, label=name)  # fmt: skip
     if measures[0].startswith("us_"):
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter("{x:g}")

@@ -15,6 +15,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
+import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, SubFigure
@@ -101,6 +102,54 @@ def caption(figure: Figure, text: str) -> None:
     """Write below a figure what was run, n, and what the symbols mean."""
     words = wrapped(text, figure.get_size_inches()[0], SMALL)
     figure.supxlabel(words, x=0.01, ha="left", fontsize=SMALL, color=GREY)
+
+
+def levels(table: pl.DataFrame, column: str) -> list[Any]:
+    """Return the values of a column, each once, in the order of their first rows."""
+    return table[column].unique(maintain_order=True).to_list()
+
+
+def by(table: pl.DataFrame, *columns: str) -> Any:
+    """Return the groups of a table by some columns, in the order of their first rows."""
+    return table.group_by(*columns, maintain_order=True)
+
+
+def sentence(text: str) -> str:
+    """Return a text with a capital at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
+def grid(part: Figure | SubFigure, count: int, across: int, **options: Any) -> list[Axes]:
+    """Return ``count`` panels, at most so many side by side; what is left of the last row is blank."""
+    across = min(across, count)
+    panels = part.subplots(math.ceil(count / across), across, squeeze=False, **options)
+    for axes in panels.flat[count:]:
+        axes.set_visible(False)
+    for axes in panels.flat[max(count - across, 0) : count] if options.get("sharex") else ():
+        axes.tick_params(labelbottom=True)
+    return list(panels.flat[:count])
+
+
+def intervals(axes: Axes, rows: pl.DataFrame, at: Any, names: Sequence[str], *, along: str = "x", **look: Any) -> None:
+    """Draw values with their intervals as dots with whiskers.
+
+    Parameters
+    ----------
+    rows
+        A row for each value.
+    at
+        The place of each row on the other axis.
+    names
+        Columns: the value, and the ends of its interval, null where there is none.
+    along
+        The axis of the values, ``x`` or ``y``.
+    look
+        As of `matplotlib.axes.Axes.errorbar`.
+    """
+    value, *ends = (rows[name].cast(float).to_numpy() for name in names)
+    reach = np.nan_to_num(np.abs(np.stack(ends) - value))
+    places = (value, at) if along == "x" else (at, value)
+    axes.errorbar(*places, **{f"{along}err": reach, "fmt": "o", **look})
 
 
 def means(axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], colour: str, name: str = "") -> None:

@@ -48,7 +48,10 @@ def draw(result: Any) -> Figure:
     with style.look():
         figure = _table(result) if named else _panels(result)
         style.headline(figure, finding(result))
-        style.caption(figure, " ".join(filter(None, (*symbols, f"{plan.study.name}, from seed {plan.seed}."))))
+        repeats = f", {max(plan.repeats)} repeats of each condition" if plan.things == "trials" else ""
+        judged = ", ".join(filter(None, dict.fromkeys(model for _, model in plan.judged)))
+        what = f"{plan.study.name}{f' of {judged}' if judged else ''}: from seed {plan.seed}{repeats}."
+        style.caption(figure, " ".join(filter(None, (*symbols, what))))
     return figure
 
 
@@ -101,7 +104,7 @@ def place(axis: Axis) -> float | None:
 
 
 def _cells(result: Any) -> pl.DataFrame:
-    """Return a row for each point, model, claim and measure: what is drawn, with its interval."""
+    """Return a row for each point, model, claim and measure: what is drawn, its interval, the ends of its colours."""
     rows = []
     for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
         if "claim" in row:
@@ -115,7 +118,9 @@ def _cells(result: Any) -> pl.DataFrame:
         places = [list(axis.values.values()).index(row[axis.name]) for axis in result.plan.axes]
         rows.append({**cell, "claim": "claim" in row, "model": row["model"], "x": places[0] if places else 0,
                      "y": places[1] if len(places) > 1 else 0})  # fmt: skip
-    return pl.DataFrame(rows, infer_schema_length=None)
+    table, measure = pl.DataFrame(rows, infer_schema_length=None), pl.col("what").str.split(": ").list.first()
+    least, most = (pl.when("claim").then(end).otherwise(pl.col("value")) for end in (0.0, 1.0))
+    return table.with_columns(least=least.min().over(measure), most=most.max().over(measure))
 
 
 def _panels(result: Any) -> Figure:
@@ -129,9 +134,9 @@ def _panels(result: Any) -> Figure:
     up = list(axes[1].levels) if len(axes) > 1 else []
     height = min(1.3 + 0.24 * len(up) if up else 1.7, (style.PAGE - 0.9) / down)
     figure = Figure((style.WIDTH, 0.9 + down * height), layout="constrained")
-    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=bool(up))
+    grid = style.grid(figure, len(panels), across, sharex=True, sharey=bool(up))
     inches = style.WIDTH / across - 0.5
-    for panel, table in zip(grid.flat, panels, strict=False):
+    for panel, table in zip(grid, panels, strict=True):
         _heat(panel, table, (len(up), len(axes[0].levels))) if up else _curve(panel, table)
         name = table["what"][0]
         head, _, condition = name.partition(": ")  # spikes have one, of which some columns say nothing
@@ -146,20 +151,17 @@ def _panels(result: Any) -> Figure:
                 where, of = ((at, 1.0), "x") if mark == "v" else ((1.0, at), "y")
                 transform = getattr(panel, f"get_{of}axis_transform")()
                 panel.plot(*where, mark, ms=4, color=DEFAULT, transform=transform, clip_on=False)
-    for panel in grid.flat[len(panels) :]:
-        panel.set_axis_off()
-    for panel in grid[-1]:
+    for panel in grid[-across:]:
         panel.set_xlabel(style.wrapped(axes[0].title or axes[0].name, inches))
-    for panel in grid[:, 0]:
+    for panel in grid[::across]:
         panel.set_ylabel(style.wrapped(axes[1].title or axes[1].name, height) if up else panel.get_ylabel())
     return figure
 
 
 def _curve(panel: Axes, cells: pl.DataFrame) -> None:
     """Draw a claim's share of replicates, or a number, along one axis."""
-    values = cells["value"].to_numpy()
-    ends = cells.select(pl.col("low", "high").fill_null(pl.col("value")) - pl.col("value")).to_numpy()
-    panel.errorbar(cells["x"], values, np.abs(ends).T, fmt="o-", ms=3.5, capsize=2, color=style.INK)
+    style.intervals(panel, cells, cells["x"], ("value", "low", "high"), along="y", fmt="o-", ms=3.5, capsize=2,
+                    color=style.INK)  # fmt: skip
     if cells["claim"][0]:
         panel.set(ylim=(-0.05, 1.05), ylabel="share of replicates")
     elif cells["threshold"][0] is not None:
@@ -171,7 +173,7 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     cells = np.full(size, np.nan)
     cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
     panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
-    looks: Any = {"cmap": SHARES, "vmin": 0.0, "vmax": 1.0} if table["claim"][0] else {"cmap": SCALE}
+    looks: Any = {"cmap": SHARES if table["claim"][0] else SCALE, "vmin": table["least"][0], "vmax": table["most"][0]}
     image = panel.imshow(cells, origin="lower", aspect="auto", **looks)
     panel.set_xticks(np.arange(1, size[1]) - 0.5, minor=True)
     panel.set_yticks(np.arange(1, size[0]) - 0.5, minor=True)

@@ -67,22 +67,20 @@ def draw(
     with style.look():
         figure = Figure((min(style.WIDTH, 4.4 * across), height * down + 0.8), layout="constrained")
         looks = {"projection": "polar"} if kind == "polar" else {}
-        panels = figure.subplots(down, across, squeeze=False, sharex=per_model > 1, subplot_kw=looks)
-        panels = panels.reshape(-1, per_model)
+        flat = style.grid(figure, len(rows) * per_model, across, sharex=per_model > 1, subplot_kw=looks)
+        panels = [flat[first : first + per_model] for first in range(0, len(flat), per_model)]
         inches = figure.get_figwidth() / (across if per_model == 1 else 1) - 0.55
-        for group, row in zip(panels, rows, strict=False):
+        for group, row in zip(panels, rows, strict=True):
             own = points.filter(pl.col("model") == row["model"], pl.col("repeat") == 0).sort("x", maintain_order=True)
             finding = KINDS[kind](group, own, row, x)
             title = style.wrapped(f"{row['model']}: {finding}", inches, style.BODY)
             place = "left" if per_model == 1 else "center"  # the layout makes room for the middle of a title
             group[per_model // 2].set_title(title, loc=place, fontweight="bold")
-        for axes in panels[len(rows) :].flat:
-            axes.set_visible(False)
-        for axes in panels[: len(rows)].flat[-across:]:
+        for axes in flat[-across:]:
             axes.set_xlabel("" if kind == "polar" else style.wrapped(x.label, inches / per_model))
         if y:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
-            figure.colorbar(scale, ax=[*panels.flat], aspect=30, shrink=0.6).set_label("response (share of largest)")
+            figure.colorbar(scale, ax=flat, aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y.label if y else "response" if kind == "curve" else "", fontsize=style.BODY)
         style.caption(figure, f"{summary}{in_title(changed)}. {CAPTIONS[kind]}")
     return figure

@@ -80,16 +80,6 @@ def test_a_title_counts_the_models_that_go_as_it_says(rising):
     assert set(re.findall(r"model \d", text)) == set(models[rising:]), "one or two are named"
 
 
-def test_a_title_names_the_curve_that_goes_the_other_way():
-    """The far curve rises and the near one falls, by intervals far apart."""
-    rows = robot_rows(["dsnn"], [{SPEED: speed, "distance_cm": far} for speed in (5.0, 12.0) for far in (6.0, 13.0)])
-    for row in rows:
-        row["spikes"] += 200 * (row[SPEED] == 5.0) * (row["distance_cm"] == 6.0)
-        row["spikes"] += 200 * (row[SPEED] == 12.0) * (row["distance_cm"] == 13.0)
-    text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED).replace("\N{NO-BREAK SPACE}", " ")
-    assert re.search(r"falls\D* 6 cm", text) and re.search(r"rises\D* 13 cm", text)
-
-
 def test_dots_means_and_intervals_are_those_of_the_trials():
     rows = robot_rows(MODELS, SPEEDS)
     panels = drawn_robot("spikes", rows).axes
