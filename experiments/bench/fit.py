@@ -400,8 +400,8 @@ def conclude(
         return Fitted(plan, table, again, word, share, luck, {}, shares, looks, [*lines, last], failures)
     luck, gain, lines = {}, {}, []
     for goal, sign in fit.goals.items():
-        own = again.filter(goal=goal)
-        one, start = own.row(0, named=True), own.row(-1, named=True)
+        of_goal = again.filter(goal=goal)
+        one, start = of_goal.row(0, named=True), of_goal.row(-1, named=True)
         luck[goal], gain[goal] = _less(one["in the search"], one["anew"], sign), _less(one["anew"], start["anew"], sign)
         values = [sign * value for value in scores[goal] if math.isfinite(value)]
         best_even = _number(sign * max(values) if values else None)

@@ -370,7 +370,7 @@ def _ticks(axes: Axes, places: Mapping[Any, float], inches: float) -> None:
 def _grid(part: SubFigure, names: Sequence[str], across: int, **options: Any) -> list[Axes]:
     """Return a panel for each model, with its name where there are several."""
     inches = part.bbox.width / part.figure.dpi / across - 0.3
-    panels = style.grid(part, len(names), across, **options)
+    panels = style.grid(part, len(names), min(across, len(names)), **options)
     for axes, name in zip(panels, names, strict=True):
         axes.set_title(style.wrapped(name, inches, style.SMALL) if len(names) > 1 else "", fontsize=style.SMALL)
         axes.locator_params(axis="y", nbins=4)

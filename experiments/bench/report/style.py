@@ -120,8 +120,7 @@ def sentence(text: str) -> str:
 
 
 def grid(part: Figure | SubFigure, count: int, across: int, **options: Any) -> list[Axes]:
-    """Return ``count`` panels, at most so many side by side; what is left of the last row is blank."""
-    across = min(across, count)
+    """Return ``count`` panels, so many side by side; what is left of the last row is blank."""
     panels = part.subplots(math.ceil(count / across), across, squeeze=False, **options)
     for axes in panels.flat[count:]:
         axes.set_visible(False)

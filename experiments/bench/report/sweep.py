@@ -48,7 +48,7 @@ def draw(result: Any) -> Figure:
     with style.look():
         figure = _table(result) if named else _panels(result)
         style.headline(figure, finding(result))
-        repeats = f", {max(plan.repeats)} repeats of each condition" if plan.things == "trials" else ""
+        repeats = f", repeats of each condition: {max(plan.repeats)}" if plan.things == "trials" else ""
         judged = ", ".join(filter(None, dict.fromkeys(model for _, model in plan.judged)))
         what = f"{plan.study.name}{f' of {judged}' if judged else ''}: from seed {plan.seed}{repeats}."
         style.caption(figure, " ".join(filter(None, (*symbols, what))))
@@ -145,7 +145,7 @@ def _panels(result: Any) -> Figure:
         title = style.wrapped(f"{words[name]}{f' ({who})' if who else ''}", inches, style.SMALL)
         panel.set_title(title, fontsize=style.SMALL)
         for axis, ticks, mark in zip(axes, (panel.set_xticks, panel.set_yticks), ("v", "<"), strict=False):
-            steep = {"rotation": 90} if mark == "v" and len(axis.levels) > 6 else {}
+            steep: dict[str, Any] = {"rotation": 90} if mark == "v" and len(axis.levels) > 6 else {}
             ticks(range(len(axis.levels)), list(axis.levels), **steep)
             if (at := place(axis)) is not None:
                 where, of = ((at, 1.0), "x") if mark == "v" else ((1.0, at), "y")

@@ -74,8 +74,8 @@ def draw(
             own = points.filter(pl.col("model") == row["model"], pl.col("repeat") == 0).sort("x", maintain_order=True)
             finding = KINDS[kind](group, own, row, x)
             title = style.wrapped(f"{row['model']}: {finding}", inches, style.BODY)
-            place = "left" if per_model == 1 else "center"  # the layout makes room for the middle of a title
-            group[per_model // 2].set_title(title, loc=place, fontweight="bold")
+            middle = group[per_model // 2]  # the layout makes room for the middle of a title
+            middle.set_title(title, loc="left" if per_model == 1 else "center", fontweight="bold")
         for axes in flat[-across:]:
             axes.set_xlabel("" if kind == "polar" else style.wrapped(x.label, inches / per_model))
         if y:
