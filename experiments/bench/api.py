@@ -6,14 +6,14 @@ import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from experiments.bench import fit as fits
 from experiments.bench import registry
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.offline import plan as clips_plan
 from experiments.bench.report.terminal import error_console, tell_troubles
-from experiments.bench.result import Run, load
+from experiments.bench.result import Run
 from experiments.bench.run import viewer
 from experiments.bench.run.command import begun_by
 from experiments.bench.run.description import check_own
@@ -31,10 +31,6 @@ from experiments.bench.stats.claim import Claim as AnyClaim
 from experiments.bench.study import Fit, shipped
 from experiments.bench.trials import Plan, both
 from experiments.bench.trials import plan as robot_plan
-
-if TYPE_CHECKING:
-    from experiments.bench.offline import OfflineReport
-    from experiments.bench.trials import Report
 
 __all__ = ["Claim", "fit", "perform", "planned", "run"]
 
@@ -86,7 +82,7 @@ def planned(
 def perform(
     experiment: Experiment | OfflineExperiment, folder: Path, resources: Resources, *, recordings: bool = True,
     live: bool | str = False, **asked: Any,
-) -> Report | OfflineReport:  # fmt: skip
+) -> Run:  # fmt: skip
     """Run an experiment of either kind into a folder, and judge its claims.
 
     Parameters
@@ -244,9 +240,9 @@ def run(
     }  # fmt: skip
     resources = Resources(worker_count(workers), cluster, quiet)
     with begun_by({"call": "experiments.run", "arguments": arguments}):
-        report = perform(declared, place, resources, recordings=recordings, live=live, **asked)
-    tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
-    return load(place)
+        done = perform(declared, place, resources, recordings=recordings, live=live, **asked)
+    tell_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
+    return done
 
 
 def fit(

@@ -20,10 +20,10 @@ from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
 from experiments.bench.report.terminal import count, progress
-from experiments.bench.result import load
+from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, recording_of
+from experiments.bench.run.rows import TrialRecord, drawn_here, recording_of
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.user_code import is_own
@@ -42,7 +42,6 @@ from experiments.bench.sources.episodes import (
 )
 from experiments.bench.stats import stored
 from experiments.bench.stats.scores import Score
-from experiments.bench.stats.verdict import Verdict
 from scenes import is_arena_file
 
 MAPPINGS = ("camera", "robot", "randomise")
@@ -197,21 +196,9 @@ def play_trial(trial: EpisodeTrial, *, recorded: int) -> TrialRecord:
     return drawn_here(done) if episode.responses else done  # one that senses the state sees no picture
 
 
-@dataclass(frozen=True, slots=True)
-class BehaviourReport:
-    """Results of a run of behaviours: its table of episodes, their scores, the verdicts, and what failed."""
-
-    plan: BehaviourPlan
-    folder: Path
-    trials: pl.DataFrame
-    summary: pl.DataFrame
-    verdicts: list[Verdict]
-    failures: list[Failure]
-
-
 def run(
     plan: BehaviourPlan, out: Path, pool: Workers, resources: Resources, *, recordings: int = 0
-) -> BehaviourReport:  # fmt: skip
+) -> Run:  # fmt: skip
     """Play the episodes that a folder lacks, score, judge and draw.
 
     Parameters
@@ -240,15 +227,16 @@ def run(
         amount=lambda: f"{count(plan.episodes * len(names), 'episode')} ({', '.join(names)}){kept}",
     )
     with batch.run(out, pool, resources) as folder:
-        trials, failures = folder.trials(), folder.failures()
+        trials = folder.trials()
         # A claim is about the env as it is.
         judged = [] if plan.options else scoring.verdicts(plan.env, names, trials)
         folder.write_json("claims.json", stored.document(judged))
+        played = load(out)
         summary = scoring.summary(trials, plan.env, plan.reference or names[0])
         if not summary.is_empty():
             folder.write_rows("summary.csv", summary.to_dicts())
-            style.save(load(out).figure(), out / "figure")
-    return BehaviourReport(plan, out, trials, summary, judged, failures)
+            style.save(played.figure(), out / "figure")
+    return played
 
 
 def score(

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from experiments import OFFLINE
-from experiments.bench.result import load
+from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Showing, Trial, play
-from experiments.bench.run.rows import Failure, TrialRecord
+from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
@@ -148,20 +148,9 @@ def batch(plan: OfflinePlan, *, recordings: bool = False, frames: bool = True) -
     )
 
 
-@dataclass(frozen=True, slots=True)
-class OfflineReport:
-    """Results of an off-line run: a row per clip and model, the verdicts, and what failed."""
-
-    plan: OfflinePlan
-    folder: Path
-    rows: list[dict[str, Any]]
-    verdicts: list[Verdict]
-    failures: list[Failure]
-
-
 def run(
     plan: OfflinePlan, out: Path, pool: Workers, resources: Resources, *, recordings: bool = False
-) -> OfflineReport:  # fmt: skip
+) -> Run:  # fmt: skip
     """Play the clips that a folder lacks, judge and draw.
 
     Parameters
@@ -178,14 +167,13 @@ def run(
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
     with batch(plan, recordings=recordings).run(out, pool, resources) as folder:
-        failures = folder.failures()
         rows = folder.trials().to_dicts()
-        judged = verdicts(plan, rows)
-        folder.write_json("claims.json", stored.document(judged))
+        folder.write_json("claims.json", stored.document(verdicts(plan, rows)))
+        shown = load(out)
         if rows:
             folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
-            style.save(load(out).figure(), out / "figure")
-    return OfflineReport(plan, out, rows, judged, failures)
+            style.save(shown.figure(), out / "figure")
+    return shown
 
 
 QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")

@@ -20,10 +20,11 @@ from experiments import OFFLINE
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
-from experiments.bench.behave import BehaviourPlan, BehaviourReport
-from experiments.bench.offline import OfflinePlan, OfflineReport
+from experiments.bench.behave import BehaviourPlan
+from experiments.bench.offline import OfflinePlan
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.report.terminal import error_console
+from experiments.bench.result import Run
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
@@ -35,6 +36,7 @@ from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clip_claims, motion, robot_claims
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
+from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
@@ -46,7 +48,7 @@ from experiments.bench.study import WHOLE, Study, shipped
 from experiments.bench.sweep import Sweep
 from experiments.bench.sweep_plan import EVERY_MODEL
 from experiments.bench.sweep_plan import Plan as SweepPlan
-from experiments.bench.trials import Plan, Report, conclude, describe, plan
+from experiments.bench.trials import Plan, conclude, describe, plan
 from experiments.claims import model_clips
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 from experiments.claims.readings import READINGS, bears_on
@@ -73,6 +75,8 @@ SHORT = (
 """The off-line experiments without grids of long clips."""
 READ_OFF = ("background", "constants-2017", "constants-emd")
 """The studies whose points are clips of an off-line experiment of the same name."""
+Shown = tuple[OfflinePlan, Sequence[Mapping[str, Any]]]
+"""An off-line experiment and its rows."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
 """Folders of the trials beside those of replicate 0."""
 
@@ -336,9 +340,9 @@ class Reproduction:
     own_claims: list[Verdict]
     pooled: Mapping[str, Outcome]
     readings: list[dict[str, str]]
-    runs: list[Report]
-    offline: list[OfflineReport]
-    behaviours: list[BehaviourReport]
+    runs: list[Run]
+    offline: list[Run]
+    behaviours: list[Run]
     studies: list[Sweep]
     failures: Mapping[str, Sequence[Failure]]
 
@@ -362,16 +366,17 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     with ExitStack() as locks:  # a run with the robot stays locked until it is judged
         with resources.pool() as pool:
             filled = [_robot_trials(part, folder, pool, resources, locks) for part in plans.robot]
-            shows = [_shown(part, folder, pool, resources) for part in plans.clips]
+            clips = [_shown(part, folder, pool, resources) for part in plans.clips]
             played = [_played(part, folder, pool, resources) for part in plans.behaviours]
             for name, part in plans.studies.items():
                 counts[name] = sweep.play(part, folder / name, pool, resources, name)
                 failures[name] = counts[name].failures
-        runs = [conclude(part, run, run.failures()) for part, run in zip(plans.robot, filled, strict=True)]
-    results: list[Report | OfflineReport | BehaviourReport] = [*runs, *shows, *played]
-    failures |= {done.folder.name: done.failures for done in results}
+        runs = [conclude(part, run) for part, run in zip(plans.robot, filled, strict=True)]
+    for done in [*runs, *clips, *played]:
+        failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
+    shows = [(part, rows(done)) for part, done in zip(plans.clips, clips, strict=True)]
     specs = [spec for part in plans.paper() for spec in part.specs()]
-    every = [replicate(specs, [row for report in runs for row in report.rows])]
+    every = [replicate(specs, [row for done in runs for row in rows(done)])]
     if REPLICATES in counts:
         every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
     studies = [*_read_off(shows), *counts.values()]
@@ -380,7 +385,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     paper = verdicts(every, shows)
     own = [verdict for report in played for verdict in report.verdicts]
     readings = list(other_readings(every, shows, list(counts.values()), plans.scale.name))
-    result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, shows, played, studies, failures)
+    result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, clips, played, studies, failures)
     _write(result)
     return result
 
@@ -393,23 +398,29 @@ def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources,
     return run
 
 
-def _shown(part: OfflinePlan, folder: Path, pool: Workers, resources: Resources) -> OfflineReport:
+def _shown(part: OfflinePlan, folder: Path, pool: Workers, resources: Resources) -> Run:
     experiment = part.experiment
     return offline.run(part, folder / experiment.name, pool, resources, recordings=experiment.recorded)
 
 
-def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> BehaviourReport:
+def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> Run:
     env = part.env.partition("/")[2].partition("-")[0].lower()
     return behave.run(part, folder / f"behave-{env}", pool, resources)
 
 
-def _read_off(shows: Sequence[OfflineReport]) -> Iterator[Sweep]:
+def rows(run: Run) -> list[dict[str, Any]]:
+    """Return the rows of a run's trials, but those of models that are parts of another; none where all failed."""
+    found = run.trials.to_dicts() if run.done else []
+    whole = run.kind == "trials" and run.description["experiment"]["figure"] == "excitation"
+    return without_parts(found) if whole else found
+
+
+def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
     """Yield the counts of the studies whose points are clips of off-line experiments."""
-    for show in shows:
-        if show.plan.experiment.name in READ_OFF:
-            study = dataclasses.replace(shipped(show.plan.experiment.name), replicates=show.plan.repeats)
-            part = sweep_plan.planned(study, show.plan.seed, pictures=show.plan.pictures)
-            yield sweep.read(part, show.rows)
+    for part, shown in shows:
+        if part.experiment.name in READ_OFF:
+            study = dataclasses.replace(shipped(part.experiment.name), replicates=part.repeats)
+            yield sweep.read(sweep_plan.planned(study, part.seed, pictures=part.pictures), shown)
 
 
 def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -438,7 +449,7 @@ def _write(result: Reproduction) -> None:
         files.write_json("behaviours.json", stored.document(result.own_claims))
 
 
-def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list[Verdict]:
+def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:
     """Judge every claim of the paper, in its order; one that nothing here judges says what it would take.
 
     Parameters
@@ -448,8 +459,8 @@ def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list
     shows
         The off-line experiments. A claim that a silent network would satisfy is held against the clips of all.
     """
-    rows = [row for show in shows for row in show.rows]
-    by_clips = {verdict.id: verdict for show in shows for verdict in offline.verdicts(show.plan, show.rows, rows)}
+    every_clip = [row for _, shown in shows for row in shown]
+    by_clips = {verdict.id: verdict for part, shown in shows for verdict in offline.verdicts(part, shown, every_clip)}
     return [_verdict(claim, every, by_clips.get(claim)) for claim in claim_ids(PAPER)]
 
 
@@ -513,7 +524,7 @@ def rate(claim: str, whole: Outcome) -> str:
 
 
 def other_readings(
-    every: Sequence[Replicate], shows: Sequence[OfflineReport], moved: Sequence[Sweep], name: str = "replicate"
+    every: Sequence[Replicate], shows: Sequence[Shown], moved: Sequence[Sweep], name: str = "replicate"
 ) -> Iterator[dict[str, str]]:
     """Yield what claims came to under other readings of the paper than those taken, as far as any was run.
 
@@ -564,15 +575,15 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
     return outcome.withheld(f"{lost} trials failed") if lost else outcome
 
 
-def _by_frame(claim: str, shows: Sequence[OfflineReport]) -> list[Outcome]:
+def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
     """Judge a claim at every seed, on those clips of clutter-frames that are its own in pixels a frame."""
     begins = next(prefix(experiment) for experiment in OF if claim in experiment.claims)
     outcomes = []
-    for show in (show for show in shows if show.plan.experiment.name == "clutter-frames"):
-        rows = [row for row in show.rows if row["clip"].startswith(begins)]
-        for repeat in sorted({row["repeat"] for row in rows}):
-            of_seed = [row for row in rows if row["repeat"] == repeat]
-            outcomes.append(clip_claims.judge(claim, of_seed, show.plan.thresholds, show.rows))
+    for part, shown in (show for show in shows if show[0].experiment.name == "clutter-frames"):
+        own = [row for row in shown if row["clip"].startswith(begins)]
+        for repeat in sorted({row["repeat"] for row in own}):
+            of_seed = [row for row in own if row["repeat"] == repeat]
+            outcomes.append(clip_claims.judge(claim, of_seed, part.thresholds, shown))
     return outcomes
 
 

@@ -135,9 +135,7 @@ class Run:
         ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``equal_terms``: the count
         with the models that it compares with on equal terms, empty without; ``provenance``: of the run.
         """
-        return table(
-            [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self._verdicts], CLAIM_SCHEMA
-        )
+        return table([_claim_row(verdict) | {"provenance": self.provenance} for verdict in self.verdicts], CLAIM_SCHEMA)
 
     @cached_property
     def failures(self) -> pl.DataFrame:
@@ -204,19 +202,11 @@ class Run:
         """The origin of its trials: ``simulated``, or of an imported log ``measured``, say."""
         return str(self.description.get("measured", {}).get("provenance", "simulated"))
 
-    @property
-    def verdicts(self) -> str:
-        """Say what claims came to, by word, or by count without one: ``holds: C1, C2; held in 4 of 5: C5``.
-
-        Where a run has several models, each claim that is about one of them names it. Empty if no claim was judged.
-        """
-        several = len({verdict.model for verdict in self._verdicts if verdict.model}) > 1
-        labels: dict[str, list[str]] = {}
-        for verdict in self._verdicts:
-            model = f" ({verdict.model})" if several and verdict.model else ""
-            label = f"held in {verdict.count.label}" if verdict.count.kind == "counted" else verdict.count.label
-            labels.setdefault(label, []).append(f"{verdict.id}{model}")
-        return "; ".join(f"{label}: {', '.join(ids)}" for label, ids in labels.items())
+    @cached_property
+    def verdicts(self) -> list[Verdict]:
+        """The verdicts behind `claims`, with every check that was made."""
+        content = self._json("claims.json")
+        return stored.verdicts(content) if content else []
 
     def figure(self) -> Figure:
         """Draw the run's figure from its tables.
@@ -235,11 +225,6 @@ class Run:
         drawn = _draw(self)
         setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
         return drawn
-
-    @cached_property
-    def _verdicts(self) -> list[Verdict]:
-        content = self._json("claims.json")
-        return stored.verdicts(content) if content else []
 
     def _table(self, name: str) -> pl.DataFrame:
         if self.kind in WHOLES:
@@ -262,7 +247,7 @@ class Run:
         return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
 
     def __str__(self) -> str:
-        changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, self.verdicts))
+        changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, _in_words(self.verdicts)))
         seed = "" if self.seed is None else f", seed {self.seed}"
         return f"{self.folder}: {self.name}{seed}; {changed}{verdicts}{self.done} of {self.planned} trials"
 
@@ -368,8 +353,23 @@ def _runs_row(folder: Path) -> dict[str, Any]:
     return {
         "run": str(folder), "when": run.begun, "experiment": run.name, "seed": run.seed,
         "models": ", ".join(run.models), "changed": run.changed, "planned": run.planned, "done": run.done,
-        "failures": run.failures.height, "verdicts": run.verdicts, "provenance": run.provenance, "commit": run.commit,
+        "failures": run.failures.height, "verdicts": _in_words(run.verdicts), "provenance": run.provenance,
+        "commit": run.commit,
     }  # fmt: skip
+
+
+def _in_words(verdicts: Sequence[Verdict]) -> str:
+    """Say what claims came to, by word, or by count without one: ``holds: C1, C2; held in 4 of 5: C5``.
+
+    Where there are several models, each claim that is about one of them names it. Empty if no claim was judged.
+    """
+    several = len({verdict.model for verdict in verdicts if verdict.model}) > 1
+    labels: dict[str, list[str]] = {}
+    for verdict in verdicts:
+        model = f" ({verdict.model})" if several and verdict.model else ""
+        label = f"held in {verdict.count.label}" if verdict.count.kind == "counted" else verdict.count.label
+        labels.setdefault(label, []).append(f"{verdict.id}{model}")
+    return "; ".join(f"{label}: {', '.join(ids)}" for label, ids in labels.items())
 
 
 def _claim_row(verdict: Verdict) -> dict[str, Any]:
@@ -406,22 +406,29 @@ def _draw(run: Run) -> Figure:
     raise UsageError(f"{run.folder}: the figure of a {run.kind} is not drawn from its tables; see the pictures there")
 
 
+def excitations(run: Run, rows: Sequence[Any]) -> pl.DataFrame | None:
+    """Tabulate excitation and inhibition in each condition of a run's rows; ``None`` where that is not its figure."""
+    from experiments.bench.sources import excitation
+
+    models = {model["label"]: model for model in run.description["settings"]["models"]}
+    if run.description["experiment"]["figure"] != "excitation" or excitation.WHOLE not in models:
+        return None
+    table = excitation.table(rows, run.frames, float(models[excitation.WHOLE]["network"]["w_i"]))
+    return table if len(table) else None
+
+
 def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure:
     """Draw the figure of trials with the robot."""
     from experiments.bench.report import robot  # not before: matplotlib takes its time to load
-    from experiments.bench.sources import excitation
     from experiments.bench.sources.rows import drawable
     from scenes import arena_name
 
     declared, settings = run.description["experiment"], run.description["settings"]
-    models = {model["label"]: model for model in settings["models"]}
-    excitations: Any = ()
-    if declared["figure"] == "excitation" and excitation.WHOLE in models:
-        excitations = excitation.table(rows, run.frames, float(models[excitation.WHOLE]["network"]["w_i"]))
+    excited = excitations(run, rows)
     title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
                         open_loop=settings["robot"]["open_loop"])  # fmt: skip
     return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
-                      _thresholds(run, settings["models"]), title, excitations)  # fmt: skip
+                      _thresholds(run, settings["models"]), title, () if excited is None else excited)  # fmt: skip
 
 
 def _thresholds(run: Run, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:

@@ -24,6 +24,7 @@ from colias_sim.reference import reference_hash
 from experiments.behaviours import FIXATION, OPTOMOTOR
 from experiments.bench import behave
 from experiments.bench.report.terminal import count, progress
+from experiments.bench.result import Run
 from experiments.bench.run import interrupts
 from experiments.bench.run.description import begun
 from experiments.bench.run.errors import UsageError
@@ -198,7 +199,7 @@ def policy_file(folder: Path, seed: int) -> Path:
     return folder / f"policy-{seed}{ENDING}"
 
 
-def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[behave.BehaviourReport, pl.DataFrame]:
+def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Run, pl.DataFrame]:
     """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
 
     Eye, wheels and randomisation are those of the training.
@@ -214,7 +215,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[be
 
     Returns
     -------
-    BehaviourReport
+    Run
         What all policies and their opponents did.
     polars.DataFrame
         Its summary; of several training seeds `together`, which are written to ``policies.csv`` and drawn.
@@ -241,8 +242,8 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[be
     judged = behave.BehaviourPlan(names, first.env, first.options, JUDGED, 0)
     with resources.pool() as pool:
         report = behave.run(judged, folder, pool, resources)
-    if len(abouts) == 1 or report.summary.is_empty():
-        return report, report.summary
+    if len(abouts) == 1 or not report.done:
+        return report, report.summary if report.done else pl.DataFrame()
     from experiments.bench.report import behaviours, style  # not before: matplotlib takes its time to load
 
     policies = pl.col("behaviour").is_in([file.stem for file in files])

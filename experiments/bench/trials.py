@@ -10,11 +10,10 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-import polars as pl
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from experiments.bench.result import load
+from experiments.bench.result import Run, excitations, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
@@ -22,26 +21,19 @@ from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
-from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group, origin
+from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
-from experiments.bench.sources import excitation, room
+from experiments.bench.sources import room
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED, START_CM_S2
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.excitation import WHOLE, without_parts
-from experiments.bench.sources.experiment import Design, Drawing, Experiment, Settings
+from experiments.bench.sources.excitation import without_parts
+from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
-from experiments.bench.sources.robot_claims import (
-    PATH_TOLERANCE_MM,
-    SPEED_TOLERANCE,
-    RobotClaim,
-    find,
-    flaws,
-    judge,
-)
-from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable
+from experiments.bench.sources.robot_claims import RobotClaim, find, judge
+from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.tests import holm, paired, summary_rows
@@ -319,7 +311,7 @@ def batch(plan: Plan, keep: Keep) -> Batch[RobotTrial]:
 
 def run(
     plan: Plan, out: Path, resources: Resources, *, recordings: bool, viewer: str | None = None
-) -> Report:  # fmt: skip
+) -> Run:  # fmt: skip
     """Run a checked plan's trials with a pool of its own.
 
     Parameters
@@ -337,70 +329,37 @@ def run(
 
     Returns
     -------
-    Report
-        What the run amounts to, as its files say.
+    Run
+        The run as its files have it.
     """
     trials = batch(plan, Keep(recordings, viewer=viewer))
     with resources.pool() as pool, trials.run(out, pool, resources) as folder:
-        return conclude(plan, folder, folder.failures())
+        return conclude(plan, folder)
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
-    """Report of a run: a row per condition, the verdicts, any flaws of its trials, and those that failed.
+def conclude(plan: Plan, folder: RunFolder) -> Run:
+    """Judge the claims of the trials in ``folder``, and write verdicts, summary and figure.
 
-    ``open_loop`` says why trials are not left out for their speed or path, where the stimulus was driven open loop.
+    Returns
+    -------
+    Run
+        The run as its files have it.
     """
-
-    folder: Path
-    varies: str
-    drawing: Drawing
-    rows: list[dict[str, Any]]
-    summary: list[dict[str, Any]]
-    verdicts: list[Verdict]
-    comparisons: list[dict[str, Any]]
-    flaws: str
-    failures: list[Failure]
-    excitations: pl.DataFrame
-    """The numbers of a figure that is about excitation; else empty."""
-    open_loop: str = ""
-    provenance: str = ""
-    """Origin of the trials, as `experiments.bench.run.rows` says it; empty: they are simulated."""
-    counted: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    """Model -> the channel that it is told of by: `experiments.bench.run.models.ConfiguredModel.counted`."""
-
-
-def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
-    """Write summary, claims and figure of the trials in ``folder``."""
     rows = folder.trials().to_dicts()
-    verdicts = _verdicts(plan, rows, failures)
-    figure_rows = without_parts(rows) if plan.experiment.figure == "excitation" else rows
-    summary = summary_rows(figure_rows, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED)
-    reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
-    compared = compare(figure_rows, reference)
-    drawing, excitations = drawable(plan.experiment.figure, rows), pl.DataFrame()
-    networks = {model.label: model.network for model in plan.settings.models}
-    if plan.experiment.figure == "excitation" and WHOLE in networks:
-        excitations = excitation.table(rows, folder.frames(), networks[WHOLE].w_i)
-    if len(excitations):
-        folder.write_rows("excitation.csv", excitations.to_dicts())
-    if rows:
-        from experiments.bench.report import style  # not before: workers do without matplotlib
+    folder.write_json("claims.json", stored.document(_verdicts(plan, rows, folder.failures())))
+    run = load(folder.folder)
+    if not rows:
+        return run
+    from experiments.bench.report import style  # not before: workers do without matplotlib
 
-        folder.write_rows("summary.csv", summary)
-        style.save(load(folder.folder).figure(), folder.folder / "figure")
-    if compared:
+    whole = without_parts(rows) if plan.experiment.figure == "excitation" else rows
+    folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED))
+    if compared := compare(whole, plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""):
         folder.write_rows("comparisons.csv", compared)
-    folder.write_json("claims.json", stored.document(verdicts))
-    declared = plan.experiment
-    return Report(
-        folder.folder, declared.varies, drawing, figure_rows, summary, verdicts, compared,
-        flaws(rows), list(failures), excitations,
-        why_none_left_out(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
-        if plan.settings.robot.open_loop else "",
-        origin(rows),
-        {model.label: model.counted for model in plan.settings.models},
-    )  # fmt: skip
+    if (excited := excitations(run, rows)) is not None:
+        folder.write_rows("excitation.csv", excited.to_dicts())
+    style.save(run.figure(), folder.folder / "figure")
+    return run
 
 
 def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
@@ -469,24 +428,3 @@ def driven_in_words(rows: Sequence[Mapping[str, Any]]) -> str:
     off = max((abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1) for row in speeds), default=0.0)
     drift = max(abs(row["drift_mm"]) for row in chosen)
     return f"stimulus driven open loop: speed off by up to {off:.1%}, drift up to {drift:.1f} mm"
-
-
-def why_none_left_out(robot: RobotConfig, slowest_cm_s: float) -> str:
-    """Say why no trial is left out for its speed or path.
-
-    Parameters
-    ----------
-    robot
-        The robot's settings.
-    slowest_cm_s
-        The slowest commanded speed of the stimulus.
-    """
-    text = (
-        f"open loop: nothing corrects the stimulus, so no trial is left out for a speed {SPEED_TOLERANCE:.0%} off "
-        f"or a path {PATH_TOLERANCE_MM:g} mm off"
-    )
-    step = robot.power_step_cm_s
-    if not step:
-        return text
-    share = step / slowest_cm_s
-    return f"{text}; one step of power is {step:g} cm/s, {share:.1%} at {slowest_cm_s:g} cm/s"

@@ -35,7 +35,6 @@ from experiments.bench.sources import motion
 from experiments.bench.sources.clips import Clip, find_stimulus, outline
 from experiments.bench.sources.video import TRIALS, VideoSource
 from experiments.bench.stats import stored
-from experiments.bench.stats.verdict import Verdict
 
 QUALITY = 80
 """JPEG quality of recorded frames."""
@@ -45,6 +44,8 @@ REAL = "real"
 """A model's frame rate that is the source's own."""
 NOTES = "notes"
 """The entry of ``run.json`` that says what to know of the source."""
+EARLY = "ended_early"
+"""The entry of ``run.json`` that says whether a part of the source is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,23 +201,7 @@ def _recorder(plan: WatchPlan, file: Path | None, *, view: bool) -> Iterator[Rec
         error_console.print(f"note: not everything was shown or recorded: {trouble}", soft_wrap=True, markup=False)
 
 
-@dataclass(frozen=True, slots=True)
-class WatchReport:
-    """Results of what was watched: its tables, the intervals of motion, the verdicts, and what failed."""
-
-    plan: WatchPlan
-    folder: Path
-    trials: pl.DataFrame
-    summary: pl.DataFrame
-    verdicts: list[Verdict]
-    failures: list[Failure]
-    ms: dict[str, float]
-    """Model -> milliseconds a frame of its own."""
-    early: str
-    """Why this is not all of the source; empty if it is."""
-
-
-def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> WatchReport:
+def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> Run:
     """Show the source to the models, then write tables, intervals of motion and verdicts into a new folder.
 
     Ctrl-C in a command ends the source: the files hold all that was seen until then.
@@ -258,15 +243,13 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
         judged = motion.verdicts(frames, plan.models, "watch") if plan.judged else []
         folder.write_text("summary.csv", found.write_csv())
         folder.write_json("claims.json", stored.document(judged))
-        folder.write_json(NAME, {**read_description(out), NOTES: notes})
+        folder.write_json(NAME, {**read_description(out), NOTES: notes, EARLY: bool(early)})
         folder.flush()
         folder.end()
         for note in notes:
             error_console.print(f"note: {note}", soft_wrap=True, markup=False)
         tell(folder)
-        runners = recorder.showing.runners if recorder.showing else []
-        ms = {runner.label: 1e3 * runner.seconds / max(len(time_s), 1) for runner in runners}
-        return WatchReport(plan, out, folder.trials(), found, judged, folder.failures(), ms, early)
+        return load(out)
 
 
 def watch(
@@ -341,5 +324,4 @@ def watch(
     check_own(folder, f"out={folder}")
     arguments = {"source": name, "models": labels, "settings": texts, **given}
     with begun_by({"call": "experiments.watch", "arguments": arguments}):
-        run(planned, folder, recordings=recordings, quiet=quiet)
-    return load(folder)
+        return run(planned, folder, recordings=recordings, quiet=quiet)

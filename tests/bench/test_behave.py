@@ -76,7 +76,7 @@ def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
     report = played(short(), tmp_path / "run", recordings=2)
     trials = report.trials
     assert trials["model"].to_list() == ["optomotor"] * 2 + ["still"] * 2 and trials["seed"].to_list() == [0, 1, 0, 1]
-    assert trials["frames"].to_list() == [12] * 4 and not report.failures
+    assert trials["frames"].to_list() == [12] * 4 and report.failures.is_empty()
     assert {path.name for path in (tmp_path / "run").iterdir()} >= {
         "run.json", "trials.parquet", "frames.parquet", "summary.csv", "claims.json", "figure.svg", "figure.png"
     }  # fmt: skip

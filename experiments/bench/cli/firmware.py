@@ -118,8 +118,8 @@ def loop(
     folder = run_folder(out, f"firmware-{declared.name}")
     report = trials.run(planned, folder, resources(workers, None, quiet), recordings=False)
     if not quiet:
-        tables.show_trials(report, recordings=False)
-    if report.failures:
+        tables.show_trials(report)
+    if report.failures.height:
         return EXIT_FAILED
     table, wrong = looping.compare(folder)
     if wrong.height:

@@ -42,8 +42,8 @@ def import_log(
     plan, trials = importing.plan(declared, log, frames, ran or (), model or (), assignments or ())
     report = importing.run(plan, trials, log, folder, quiet=quiet)
     if not quiet:
-        tables.show_trials(report, recordings=True)
-    return EXIT_FAILED if report.failures else 0
+        tables.show_trials(report)
+    return EXIT_FAILED if report.failures.height else 0
 
 
 def camera(

@@ -63,15 +63,15 @@ def run(
         raise UsageError("colias run: give an experiment, or --again RUN")
     declared = registry.find(experiment)
     means = options.resources(workers, cluster, quiet)
-    report = perform(
+    done = perform(
         declared, options.run_folder(out, declared.name), means, recordings=recordings, live=viewer or live,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
         pictures=options.own_pictures(pictures),
     )  # fmt: skip
     if not quiet:
-        tables.show(report, recordings)
-    broken = tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
-    return options.EXIT_FAILED if report.failures or broken else 0
+        tables.show(done)
+    broken = tell_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
+    return options.EXIT_FAILED if done.failures.height or broken else 0
 
 
 def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | None, quiet: bool) -> int:
@@ -169,14 +169,14 @@ def behave(
     means = options.resources(workers, cluster, quiet)
     with means.pool() as pool:
         report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
-    if not quiet and report.trials.height:
+    if not quiet and report.done:
         behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
         if note := ENVS[plan.env].note:
             show_line(note)
         show_verdicts(report.verdicts, model=False)
         files = ["figure.png", "summary.csv", "trials.parquet", "claims.json"]
-        show_files(folder, files, recordings, count(report.trials.height, "episode"))
-    return options.EXIT_FAILED if report.failures else 0
+        show_files(folder, files, bool(report.recordings), count(report.trials.height, "episode"))
+    return options.EXIT_FAILED if report.failures.height else 0
 
 
 def train(
@@ -207,9 +207,9 @@ def train(
     abouts = training.plan(env, steps, seed, envs, seeds, assignments or ())
     folder = options.results_folder(out, f"train-{env}")
     report, table = training.run(abouts, folder, options.resources(workers, None, quiet))
-    if not quiet and report.trials.height:
+    if not quiet and report.done:
         title = training.described(abouts)
         behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)
         files = ["figure.png", "summary.csv", *(["policies.png", "policies.csv"] if seeds > 1 else [])]
         show_files(folder, files, False, count(seeds, "training seed"))
-    return options.EXIT_FAILED if report.failures else 0
+    return options.EXIT_FAILED if report.failures.height else 0

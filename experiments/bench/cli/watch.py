@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from experiments.bench.watch import WatchReport
+    from experiments.bench.result import Run
+    from experiments.bench.watch import WatchPlan
 
 
 def watch(
@@ -70,11 +71,12 @@ def watch(
     wanted = has_screen() if view is None else view
     report = watching.run(plan, folder, recordings=recordings, view=wanted, quiet=quiet)
     if not quiet:
-        show(report, recordings)
-    return interrupts.STATUS if plan.source.interrupted else EXIT_FAILED if report.failures or report.early else 0
+        show(plan, report)
+    failed = report.failures.height or report.description[watching.EARLY]
+    return interrupts.STATUS if plan.source.interrupted else EXIT_FAILED if failed else 0
 
 
-def show(report: WatchReport, recorded: bool) -> None:
+def show(plan: WatchPlan, run: Run) -> None:
     """Print the intervals of motion, what each model came to, the verdicts, and where everything is."""
     import polars as pl
 
@@ -82,23 +84,22 @@ def show(report: WatchReport, recorded: bool) -> None:
     from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
     from experiments.bench.sources.motion import GAP_S, LEAST_FRAMES, LEVEL
 
-    source, rows = report.plan.source, report.trials.to_dicts()
-    if not rows:
+    if not run.done:
         return
+    source, rows = plan.source, run.trials.to_dicts()
     rate = f"{source.rate:g} frames/s" if source.rate else "no rate of its own"
     (width, height), (columns, lines), frames = source.own_size, source.size, rows[0]["frames"]
     shown = f"{frames} frames, {rows[0]['seconds']:.1f} s, seen at {columns}x{lines}"
     show_line(f"{source.label()}: {width}x{height}, {rate}; {shown}")
     about = f"motion over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
-    terminal.show(report.summary, about if report.summary.height else f"{about}: none")
-    models = {model.label: model for model in report.plan.models}
+    terminal.show(run.summary, about if run.summary.height else f"{about}: none")
+    models = {model.label: model for model in plan.models}
     answers = [
         {
             "model": row["model"], "step Hz": models[row["model"]].fps, "T": models[row["model"]].threshold,
             "HS": f"{row['trough_hs']:+z.2f} .. {row['peak_hs']:+z.2f}",
             "VS": f"{row['trough_vs']:+z.2f} .. {row['peak_vs']:+z.2f}", "looming": row["peak_looming"],
             "spikes": " + ".join(f"{row[f'{n}_spikes']} {n.upper()}" for n in models[row["model"]].spiking) or "-",
-            "ms a frame": report.ms[row["model"]],
         }
         for row in rows
     ]  # fmt: skip
@@ -113,9 +114,9 @@ def show(report: WatchReport, recorded: bool) -> None:
     ]  # fmt: skip
     if grades:
         terminal.show(pl.DataFrame(grades), "HS and optical flow, with 95 % intervals")
-    show_verdicts(report.verdicts, model=len(models) > 1)
-    names = ["summary.csv", "trials.parquet", "frames.parquet", *(["claims.json"] if report.verdicts else [])]
-    show_files(report.folder, names, recorded, count(frames, "frame"))
+    show_verdicts(run.verdicts, model=len(models) > 1)
+    names = ["summary.csv", "trials.parquet", "frames.parquet", *(["claims.json"] if run.verdicts else [])]
+    show_files(run.folder, names, bool(run.recordings), count(frames, "frame"))
 
 
 def _interval(row: Mapping[str, float], name: str, form: str) -> str:

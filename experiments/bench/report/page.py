@@ -13,7 +13,8 @@ from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
 from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
-from experiments.bench.reproduce import FULL, Reproduction, rate
+from experiments.bench.reproduce import FULL, Reproduction, rate, rows
+from experiments.bench.result import excitations
 from experiments.bench.run import provenance
 from experiments.bench.run.description import PIXELS, RENDERERS, read_description
 from experiments.bench.run.files import NAME, Files
@@ -21,6 +22,7 @@ from experiments.bench.run.rows import Failure, in_words
 from experiments.bench.run.templates import render
 from experiments.bench.sources.clip_claims import ASSUMED, paper_claims
 from experiments.bench.sources.excitation import described
+from experiments.bench.sources.robot_claims import flaws
 from experiments.bench.stats.claim import title_of, words
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
 from experiments.bench.stats.verdict import Verdict
@@ -40,7 +42,7 @@ MOST_FAILURES = 5
 
 def write(result: Reproduction) -> Path:
     """Write ``report.html``, the robot's panels and the figures of studies into a folder; return the page's path."""
-    trials = {run.folder.name: run.rows for run in result.runs if run.rows and run.folder.name in PAPER}
+    trials = {run.folder.name: rows(run) for run in result.runs if run.done and run.folder.name in PAPER}
     if trials:
         style.save(panels(trials), result.folder / "panels")
     for counts in result.studies:
@@ -166,8 +168,9 @@ def _equal(claim: Verdict, name: str) -> str:
 def _mechanism(claim: Verdict, result: Reproduction) -> str:
     """Say which figure shows why a claim comes out as it does; of excitation and inhibition also the numbers."""
     experiment, drawn = words(claim.id).mechanism
-    shown = [run.excitations for run in result.runs if run.folder.name == experiment and len(run.excitations)]
-    numbers = f"; means in units of HS where E + I is largest: {described(shown[0])}" if shown else ""
+    shown = next((run for run in result.runs if run.folder.name == experiment and run.done), None)
+    courses = None if shown is None else excitations(shown, shown.trials.to_dicts())
+    numbers = "" if courses is None else f"; means in units of HS where E + I is largest: {described(courses)}"
     return f"{experiment}: {drawn}{numbers}" if experiment else ""
 
 
@@ -185,14 +188,15 @@ def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
     robot = zip(result.plans.robot, result.runs, strict=True)
     experiments: list[tuple[str, Any, Any]] = [("Robot trials", part.experiment, run) for part, run in robot]
-    experiments += [("Clips", show.plan.experiment, show) for show in result.offline]
+    clips = zip(result.plans.clips, result.offline, strict=True)
+    experiments += [("Clips", part.experiment, run) for part, run in clips]
     for chapter, experiment, run in experiments:
-        beware = f" Beware: {run.flaws}." if getattr(run, "flaws", "") else ""
-        text = f"{experiment.summary}.{beware}"
-        yield _section(chapter, experiment.name, text, run.folder / "figure.svg", run.failures)
+        problems = flaws(run.trials.to_dicts()) if chapter == "Robot trials" and run.done else ""
+        text = f"{experiment.summary}.{f' Beware: {problems}.' if problems else ''}"
+        yield _section(chapter, experiment.name, text, run.folder / "figure.svg", result.failures[run.folder.name])
     for played in result.behaviours:
-        text = f"The measures of each behaviour in {played.plan.env}."
-        yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", played.failures)
+        name, text = played.folder.name, f"The measures of each behaviour in {played.description['env']}."
+        yield _section("Behaviours", name, text, played.folder / "figure.svg", result.failures[name])
     for name, study in stored(result.folder).items():
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."

@@ -35,7 +35,7 @@ from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.log import CHANNELS, TIME, LogTrial
 from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
-from experiments.bench.trials import Plan, Report, conclude, configure, describe
+from experiments.bench.trials import Plan, conclude, configure, describe
 
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
 SHOWN_FRAMES = "@frames"
@@ -152,7 +152,7 @@ def play_trial(trial: LogTrial) -> TrialRecord:
     return dataclasses.replace(done, frames=frames)
 
 
-def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, quiet: bool = False) -> Report:
+def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, quiet: bool = False) -> Run:
     """Play the trials of a log into a run's folder, judge its claims and draw its figure.
 
     Parameters
@@ -175,7 +175,7 @@ def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, qui
     )  # fmt: skip
     resources = Resources(workers=0, quiet=quiet)
     with resources.pool(rendering=False) as pool, batch.run(out, pool, resources) as folder:
-        return conclude(planned, folder, folder.failures())
+        return conclude(planned, folder)
 
 
 def write(recorded: Run, out: Path) -> str:

@@ -1,7 +1,7 @@
 """Verdicts in a file: ``claims.json``, ``behaviours.json`` and ``model_claims.json`` have this one form.
 
-An object with ``version`` and ``claims``. Each claim has ``id``, ``says``, ``source``, ``model``, ``experiment`` and
-``trouble`` as a `Verdict` has them, and
+An object with ``version`` and ``claims``. Each claim has ``id``, ``title``, ``says``, ``source``, ``model``,
+``experiment`` and ``trouble`` as a `Verdict` has them, and
 
 - ``word``: ``holds``, ``fails``, ``sometimes``, or empty where too few replicates could be judged for a word;
 - ``count``: the numbers ``holds`` and ``fails`` of replicates, ``unjudged`` (reason -> number), and ``random``, which
@@ -43,8 +43,7 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
 def plain(value: Any) -> Any:
     """Return a record as JSON has it; a number that is not finite, for which JSON has none, stands as a text."""
     if dataclasses.is_dataclass(value):
-        stored = (field.name for field in dataclasses.fields(value) if field.metadata.get("stored", True))
-        return {name: plain(getattr(value, name)) for name in stored}
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, tuple):
         return [plain(part) for part in value]
     if isinstance(value, Real) and not isinstance(value, int):
@@ -62,7 +61,7 @@ def _verdict(row: Mapping[str, Any]) -> Verdict:
     decisions = tuple((one["verdict"], _check(one["check"]) if one["check"] else None) for one in row["decisions"])
     return Verdict(
         row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
-        row["experiment"], row["trouble"], Count(**equal) if equal else None, decisions,
+        row["experiment"], row["trouble"], Count(**equal) if equal else None, decisions, row.get("title", ""),
     )  # fmt: skip
 
 

@@ -83,7 +83,7 @@ class Outcome:
     trouble: str = ""
     checks: tuple[Check, ...] = ()
     equal: Outcome | None = None
-    least: int = field(default=0, compare=False, metadata={"stored": False})
+    least: int = field(default=0, compare=False)
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
@@ -345,7 +345,7 @@ class Verdict:
     trouble: str = ""
     equal: Count | None = None
     decisions: tuple[tuple[Judged, Check | None], ...] = ()
-    title: str = field(default="", compare=False, metadata={"stored": False})
+    title: str = field(default="", compare=False)
 
     @classmethod
     def of(
