@@ -2,7 +2,6 @@
 
 import json
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -34,6 +33,6 @@ def test_what_is_written_is_read_back(name, random):
     assert content["claims"][0]["word"] == verdict.count.word
     first, second = verdicts(content)
     for again in (first, second):
-        assert str(again) == str(replace(verdict, title="")), "NaN is not equal to itself"
+        assert str(again) == str(verdict), "NaN is not equal to itself"
     if name == "on equal terms":
         assert verdict.equal == Count(1, 0, {"not shown": 1}, random)
