@@ -17,7 +17,6 @@ from colias_sim.envs.base import ColiasEnv
 NAMES = sorted(ENVS)
 FIXATION = "colias_sim/Fixation-v0"
 SENSES = ("pixels", "neural", "both", "state")
-AHEAD = np.array([0.3, 0.3], np.float32)
 every_env = pytest.mark.parametrize("name", NAMES)
 
 

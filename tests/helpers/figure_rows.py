@@ -9,15 +9,11 @@ import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 
-from experiments.bench.report import clips as clips_figure
 from experiments.bench.report import robot as robot_figure
-from experiments.bench.sources.clips import Figure as Drawing
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import BALANCED, CURVES, WHOLE
 
-SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"
-MODELS_SHOWN = ("dsnn", OWN)
 TWINS = ("dsnn", "hybrid", "dsnn-reference")
 """They answer alike."""
 FRAMES = 12
@@ -82,20 +78,6 @@ def drawn_robot(kind: str, rows: Sequence[Any], varies: str = "speed_cm_s", tabl
     return robot_figure.draw(kind, rows, robot_frames(rows), varies, limits, "speed, leaves arena", table)
 
 
-def robot(models: Sequence[str]) -> Figure:
-    return drawn_robot("spikes", robot_rows(models, SPEEDS))
-
-
-def robot_words(models: Sequence[str]) -> Figure:
-    """Two ways of moving in two directions: words along the axis, lines for the directions."""
-    kinds = [{"motion": motion, "direction": way} for motion in ("approach", "recession") for way in ("left", "right")]
-    return drawn_robot("spikes", robot_rows(models, kinds), "motion")
-
-
-def mechanism(models: Sequence[str]) -> Figure:
-    return drawn_robot("mechanism", robot_rows(models, SPEEDS))
-
-
 ANGLES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 
 
@@ -140,47 +122,3 @@ def clip_frames(trials: pl.DataFrame) -> pl.DataFrame:
                       "hs": wave(model, trial), "vs": 0.5 * wave(model, phase=1.0), "looming": np.full(FRAMES, 0.5)})
         for trial, model in trials.select("trial", "model").iter_rows()
     )  # fmt: skip
-
-
-def drawn_clips(drawing: Drawing, models: Sequence[str], clips: Sequence[Mapping[str, Any]]) -> Figure:
-    trials = clip_trials(models, clips)
-    heading = clips_figure.title("clean", 0, SET)
-    return clips_figure.draw(drawing, trials, clip_frames(trials), thresholds(models), heading)
-
-
-def traces(models: Sequence[str]) -> Figure:
-    names = ("dark rightward", "light leftward", "looming at the paper's speed", "receding", "dark upward")
-    return drawn_clips(Drawing("traces"), models, [{"clip": name} for name in names])
-
-
-def peaks(models: Sequence[str]) -> Figure:
-    clips = [{"speed": speed, "grey": grey, "background_speed": behind} for speed in (20.0, 60.0, 120.0)
-             for grey in (0.0, 100.0) for behind in (4.0, 8.0)]  # fmt: skip
-    return drawn_clips(Drawing("peaks", along="speed", lines="background_speed", panels="grey"), models, clips)
-
-
-def contrast(models: Sequence[str]) -> Figure:
-    clips = [{"speed": speed, "grey": grey} for speed in (20.0, 60.0, 120.0) for grey in (0.0, 100.0)]
-    return drawn_clips(Drawing("contrast"), models, clips)
-
-
-BACKGROUNDS = (2.0, 8.0, 30.0, 300.0)
-
-
-def background(models: Sequence[str]) -> Figure:
-    clips = [{"object": "absent", "background_speed": speed} for speed in BACKGROUNDS]
-    clips += [{"motion": "looming", "background_speed": speed} for speed in BACKGROUNDS]
-    clips += [{"speed": object_speed, "grey": grey, "background_speed": speed}
-              for object_speed in (40.0, 120.0) for grey in (0.0, 100.0) for speed in BACKGROUNDS]  # fmt: skip
-    return drawn_clips(Drawing("background"), models, clips)
-
-
-def ranges(models: Sequence[str]) -> Figure:
-    return drawn_clips(Drawing("ranges"), models, [{"speed": 20.0}, {"speed": 60.0}, {"object": "absent"}])
-
-
-def edges(models: Sequence[str]) -> Figure:
-    """Both directions at two speeds, as the experiment has."""
-    clips = [{"polarity": polarity, "motion": motion, "speed": speed} for polarity in ("off", "on")
-             for motion in ("rightward", "leftward") for speed in (60.0, 120.0)]  # fmt: skip
-    return drawn_clips(Drawing("edges"), models, clips)

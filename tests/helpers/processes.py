@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 CLI = (sys.executable, "-m", "experiments.bench.cli")
-QUICK = ("--set", "experiment.speeds_cm_s=20", "--repeats", "1", "--no-recordings", "--workers", "1", "--out", "out")
 
 
 def _mind_signals() -> None:
@@ -48,13 +47,6 @@ def members(session: int) -> list[int]:
         if int(number) == session and state != "Z":
             pids.append(int(stat.parent.name))
     return pids
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 WITHOUT_GL = """

@@ -4,7 +4,6 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Translation
 from experiments.bench.sources.experiment import Experiment
@@ -41,14 +40,6 @@ def test_whole_numbers_become_what_the_column_holds():
     assert condition == Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
 
 
-@pytest.mark.parametrize("name", ["../up", "", ".hidden"])
-def test_an_experiment_that_cannot_be_run(name):
-    good = {"name": "mine", "summary": "", "design": Translation((6.0,), (8.0,)), "varies": "speed_cm_s"}
-    assert Experiment(**good).repeats == 10
-    with pytest.raises(ValueError):
-        Experiment(**{**good, "name": name})
-
-
 MODEL = """
 from dataclasses import dataclass
 from dsnn import ModelEntry
@@ -71,20 +62,3 @@ def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_
     _, settings = configure(experiment, models, ["dsnn-mine.gain=2", "dsnn.n_con=6"])
     assert settings.models[2].network.gain == 2.0
     assert settings.models[0].network.n_con == 6
-
-
-def test_a_model_of_one_s_own_has_the_section_that_its_name_says(tmp_path):
-    for name in ("emd-mine", "two-words"):  # the first beside no emd
-        path = tmp_path / f"{name}.py"
-        path.write_text(MODEL.format(name=name))
-        experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
-        _, settings = configure(experiment, [str(path)], [f"{name}.gain=2"])
-        assert settings.models[0].network.gain == 2.0
-
-
-def test_a_model_named_like_a_section_is_refused(tmp_path):
-    path = tmp_path / "clash.py"
-    path.write_text(MODEL.format(name="camera"))
-    experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
-    with pytest.raises(UsageError, match="--model camera: that name is a section"):
-        configure(experiment, [str(path)], [])

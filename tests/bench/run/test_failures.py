@@ -21,29 +21,18 @@ from tests.helpers.envs import end_after
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
 
 
-def test_a_file_without_a_model_is_one_line(colias):
-    (colias.folder / "mine.py").write_text("MODEL = 3\n")
-    done = colias("run", "speed", "--model", "mine.py")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1) and "mine.py" in done.stderr, done.stderr
-
-
 SEEN = ("--no-view", "--out", "seen")
 USERS_FILES = {
     "model": ("model", "import absent_module", ("run", "speed", "--model", "mine.py")),
-    "model without a file": ("model", "open('absent.txt')", ("run", "speed", "--model", "mine.py")),
-    "model with half a line": ("model", "x = (", ("run", "speed", "--model", "mine.py")),
     "model at work": ("model", "        down, right", ("run", "speed", *QUICK, "--only", "--model", "mine.py")),
     "model of clips": ("model", "        down, right", ("watch", "plain", *SEEN, "--model", "mine.py")),
     "model on trial": ("model", "        down, right", ("check", "mine.py")),
     "experiment": ("experiment", "EXPERIMENT =", ("run", "mine.py")),
-    "conditions": ("experiment", "        for name, (first", ("run", "mine.py")),
     "claim": ("experiment", "    peaks =", ("run", "mine.py", "--repeats", "1", "--no-recordings")),
     "stimulus": ("stimulus", "        rows, columns", ("watch", "mine.py", *SEEN)),
-    "clip": ("stimulus", "        rows, columns", ("run", "mine.py")),
     "claim about clips": ("stimulus", "    right, left =", ("run", "mine.py")),
     "behaviour": ("behaviour", "        self.mean +=", ("behave", "mine.py", "--episodes", "1")),
     "arena": ("arena", "    pillars =", ("run", "speed", "--set", "scene.arena=mine.py")),
-    "arena of episodes": ("arena", "    pillars =", ("behave", "hybrid", "--episodes", "1", "--set", "arena=mine.py")),
 }  # fmt: skip
 
 
@@ -148,20 +137,3 @@ def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
     assert {claim["outcome"]["verdict"] for claim in claims} == {"not shown"}
     assert all(claim["outcome"]["measured"].startswith("this model does not spike: ") for claim in claims)
-
-
-def test_parameters_that_make_themselves_travel_too(colias):
-    """A field that is not given but computed: workers have to be able to make the parameters anew."""
-    text = user_files.MODEL.replace("from dataclasses import dataclass", "from dataclasses import dataclass, field")
-    text = text.replace(
-        "    gain: float = 0.002\n",
-        "    gain: float = 0.002\n    twice: float = field(init=False, default=0.0)\n\n"
-        "    def __post_init__(self):\n        object.__setattr__(self, 'twice', 2 * self.gain)\n\n",
-    )
-    (colias.folder / "my_model.py").write_text(text)
-    flags = ("--only", "--model", "my_model.py", "--set", "gradient.gain=0.1")
-    done = colias("run", "speed", *QUICK, *flags, "--out", "out")
-    assert done.returncode == 0, done.stderr
-    described = json.loads((colias.folder / "out" / "run.json").read_text())
-    assert described["settings"]["models"][0]["network"]["twice"] == 0.2
-    assert len(described["files"]) == 1

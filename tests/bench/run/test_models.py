@@ -2,23 +2,17 @@
 
 import csv
 import json
-import pickle
-from pathlib import Path
 
 import polars as pl
 import pytest
 
-from dsnn import MODELS
-from experiments.bench import registry
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ask, choose, rate_notes
 from experiments.bench.run.settings import watchers
-from experiments.bench.trials import plan
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "--no-recordings", "-q")
 SMALL = ("--set", "plain.rows=40", "--set", "plain.columns=60", "--set", "plain.width=9", "--set", "plain.height=20")
-COMPARED = [name for name in MODELS if name != "dsnn-reference"]
 
 
 def models_of(folder, table="trials.parquet"):
@@ -77,28 +71,6 @@ def test_an_off_line_run(colias, given, shown):
     assert (claim["outcome"]["verdict"] == "not shown") == ("dsnn" not in shown)
 
 
-def test_tune_and_leaderboard_add_too(colias):
-    """``tune --model`` used to show that model alone, ``leaderboard --model`` all beside it."""
-    (colias.folder / "my_model.py").write_text(user_files.MODEL)
-    common = ("--stimulus", "plain", *SMALL, "--over", "plain.speed=240", "--workers", "0")
-    ran(colias, "tune", "--model", "my_model.py", "--model", "emd", *common, "--out", "out")
-    assert models_of(colias.folder / "out") == [*COMPARED, "gradient"]
-    models = json.loads((colias.folder / "out" / "run.json").read_text())["models"]
-    assert [model["label"] for model in models] == [*COMPARED, "gradient"]
-    ran(colias, "tune", "--only", "--model", "emd", *common, "--out", "alone")
-    assert models_of(colias.folder / "alone") == ["emd"]
-
-
-def test_parameters(colias):
-    keys = {line.partition("=")[0] for line in ran(colias, "list", "parameters", "--model", "emd").stdout.splitlines()}
-    assert {"dsnn.n_con", "emd.log", "camera.fps"} <= keys
-    keys = {
-        line.partition("=")[0]
-        for line in ran(colias, "list", "parameters", "--only", "--model", "emd").stdout.splitlines()
-    }
-    assert {"emd.log", "camera.fps"} <= keys and "dsnn.n_con" not in keys
-
-
 def test_a_model_s_frame_rate_is_held_against_what_it_is_shown():
     """29.97 frames/s are 30."""
     dsnn, emd, flow = (choose(name) for name in ("dsnn", "emd", "flow"))
@@ -154,25 +126,6 @@ def test_a_text_is_taken_apart(text):
     assert (asked.source, dict(asked.values)) == TEXTS[text]
 
 
-def test_a_path_with_colons_is_found(colias):
-    (colias.folder / "at 12:30").mkdir()
-    (colias.folder / "at 12:30" / "my_model.py").write_text(user_files.MODEL)
-    path = "at 12:30/my_model.py"
-    ran(colias, "run", "speed", *QUICK, "--only", "--model", path, "--model", f"{path}:gain=1", "--out", "out")
-    assert models_of(colias.folder / "out") == ["gradient", "gradient:gain=1"]
-
-
-def test_a_model_with_settings_travels(tmp_path):
-    path = tmp_path / "my_model.py"
-    path.write_text(user_files.MODEL)
-    trial_plan = plan(registry.load("speed"), ["dsnn", "dsnn:w_i=1", f"{path}:gain=2"], ["dsnn.n_con=4"], 1, 0)
-    there = pickle.loads(pickle.dumps(trial_plan.settings.models))
-    assert there == trial_plan.settings.models
-    assert [model.label for model in there] == ["dsnn", "dsnn:w_i=1", "gradient:gain=2"]
-    assert Path(there[2].source) == path and there[1].network.w_i == 1.0 and there[0].network.w_i == 0.9
-    assert there[1].network.n_con == 4, "what --set says of the family"
-
-
 def test_off_line_models_keep_their_preset_under_settings():
     plain, changed = watchers(["dsnn", "dsnn:w_i=1"], [], fps=25.0)[0]
     assert (changed.network.t_sp, changed.network.fps, changed.network.w_i) == (plain.network.t_sp, 25.0, 1.0)
@@ -203,9 +156,3 @@ def test_a_grid_shows_several_models(colias):
     same = {float(r["speed_cm_s"]): float(r["value"]) for r in csv_of(colias.folder / "out" / "counts.csv")
             if (r["model"], float(r["dsnn.n_con"]), float(r["camera.read_noise"])) == ("dsnn", 4, 0.64)}  # fmt: skip
     assert same == spikes
-
-
-def test_what_a_model_has_settled_itself_no_point_varies(colias):
-    ran(colias, *GRID, "--over", "dsnn.n_con=4,6", "--model", "dsnn", "--model", "dsnn:n_con=5", "--out", "out")
-    models = json.loads((colias.folder / "out/run.json").read_text())["models"]
-    assert sorted(model["network"]["n_con"] for model in models) == [4, 5, 6]

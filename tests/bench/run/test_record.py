@@ -11,7 +11,6 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from colias_sim.envs import ENVS
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.report.palette import colours
 from experiments.bench.run.record import (
@@ -19,18 +18,14 @@ from experiments.bench.run.record import (
     Content,
     Frames,
     Model,
-    layout_chunks,
     model_entity,
     model_part,
     page,
     rgb,
-    send_layout,
     views,
     write,
 )
 from experiments.bench.run.viewer import program
-from experiments.bench.sources.episodes import record
-from tests.helpers.episodes import episode
 
 COUNT = 5
 COUNTS = np.array([0, 2, 0, -1, 0])
@@ -122,33 +117,3 @@ def test_a_saved_layout_is_the_one_that_rerun_itself_saves(tmp_path):
         printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         orders.append(re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed))
     assert orders[0] == orders[1] == ["make_active: false, make_default: true)"]
-
-
-def test_recordings_leave_no_thread_behind_and_are_closed(tmp_path):
-    def threads() -> int:
-        return len(list(Path("/proc/self/task").iterdir()))
-
-    written(tmp_path / "a.rrd")
-    before = threads()
-    for _ in range(10):
-        written(tmp_path / "a.rrd")
-    assert threads() <= before
-    assert b"RRF2FOOT" in (tmp_path / "a.rrd").read_bytes()[-12:]
-
-
-def test_a_layout_goes_to_a_stream_more_than_once(tmp_path):
-    """It is encoded once, and sent with each recording of a run."""
-    for name in ("one", "two"):
-        stream = rr.RecordingStream(APPLICATION)
-        stream.save(tmp_path / name)
-        send_layout(stream, layout_chunks(CONTENT))
-        stream.disconnect()
-    one, two = (stores(tmp_path / name)["layout"] for name in ("one", "two"))
-    assert one == two != []
-
-
-def test_wheels_and_the_terms_of_the_reward_differ_in_colour(tmp_path):
-    (tmp_path / "episode.rrd").write_bytes(record(episode(next(iter(ENVS)))))
-    held = columns(tmp_path / "episode.rrd", static=True)
-    for entity, names in (("/world/observer/wheels", ["left", "right"]), ("/reward", ["ahead", "touch"])):
-        assert held[entity]["names"] == [names] and len({*held[entity]["colors"][0]}) == 2

@@ -30,37 +30,6 @@ class Slow:
 
 EXPERIMENT = Experiment("circle", "the stimulus turns before it has its speed", Slow(), "speed_cm_s", repeats=1)
 """
-SPIKER = """
-from dataclasses import dataclass
-
-import numpy as np
-
-from dsnn import ModelEntry, Response
-
-
-@dataclass(frozen=True)
-class Params:
-    theta: float = 0.02
-
-
-class Spiker:
-    def __init__(self, shape, parameters):
-        self.parameters = parameters
-        self.reset()
-
-    def reset(self):
-        self.last = None
-
-    def step(self, frame, **of):
-        now = frame.astype(float)
-        change = 0.0 * now if self.last is None else now - self.last
-        self.last = now
-        hs = float(np.tanh(-(change * np.gradient(now)[1]).mean()))
-        return Response(hs=hs, hs_spikes=int(abs(hs) > self.parameters.theta))
-
-
-MODEL = ModelEntry("spiker", "calls its threshold theta", Spiker, Params(), channels=("hs",))
-"""
 COUNTS = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes", "firing_rate_hz", "spikes_in_view", "rate_in_view_hz",
           "spikes_in_window", "spikes_in_inner_window")  # fmt: skip
 QUICK = ("--set", "experiment.speeds_cm_s=20", "--workers", "0")
@@ -123,25 +92,6 @@ def test_a_sweep_has_no_mean_of_what_does_not_spike():
         silent, spiking = means["emd", connections], means["dsnn", connections]
         assert (silent["value"], silent["not shown"], silent["measured"]) == ("", "1", "it does not spike")
         assert float(spiking["value"]) > 0 and spiking["not shown"] == "0"
-
-
-def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder):
-    (folder / "way.py").write_text(
-        "from experiments import Clip, OfflineExperiment\n\n"
-        'SIZE = {"rows": 48, "columns": 64, "height": 24, "width": 16}\n'
-        'EXPERIMENT = OfflineExperiment("way", "one clip", [Clip("right", "plain", SIZE)], ["dsnn", "emd"])\n'
-    )
-    assert main.command(["run", "way.py", "--workers", "0", "--no-recordings", "--out", "out"]) == 0
-    counts = {row["model"]: row["spikes"] for row in rows("out")}
-    assert counts["emd"] is None and counts["dsnn"] is not None
-    summary = {(row["model"], row["quantity"]) for row in experiments.load("out").summary.to_dicts()}
-    assert ("dsnn", "spikes") in summary and ("emd", "peak_hs") in summary and ("emd", "spikes") not in summary
-
-
-def test_spikes_without_a_threshold_are_told_of(folder, capsys):
-    (folder / "spiker.py").write_text(SPIKER)
-    main.command(["run", "speed", *QUICK, "--model", "spiker.py", "--repeats", "1", "--no-recordings", "--out", "out"])
-    assert "spiker returns hs_spikes and has no threshold for them" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])

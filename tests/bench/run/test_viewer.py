@@ -4,7 +4,6 @@ blank; the first screen shows the traces in the models' colours. And finding a v
 
 from __future__ import annotations
 
-import socket
 from pathlib import Path
 
 import cv2
@@ -15,9 +14,7 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.cli.beside import side_by_side
 from experiments.bench.report.palette import colours
-from experiments.bench.run import viewer
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, rgb
 from tests.bench.robot.test_trial import spec
@@ -123,19 +120,6 @@ def test_an_episode_in_the_viewer(tmp_path):
 
 
 @needs_vulkan
-def test_two_runs_side_by_side_in_the_viewer(tmp_path):
-    one, other = trial(tmp_path / "one.rrd", "dsnn"), trial(tmp_path / "other.rrd", "emd")
-    (tmp_path / "both.rrd").write_bytes(side_by_side(one, other, None)[1])
-    with viewing(tmp_path / "both.rrd") as screen:
-        state = screen.state()
-        views = {view.origin: view for view in state.views}
-        assert {f"/one{CAMERA}", f"/other{CAMERA}", "/one/models/dsnn", "/other/models/emd"} <= set(views)
-        for path, model in (("/one/models/dsnn", "dsnn"), ("/other/models/emd", "emd")):
-            trace = coloured(rgb(colours([model])[model]), 0.5)
-            assert screen.shows(tmp_path / "lane.png", trace, views[path])
-
-
-@needs_vulkan
 def test_a_screenshot_has_the_traces_and_what_is_seen(tmp_path, monkeypatch):
     """It waits for the images: the camera's, half of them dark, and the layer maps."""
     monkeypatch.delenv("DISPLAY", raising=False)
@@ -146,14 +130,3 @@ def test_a_screenshot_has_the_traces_and_what_is_seen(tmp_path, monkeypatch):
         assert coloured(colour, 200)(picture), colour
     with pytest.raises(experiments.UsageError):
         main.command(["view", str(path), "--screenshot", str(tmp_path / "trial.jpg")])
-
-
-def test_who_listens_is_found():
-    assert not viewer.listens(f"{viewer.HOST}:{viewer.free_port()}")
-    with socket.create_server((viewer.HOST, 0)) as server:
-        assert viewer.listens(f"{viewer.HOST}:{server.getsockname()[1]}")
-
-
-@pytest.mark.parametrize("text", ["rerun+http://127.0.0.1:9876/proxy", "127.0.0.1:9876"])
-def test_an_address_is_read(text):
-    assert viewer.parsed(text) == "127.0.0.1:9876"

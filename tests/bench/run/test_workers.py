@@ -1,10 +1,8 @@
 """Workers: jobs that raise, jobs whose process dies, the end of a pool."""
 
 import contextlib
-import multiprocessing
 import os
 import signal
-import threading
 import time
 from pathlib import Path
 
@@ -131,33 +129,3 @@ def test_a_fatal_error_ends_the_run():
         run(pool, complain, range(6), fatal=(ValueError,))
     with pytest.raises(ValueError, match="three"):
         run(Workers(0), complain, range(6), fatal=(ValueError,))
-
-
-def sleep_long(job):
-    Path(job[1], f"{os.getpid()}.pid").touch()
-    time.sleep(600)
-
-
-def test_closing_a_pool_leaves_no_process(tmp_path):
-    """It is interrupted once both workers are busy, however long they take to start."""
-
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
-    def ring():
-        while len(list(tmp_path.glob("*.pid"))) < 2:
-            time.sleep(0.05)
-        os.kill(os.getpid(), signal.SIGALRM)
-
-    before = set(multiprocessing.active_children())
-    old = signal.signal(signal.SIGALRM, interrupt)
-    try:
-        with pytest.raises(KeyboardInterrupt), open_workers(2) as pool:
-            threading.Thread(target=ring, daemon=True).start()
-            run(pool, sleep_long, range(4), tmp_path)
-    finally:
-        signal.signal(signal.SIGALRM, old)
-    assert set(multiprocessing.active_children()) <= before
-    for path in tmp_path.glob("*.pid"):
-        with pytest.raises(ProcessLookupError):
-            os.kill(int(path.stem), 0)
