@@ -50,7 +50,7 @@ OV7670: Mapping[str, Any] = {
     # says whether the loop meters before the curve, which nearly doubles HS, or after it, which hardly changes it.
     "gamma": False,
 }
-"""A model of the robot's camera: docs/eye.md lists what it assumes."""
+"""A model of the robot's camera: docs/explanation/camera.md lists what it assumes."""
 
 _Register = Annotated[int, Field(ge=0, le=255)]
 
@@ -194,8 +194,8 @@ class CameraConfig(_Presets):
     data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
 
     By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. Preset ``ov7670`` is a
-    model of the robot's camera, from data sheets and firmware. What no source gives it assumes; docs/eye.md lists the
-    assumptions. No frame of a robot was held against it.
+    model of the robot's camera, from data sheets and firmware. What no source gives it assumes;
+    docs/explanation/camera.md lists the assumptions. No frame of a robot was compared with it.
 
     Light passes the stages in this order: the lens's falloff and blur, exposure and gain, noise, clipping at 0 and 255,
     the gamma curve, contrast, brightness, the range of the luma, and rounding to 8 bits.
@@ -212,7 +212,7 @@ class CameraConfig(_Presets):
             {"exposure_ms": 0.0, "supersample": 4, "shot_noise": 0.0, "read_noise": 0.0},
         ),
         "ov7670": (
-            "a model of the robot's camera with assumptions, not validated against a robot (docs/eye.md)",
+            "a model of the robot's camera, not validated against a robot (docs/explanation/camera.md)",
             OV7670,
         ),
     }

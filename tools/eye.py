@@ -1,4 +1,4 @@
-"""Draw docs/eye.png, the pictures of the chapter "How true is the eye?": ``python -m tools.eye [FOLDER]``."""
+"""Draw docs/eye.png, the pictures of the page on the camera model: ``python -m tools.eye [FOLDER]``."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from tests.helpers.chapters import chapter
 
 __all__ = ["chapter"]
 RUN_HERE = (
-    "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "robot-trials.md", "your-own-arena.md",
+    "back-from-the-robot.md", "behaviours-and-training.md", "robot-trials.md", "your-own-arena.md",
     "your-own-experiment.md", "your-own-model.md",
 )  # fmt: skip
 

@@ -8,21 +8,17 @@ import pytest
 
 import experiments
 from experiments import Check
-from experiments.bench import leaderboard
-from experiments.bench.reproduce import FULL, QUICK, USUAL, design, planned
+from experiments.bench.reproduce import QUICK, design, planned
 from experiments.bench.run.files import read_parquet, to_json
 from experiments.bench.run.runs import Enough, first
-from experiments.bench.sources import motion
 from experiments.bench.sources.robot_claims import paper_claims
-from experiments.bench.stats import tests as statistics
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import SIGNS, Count
 from experiments.bench.stats.stored import document, plain
 from experiments.bench.stats.verdict import Outcome, Verdict, Words
-from experiments.bench.tune import FAMILIES
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
-from tools.results import CELLS, MEASURED, RESULTS, ROOT, SOURCES, SUMMARY, places, read, renewed
+from tools.results import CELLS, RESULTS, ROOT, SOURCES, SUMMARY, places, read, renewed
 
 TABLE = "<!-- table: fast -->\n| crossing | trials |\n|---|---|\n| rightward | 1 |\n<!-- end of table -->\n"
 COMMAND = ["run", "speed", "--repeats", "1", "--seed", "3", "--set", "experiment.speeds_cm_s=20"]
@@ -165,30 +161,6 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     assert r"| # 2 of 3 (not shown in 1) | \|VS\| 0.1 (needs below 0.2) |" in text
     assert "(C14) | ✓ holds (40 of 40) | ✓ holds (20 of 20) | ✕ fails (0 of 20) | ✕ fails (0 of 20) |" in text
     assert "| Optomotor-v0 | `still` | gain 0.25; return 9 (8 .. 10) |" in text
-
-
-def test_the_figures_of_design_in_prose_are_those_of_the_code():
-    text = " ".join(" ".join(MEASURED.sub("", page.read_text()) for page in CHAPTERS).split())
-    even, moving = leaderboard.clip_experiments(leaderboard.DIRECTION, ["dsnn"])
-    robot = len(leaderboard.ROBOT.design.conditions()) * leaderboard.REPEATS
-    alone = sum(dict(clip.changes).get("object") == "absent" or clip.stimulus == "foliage" for clip in moving.clips)
-    (least,), (most,) = ({c.least for c in CLAIMS.values() if c.of_every_trial == of} for of in (False, True))
-    assert USUAL.steps == 30 * 30
-    for phrase in (
-        f"the same {robot} robot trials",
-        f"the same {len(even.clips) * even.repeats + len(moving.clips) * moving.repeats} clips",
-        f"; {alone * moving.repeats} of background alone",
-        f"every model, {sum(len(family.probes) for family in FAMILIES.values())} clips",
-        f"{USUAL.replicates} replicates (`--full`: {FULL.replicates} with the robot,"
-        f" {FULL.offline_replicates} of clips)",
-        f"{USUAL.repeats} repeats of each condition at one seed",
-        f"at {USUAL.episodes} seeds, for half a minute each",
-        f"at least {least} trials of each condition, or {most} if it is about every single trial",
-        f"passes T in {motion.LEAST_SECONDS} separate seconds",
-        f"of {statistics.PERMUTATIONS} permutations",
-        f"of a mean of {statistics.LEAST_FOR_INTERVAL} or {statistics.LEAST_FOR_BOOTSTRAP - 1} trials is Student's",
-    ):
-        assert phrase in text, phrase
 
 
 def test_a_batch_is_cut_after_its_first_jobs_and_keeps_them(tmp_path):
