@@ -18,10 +18,11 @@ import hashlib
 import json
 import re
 import shlex
+import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -29,13 +30,11 @@ from typing import Any
 import polars as pl
 
 from experiments.bench import registry
-from experiments.bench.cli.main import command
 from experiments.bench.reproduce import Scale, design, planned, rate
 from experiments.bench.run import provenance
 from experiments.bench.run.description import read_description
 from experiments.bench.run.files import TABLE, read_parquet
 from experiments.bench.run.provenance import UNREPEATABLE
-from experiments.bench.run.runs import Enough, first
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count, count_of, totals
@@ -60,6 +59,8 @@ SUMMARY: Mapping[str, str] = {
 """Claim -> its words in the summary."""
 CELLS = tuple(product(EYES, WHEELS))
 """Every eye and drive of the study `fidelity`; the first are those of a reproduction."""
+FIRST = "parts/000000-trials.parquet"
+"""The first trial of a run that is under way."""
 ROBOTS_EYE = CELLS.index(("ov7670", CELLS[0][1]))
 
 
@@ -120,24 +121,27 @@ def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:
     return {
         "command": shlex.join(line),
         "commit": commit,
-        "first": {} if line[0] == "train" else first_numbers(run),  # whose first trial comes after the training
+        "first": {} if line[0] == "train" else first_numbers(part),  # whose first trial comes after the training
         "shows": {place: there[place] for place in shows},
     }
 
 
-def first_numbers(run: Path) -> dict[str, float]:
-    """Return the numbers of a run's first trial that are not 0, by column; none if it failed."""
-    rows = read_parquet(tables_of(run)[0]).filter(trial=0).drop(UNREPEATABLE, strict=False).head(1).to_dicts()
+def first_numbers(table: Path) -> dict[str, float]:
+    """Return the numbers of the first trial in a table that are not 0, by column; none if it failed."""
+    rows = read_parquet(table).filter(trial=0).drop(UNREPEATABLE, strict=False).head(1).to_dicts()
     return {name: value for row in rows for name, value in row.items() if isinstance(value, float) and value}
 
 
 def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
-    """Do a noted command up to its first trial; return the noted numbers that are others now, ``None`` if gone."""
+    """Run a noted command until its first trial is there; return the noted numbers that differ, ``None`` if gone."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
-        with suppress(Enough), first(1):
-            command([*shlex.split(source["command"]), "--out", str(out), "--workers", "0", "--quiet"])
-        now = first_numbers(out)
+        line = [*shlex.split(source["command"]), "--out", str(out), "--workers", "0", "--quiet"]
+        with subprocess.Popen([sys.executable, "-P", "-m", "experiments.bench.cli", *line]) as process:
+            while process.poll() is None and not any(out.rglob(FIRST)):
+                time.sleep(0.1)
+            process.kill()
+        now = first_numbers(next(out.rglob(FIRST), None) or tables_of(out)[0])
     return {name: now.get(name) for name, value in source["first"].items() if now.get(name) != value}
 
 

@@ -6,11 +6,9 @@ import re
 
 import pytest
 
-import experiments
 from experiments import Check
 from experiments.bench.reproduce import QUICK, design, planned
-from experiments.bench.run.files import read_parquet, to_json
-from experiments.bench.run.runs import Enough, first
+from experiments.bench.run.files import to_json
 from experiments.bench.sources.robot_claims import paper_claims
 from experiments.bench.stats.claim import PAPER, claim_ids
 from experiments.bench.stats.count import SIGNS, Count
@@ -161,10 +159,3 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     assert r"| # 2 of 3 (not shown in 1) | \|VS\| 0.1 (needs below 0.2) |" in text
     assert "(C14) | ✓ holds (40 of 40) | ✓ holds (20 of 20) | ✕ fails (0 of 20) | ✕ fails (0 of 20) |" in text
     assert "| Optomotor-v0 | `still` | gain 0.25; return 9 (8 .. 10) |" in text
-
-
-def test_a_batch_is_cut_after_its_first_jobs_and_keeps_them(tmp_path):
-    fast = {"experiment.speeds_cm_s": "20"}
-    with first(2), pytest.raises(Enough, match="2 of 3 trials"):
-        experiments.run("speed", repeats=3, settings=fast, out=tmp_path / "cut", workers=0, quiet=True)
-    assert set(read_parquet(tmp_path / "cut" / "trials.parquet")["trial"].to_list()) == {0, 1}

@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -68,31 +67,6 @@ class Resources:
             reference_hash()  # no trial is begun where nothing can be drawn
         with open_workers(self.workers, self.cluster) as pool:
             yield pool
-
-
-class Enough(Exception):
-    """The end of a batch in which as many jobs are done as `first` allows."""
-
-
-_first: ContextVar[int | None] = ContextVar("first", default=None)
-
-
-@contextmanager
-def first(number: int) -> Iterator[None]:
-    """Let each batch that is filled inside the block do its first ``number`` jobs alone, and end it by `Enough`.
-
-    A command that is cut so plans all that it would do, and leaves the rows of these jobs in its folder.
-
-    Parameters
-    ----------
-    number
-        Jobs of a batch, 1 or more.
-    """
-    token = _first.set(number)
-    try:
-        yield
-    finally:
-        _first.reset(token)
 
 
 def worker_count(given: int | None) -> int:
@@ -201,7 +175,7 @@ class Batch(Generic[AnySpec]):
                 self._say(f"note: {note}")
         for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
             self._say(f"note: {note}")
-        left = [spec for spec in self.specs[: _first.get()] if spec.index not in done]
+        left = [spec for spec in self.specs if spec.index not in done]
         whole = sum(map(self.size, left))
         with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
             try:
@@ -210,8 +184,6 @@ class Batch(Generic[AnySpec]):
                 have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
-        if _first.get() is not None:
-            raise Enough(f"{self.name}: {len(folder.done())} of {len(self.specs)} {self.things} are done")
         if left:
             folder.end()
         tell(folder)
