@@ -1,6 +1,5 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
-from .bench.api import Claim as Claim
 from .bench.api import fit as fit
 from .bench.api import run as run
 from .bench.behave import score as score
@@ -13,7 +12,6 @@ from .bench.run.errors import UsageError as UsageError
 from .bench.run.provenance import __version__ as __version__
 from .bench.sources.behaviour import Behaviour as Behaviour
 from .bench.sources.behaviour import Wheels as Wheels
-from .bench.sources.clip_claims import ClipClaim as ClipClaim
 from .bench.sources.clips import Clip as Clip
 from .bench.sources.clips import Figure as Figure
 from .bench.sources.clips import OfflineExperiment as OfflineExperiment
@@ -30,6 +28,7 @@ from .bench.sources.path import Leg as Leg
 from .bench.sources.path import Path as Path
 from .bench.stats.checks import Check as Check
 from .bench.stats.checks import decide as decide
+from .bench.stats.claim import Claim as Claim
 from .bench.stats.scores import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
@@ -49,7 +48,6 @@ __all__ = [
     "Check",
     "Claim",
     "Clip",
-    "ClipClaim",
     "Clutter",
     "Condition",
     "Contrast",

@@ -26,8 +26,7 @@ from experiments.bench.sources import visit
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
-from experiments.bench.sources.robot_claims import RobotClaim as Claim
-from experiments.bench.stats.claim import Claim as AnyClaim
+from experiments.bench.stats.claim import Claim
 from experiments.bench.study import Fit, shipped
 from experiments.bench.trials import Plan, both
 from experiments.bench.trials import plan as robot_plan
@@ -142,7 +141,7 @@ def _missing_models(plan: Plan | OfflinePlan) -> list[str]:
     labels, notes = [model.label for model in models], []
     for claim in plan.experiment.claims:
         missing = sorted(getattr(claim, "models", frozenset()) - set(labels))
-        if missing and isinstance(claim, AnyClaim) and claim.own:
+        if missing and isinstance(claim, Claim) and claim.own:
             needs = f"needs the models {', '.join(missing)}, which are not shown"
             notes.append(f"note: claim {claim.id} {needs}; shown are {', '.join(labels)}")
     return notes

@@ -30,13 +30,14 @@ from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clip_claims import SIGNED, answer
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Angular, Translation
 from experiments.bench.sources.experiment import Design, Experiment
+from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.scores import Score, alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.stats.tests import area_under_roc, effective_number, median_interval, proportion_interval
+from experiments.claims.clips import answer
 from experiments.clean import GREYS, LONG_EDGE_AHEAD
 from experiments.clutter_depth import GREYS as EXTREMES
 

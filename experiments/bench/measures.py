@@ -10,15 +10,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from dsnn.stimuli import ClipParams
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.rows import group, known
-from experiments.bench.sources import judging
-from experiments.bench.sources.clip_claims import POTENTIALS
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
-from experiments.bench.sources.robot_claims import flaws
+from experiments.bench.sources.judge import flaws
 from experiments.bench.stats.checks import unreadable
+from experiments.bench.stats.claim import POTENTIALS
 from experiments.bench.stats.tests import summarise
 
 Rows = Sequence[Mapping[str, Any]]
@@ -110,13 +111,15 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Number:
     wrong = unreadable(crossings, [column]) or flaws(crossings)
     if wrong or not crossings:
         return _none(f"of the trials {wrong}" if wrong else "no rightward crossings")
-    means = {speed: judging.mean(values) for speed, values in sorted(judging.curve(crossings, column).items())}
+    by_speed = sorted(group(crossings, "speed_cm_s").items())
+    means = {speed: float(np.mean([row[column] for row in of_speed])) for (speed,), of_speed in by_speed}
     listed = ", ".join(f"{mean:.3g} at {speed:g}" for speed, mean in means.items())
     words = f"mean over trials of {column}: {listed} cm/s"
-    highest = judging.peak(means)
-    if highest.mean <= 0.0:
+    highest = max(means, key=lambda speed: means[speed])
+    if means[highest] <= 0.0:
         return _none(f"none is above 0; {words}")
-    return {"value": highest.speed, "mark": "at the end of the range" if highest.end else "", "measured": words}
+    end = highest in (min(means), max(means))
+    return {"value": highest, "mark": "at the end of the range" if end else "", "measured": words}
 
 
 def _rightward(clips: Sequence[Any]) -> bool:
@@ -159,9 +162,9 @@ def least_peak(rows: Rows, threshold: float | None) -> Number:
 _SPEEDS = f"rightward crossings at {LEAST_SPEEDS} speeds or more, all else equal"
 _ENTRIES = (
     Measure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s", _SPEEDS,
-            _crossings, partial(peak_speed, column=judging.POTENTIAL)),
+            _crossings, partial(peak_speed, column="mean_hs_near_axis")),
     Measure("peak-speed-count", "speed at which there are most spikes", "cm/s", _SPEEDS, _crossings,
-            partial(peak_speed, column=judging.COUNT)),
+            partial(peak_speed, column="spikes")),
     Measure("peak-hs", "largest HS of a crossing, of several the lowest", "",
             "clips of an object that moves rightward", _rightward, least_peak, has_threshold=True),
 )  # fmt: skip

@@ -20,10 +20,11 @@ from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clip_claims import ClipClaim, find, judge
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
+from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
+from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.stats.tests import summary_rows
 from experiments.bench.stats.verdict import Outcome, Verdict
 
@@ -192,14 +193,16 @@ def verdicts(
     rows
         The run's rows.
     all_rows
-        The same models' rows in other runs too: see `experiments.bench.sources.clip_claims.judge`.
+        The same models' rows in other runs too: see `experiments.bench.sources.judge.judge`.
     """
     random = plan.is_random()
-    return [_verdict(find(claim), plan, rows, all_rows or rows, random) for claim in plan.experiment.claims]
+    return [
+        _verdict(find_claim(claim, "clips"), plan, rows, all_rows or rows, random) for claim in plan.experiment.claims
+    ]
 
 
 def _verdict(
-    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]],
+    claim: Claim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]],
     random: bool,
 ) -> Verdict:  # fmt: skip
     outcomes: list[Outcome] = []
@@ -207,5 +210,5 @@ def _verdict(
         of_seed = [row for row in rows if row["repeat"] == repeat]
         whole = len({row["trial"] for row in of_seed}) == len(plan.experiment.clips)
         lost = Outcome.unjudged("some of its clips failed")
-        outcomes.append(judge(claim, of_seed, plan.thresholds, all_rows) if whole else lost)
+        outcomes.append(judge(claim, of_seed, plan.thresholds.get(claim.spiking), all_rows) if whole else lost)
     return Verdict.of(claim, outcomes, random=random, experiment=plan.experiment.name)

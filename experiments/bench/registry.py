@@ -12,10 +12,9 @@ from experiments import NAMES, OFFLINE
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, is_file
-from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.stats.claim import PAPER, Claim, claim_ids, of_kind
+from experiments.bench.stats.claim import PAPER, Claim, claim_ids, claims_on
 from scenes import is_arena_file
 from scenes.hints import nearest
 
@@ -85,19 +84,13 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
     name
         What it was asked for by.
     """
-    kind: type[Claim]
-    if isinstance(experiment, OfflineExperiment):
-        kind, public, what = ClipClaim, "experiments.ClipClaim", "clips"
-    else:
-        from experiments.bench.sources.robot_claims import RobotClaim  # not before: statistics take their time to load
-
-        kind, public, what = RobotClaim, "experiments.Claim", "trials with the robot"
+    on, what = ("clips", "clips") if isinstance(experiment, OfflineExperiment) else ("robot", "trials with the robot")
     for claim in experiment.claims:
         if isinstance(claim, Claim):
-            if not isinstance(claim, kind):
-                raise UsageError(f"{name}: claim {claim.id} is a {type(claim).__name__}: expected {public} here")
+            if claim.on != on:
+                raise UsageError(f"{name}: claim {claim.id} is on {claim.on}: expected on='{on}' here")
         elif claim not in claim_ids(PAPER):
             raise UsageError(f"{name}: unknown claim '{claim}': known are {', '.join(claim_ids(PAPER))}")
-        elif claim not in of_kind(kind):
-            known = ", ".join(of_kind(kind))
+        elif claim not in claims_on(on):
+            known = ", ".join(claims_on(on))
             raise UsageError(f"{name}: no {what} answer for claim '{claim}': those of {what} are {known}")

@@ -10,12 +10,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.bench.sources import clip_claims
-from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.judge import judge
 from experiments.bench.sources.robot import RobotTrial
-from experiments.bench.sources.robot_claims import RobotClaim, find, outcome
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.stats.verdict import Outcome
 
 Row = Mapping[str, Any]
@@ -64,16 +62,14 @@ def replicate(specs: Sequence[RobotTrial], rows: Sequence[Row]) -> Replicate:
 
 def asked_models(experiment: Experiment) -> tuple[str, ...]:
     """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
-    claims = (find(claim) if isinstance(claim, str) else claim for claim in experiment.claims)
-    looming = any(isinstance(claim, RobotClaim) and claim.about == "looming" for claim in claims)
+    looming = any(find_claim(claim, "robot").about == "looming" for claim in experiment.claims)
     return (*experiment.models, *LOOMING_DETECTORS) if looming else experiment.models
 
 
 def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    if isinstance(claim, ClipClaim):
+    if claim.on == "clips":
         return of_clips(claim, trials, place)
-    assert isinstance(claim, RobotClaim)
     if claim.models:
         return of_several(claim, trials, place)
     if claim.about == "looming":
@@ -81,23 +77,23 @@ def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:
     return of_model(claim, trials, MODEL, place)
 
 
-def of_clips(claim: ClipClaim, trials: Replicate, place: str) -> Outcome:
+def of_clips(claim: Claim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim about clips in one replicate. It is not judged where any of the clips it needs is lost."""
     rows = [row for row in trials.rows if row["experiment"] == place]
     lost = sum(trials.lost.get((place, model), 0) for model in claim.models)
     if lost:
         return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
-    return clip_claims.judge(claim, rows, trials.thresholds, trials.rows)
+    return judge(claim, rows, trials.thresholds.get(claim.spiking), trials.rows)
 
 
-def of_several(claim: RobotClaim, trials: Replicate, place: str) -> Outcome:
+def of_several(claim: Claim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
     rows = [row for row in trials.rows if row["experiment"] == place]
-    result = outcome(claim, rows, trials.thresholds.get(claim.spiking))
+    result = judge(claim, rows, trials.thresholds.get(claim.spiking))
     return _unless_lost(result, sum(trials.lost.get((place, model), 0) for model in claim.models), place)
 
 
-def of_model(claim: RobotClaim, trials: Replicate, model: str, place: str) -> Outcome:
+def of_model(claim: Claim, trials: Replicate, model: str, place: str) -> Outcome:
     """Judge a claim for one model in one replicate. It is not judged where any of the trials it needs failed.
 
     A claim about looming is judged on the spikes of the looming detector, of a model that tells direction too.
@@ -111,10 +107,10 @@ def of_model(claim: RobotClaim, trials: Replicate, model: str, place: str) -> Ou
     places = places_of(claim, place, {row["experiment"] for row in rows_of_model})
     rows = [row for row in rows_of_model if row["experiment"] in places]
     lost = {name: trials.lost[name, model] for name in places if trials.lost.get((name, model))}
-    return _unless_lost(outcome(claim, rows, threshold, rows_of_model), sum(lost.values()), ", ".join(lost))
+    return _unless_lost(judge(claim, rows, threshold, rows_of_model), sum(lost.values()), ", ".join(lost))
 
 
-def places_of(claim: RobotClaim, place: str, there: Collection[str]) -> tuple[str, ...]:
+def places_of(claim: Claim, place: str, there: Collection[str]) -> tuple[str, ...]:
     """Return the experiments whose trials a claim is judged on.
 
     Parameters

@@ -33,14 +33,15 @@ from experiments.bench.run.models import look_up, shown_models
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources import clip_claims, motion, robot_claims
+from experiments.bench.sources import motion
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
 from experiments.bench.sources.excitation import without_parts
-from experiments.bench.sources.judging import FALLING, ROBOT_SPEEDS
+from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
+from experiments.bench.sources.judge import judge as judge_rows
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
-from experiments.bench.stats.claim import PAPER, claim_ids, words
+from experiments.bench.stats.claim import EACH_TRIAL, PAPER, claim_ids, claims_on, find_claim, words
 from experiments.bench.stats.count import LEAST_JUDGED, count
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
@@ -49,9 +50,11 @@ from experiments.bench.sweep import Sweep
 from experiments.bench.sweep_plan import EVERY_MODEL
 from experiments.bench.sweep_plan import Plan as SweepPlan
 from experiments.bench.trials import Plan, conclude, describe, plan
-from experiments.claims import model_clips
+from experiments.claims import footage, model_clips
+from experiments.claims.clips import LEAST_GREYS
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 from experiments.claims.readings import READINGS, bears_on
+from experiments.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.clutter_frames import OF, prefix
 from experiments.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
 from experiments.studies.onboard import BEST, probe_of
@@ -123,7 +126,7 @@ class Scale:
         return "replicate" if self.repeats >= WHOLE else "short replicate"
 
 
-QUICK = Scale(2, robot_claims.EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
+QUICK = Scale(2, EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
 USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
 FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
 
@@ -299,10 +302,10 @@ def design(plans: Plans) -> dict[str, Any]:
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(part.study.name, part.specs) for part in plans.studies.values()],
         "claims": {claim: (words(claim).says, words(claim).source) for claim in claim_ids(PAPER)},
-        "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
-                  {claim.id: claim.conditions for claim in clip_claims.paper_claims().values()},
-                  clip_claims.LEAST_GREYS, motion.LEAST_SECONDS, LEAST_SEEDS],
-        "bounds": [robot_claims.SPEED_TOLERANCE, robot_claims.PATH_TOLERANCE_MM],
+        "least": [{claim.id: claim.least for claim in claims_on("robot").values()},
+                  {claim.id: claim.conditions for claim in claims_on("clips").values()},
+                  LEAST_GREYS, motion.LEAST_SECONDS, LEAST_SEEDS],
+        "bounds": [SPEED_TOLERANCE, PATH_TOLERANCE_MM],
     }  # fmt: skip
     digest = hashlib.sha256(json.dumps(parts, default=plain).encode()).hexdigest()
     scale = dataclasses.asdict(plans.scale)
@@ -474,28 +477,28 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
         return clips
     if not _about_the_robot(claim):
         return Verdict.of(words(claim), [Outcome.unjudged(_needs(claim))])
-    asked = robot_claims.find(claim)
+    asked = find_claim(claim, "robot")
     places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
     return Verdict.of(asked, [judge(claim, part) for part in every], experiment=", ".join(places))
 
 
 def _about_the_robot(claim: str) -> bool:
     """Return whether trials with the robot alone answer for a claim."""
-    return claim in registry.answering() and claim not in clip_claims.paper_claims() and claim != motion.CLAIM
+    return claim in registry.answering() and claim not in claims_on("clips") and claim != footage.CLAIM
 
 
 def _needs(claim: str) -> str:
     """Say what it would take to judge a claim."""
-    if claim in clip_claims.paper_claims():
+    if claim in claims_on("clips"):
         return "its off-line experiment was not run (--quick and --robot-only leave some out)"
-    if claim == motion.CLAIM:
+    if claim == footage.CLAIM:
         return "needs footage of your own: colias watch FILE --judge"
     return "none of the experiments here declares this claim"
 
 
 def judge(claim: str, trials: Replicate) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    return judged(robot_claims.find(claim), trials, registry.answering()[claim])
+    return judged(find_claim(claim, "robot"), trials, registry.answering()[claim])
 
 
 def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
@@ -516,7 +519,7 @@ def rate(claim: str, whole: Outcome) -> str:
     whole
         The claim on the trials of all replicates.
     """
-    if whole.broken is None or not robot_claims.find(claim).of_every_trial or not whole.n:
+    if whole.broken is None or not find_claim(claim, "robot").of_each or not whole.n:
         return ""
     low, high = proportion_interval(whole.broken, whole.n)
     share = f"{whole.broken / whole.n:.1%} (exact 95 % interval {low:.1%} to {high:.1%})"
@@ -570,7 +573,7 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
     rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
     if not rows:
         return Outcome.unjudged(f"ensembles was not shown to {FALLING}")
-    outcome = robot_claims.outcome(claim, rows, trials.thresholds[FALLING])
+    outcome = judge_rows(claim, rows, trials.thresholds[FALLING])
     lost = trials.lost.get(("ensembles", FALLING), 0)
     return outcome.withheld(f"{lost} trials failed") if lost else outcome
 
@@ -583,7 +586,8 @@ def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
         own = [row for row in shown if row["clip"].startswith(begins)]
         for repeat in sorted({row["repeat"] for row in own}):
             of_seed = [row for row in own if row["repeat"] == repeat]
-            outcomes.append(clip_claims.judge(claim, of_seed, part.thresholds, shown))
+            threshold = part.thresholds[find_claim(claim, "clips").spiking]
+            outcomes.append(judge_rows(claim, of_seed, threshold, shown, on="clips"))
     return outcomes
 
 
@@ -683,7 +687,7 @@ def _model_verdict(
         if question.claim.check == "not shown":
             outcomes.append(Outcome.unjudged(question.claim.why))
         else:
-            outcomes.append(clip_claims.judge(claim, of_seed, thresholds))
+            outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
     return Verdict.of(claim, outcomes, random=random, model=question.name, experiment="clips")
 
 

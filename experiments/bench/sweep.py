@@ -25,7 +25,6 @@ from experiments.bench.run.play import FRAMES, Trial, show, tabulate
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources, worker_count
 from experiments.bench.sources import clips
-from experiments.bench.sources.clip_claims import ClipClaim
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.count import count, count_columns
@@ -198,7 +197,7 @@ def read(plan: Plan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failu
 def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
     if model == EVERY_MODEL:
         return judged(claim, replicate, experiment)
-    if isinstance(claim, ClipClaim):
+    if claim.on == "clips":
         return of_clips(claim, replicate, experiment)
     return of_model(claim, replicate, model, experiment)
 

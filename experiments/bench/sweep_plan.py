@@ -25,12 +25,13 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.settings import changed, check_counts, watchers
-from experiments.bench.sources import clip_claims, clips, robot_claims
+from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.conditions import PAPER
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.rows import TRIAL_SCHEMA
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.study import Axis, Study
 from scenes.hints import nearest
 
@@ -267,7 +268,8 @@ def planned(
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     parts = [part for part in parts if models_in or part.declared.name in {name for _, name in (*claims, *measures)}]
-    motions = {(name, motion) for asked, name in (*claims, *measures) if on_robot for motion in asked.motions}
+    motions = {(name, motion) for claim, name in claims for motion in claim.conditions.get("motion", PAPER)}
+    motions |= {(name, motion) for measure, name in measures for motion in measure.motions}
     labels = [EVERY_MODEL] if models_in else [model.label for model in models]
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
@@ -331,10 +333,10 @@ def _claims(experiments: Sequence[Any], study: Study, models: Sequence[Configure
     Raises `UsageError` for one that is not declared there, or is about none of the ``models``, where there are some.
     """
     on_robot = isinstance(experiments[0], Experiment)
-    find = robot_claims.find if on_robot else clip_claims.find
+    on = "robot" if on_robot else "clips"
     declared: dict[str, tuple[Any, Any]] = {}
     for experiment in experiments:
-        for claim in map(find, experiment.claims):
+        for claim in (find_claim(claim, on) for claim in experiment.claims):
             declared.setdefault(claim.id, (claim, experiment))
     labels = ", ".join(model.label for model in models)
     chosen: dict[str, tuple[Any, str]] = {}
@@ -344,7 +346,7 @@ def _claims(experiments: Sequence[Any], study: Study, models: Sequence[Configure
         if isinstance(asked, str) and asked not in declared:
             raise UsageError(f"--claims {name}: the experiments declare {', '.join(declared) or 'none'}")
         claim, experiment = declared.get(name, (asked, experiments[0]))
-        claim = find(asked) if isinstance(asked, Claim) else claim
+        claim = asked if isinstance(asked, Claim) else claim
         repeats, least = study.repeats or experiment.repeats, getattr(claim, "least", 0)
         if not _is_about(claim, models):
             raise UsageError(f"--claims {name}: it is about other models than {labels}, or compares models")
@@ -357,8 +359,8 @@ def _claims(experiments: Sequence[Any], study: Study, models: Sequence[Configure
 def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
     """Tell whether a claim is about one of the models judged, or none are named; clips have just one."""
     labels = {model.label for model in models}
-    if isinstance(claim, clip_claims.ClipClaim):
-        return labels <= claim.models
+    if claim.on == "clips":
+        return bool(labels <= claim.models)
     channel = "looming" if claim.about == "looming" else "hs"
     responds = any(channel in model.channels for model in models)
     return not models or (responds and all(claim.models <= {label} for label in labels))

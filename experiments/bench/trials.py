@@ -30,12 +30,13 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED, ST
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.experiment import Design, Experiment, Settings
+from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
-from experiments.bench.sources.robot_claims import RobotClaim, find, judge
 from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
+from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.stats.tests import holm, paired, summary_rows
 from experiments.bench.stats.verdict import Verdict
 
@@ -364,8 +365,8 @@ def conclude(plan: Plan, folder: RunFolder) -> Run:
 
 def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
-    claims, note = [find(claim) for claim in plan.experiment.claims], driven_in_words(rows)
-    asked: list[tuple[RobotClaim, str, float | None, Sequence[Any]]] = [
+    claims, note = [find_claim(claim, "robot") for claim in plan.experiment.claims], driven_in_words(rows)
+    asked: list[tuple[Claim, str, float | None, Sequence[Any]]] = [
         (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
         for model in plan.settings.models
         for claim in claims
@@ -374,11 +375,11 @@ def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> l
     asked += [(claim, "", plan.thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
     verdicts = []
     for claim, label, threshold, about in asked:
-        verdict = judge(claim, about, threshold, label)
+        judged = judge(claim, about, threshold)
         lost = sum(failure.model in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-        outcome = verdict.outcome.noting([failed, note])
-        verdicts.append(dataclasses.replace(verdict, outcome=outcome, experiment=plan.experiment.name))
+        verdict = Verdict.of(claim, [judged], model=label, experiment=plan.experiment.name)
+        verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed, note])))
     return verdicts
 
 

@@ -35,6 +35,7 @@ from experiments.bench.sources import motion
 from experiments.bench.sources.clips import Clip, find_stimulus, outline
 from experiments.bench.sources.video import TRIALS, VideoSource
 from experiments.bench.stats import stored
+from experiments.claims import footage
 
 QUALITY = 80
 """JPEG quality of recorded frames."""
@@ -240,7 +241,7 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
         rates = [] if source.rate is None else rate_notes((model, source.rate) for model in plan.models)
         notes = list(filter(None, [forms.note(), *source.notes(time_s), *rates, early]))
         found = motion.motions(frames, {model.label: model.thresholds for model in plan.models})
-        judged = motion.verdicts(frames, plan.models, "watch") if plan.judged else []
+        judged = footage.verdicts(frames, plan.models, "watch") if plan.judged else []
         folder.write_text("summary.csv", found.write_csv())
         folder.write_json("claims.json", stored.document(judged))
         folder.write_json(NAME, {**read_description(out), NOTES: notes, EARLY: bool(early)})

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 
 import polars as pl
 
 from colias_sim.envs import ENVS
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.sources import episode_scores as episodes
-from experiments.bench.sources.episode_scores import BehaviourClaim, Pilot, held, mean_difference, rate_ratio
+from experiments.bench.sources.episode_scores import Pilot, held, mean_difference, rate_ratio
 from experiments.bench.stats.checks import Check
-from experiments.bench.stats.claim import shipped
+from experiments.bench.stats.claim import shipped as claim
 from experiments.bench.stats.verdict import Outcome
-
-claim = partial(shipped, BehaviourClaim)
 
 TIMES = 5.0
 """How many times less often B1 asks a collision to be, in collisions a metre."""
@@ -30,13 +28,13 @@ PILOT: Mapping[str, Pilot] = {"hybrid": Pilot(14, 543.05, 120), "lgmd": Pilot(50
 FRAMES_A_SECOND = 30
 
 
-@claim("B1", env=AVOIDANCE, models={"hybrid", "straight"})
+@claim("B1", conditions={"env": (AVOIDANCE,)}, models={"hybrid", "straight"})
 def b1(played: pl.DataFrame) -> Outcome:
     """Judge the ratio of both rates."""
     return rarer(played, "straight", TIMES)
 
 
-@claim("B2", env=AVOIDANCE, models={"hybrid", "lgmd"})
+@claim("B2", conditions={"env": (AVOIDANCE,)}, models={"hybrid", "lgmd"})
 def b2(played: pl.DataFrame) -> Outcome:
     """Judge the ratio of both rates, and report what the hybrid without direction does."""
     outcome = rarer(played, "lgmd", LGMD_RATIO)
@@ -51,7 +49,7 @@ def b2(played: pl.DataFrame) -> Outcome:
     return replace(outcome, measured=f"{outcome.measured}; {beside}")
 
 
-@claim("B3", env=OPTOMOTOR, models={"optomotor-pi", "still"})
+@claim("B3", conditions={"env": (OPTOMOTOR,)}, models={"optomotor-pi", "still"})
 def b3(played: pl.DataFrame) -> Outcome:
     """Judge the PI reflex, and report what the plain reflex and the privileged one do.
 
@@ -61,7 +59,7 @@ def b3(played: pl.DataFrame) -> Outcome:
     return better_than_still(played, "optomotor-pi", "optomotor_gain", 0.5, "rms_slip_deg_s", *beside)
 
 
-@claim("B4", env=FIXATION, models={"fixation-pi", "still"})
+@claim("B4", conditions={"env": (FIXATION,)}, models={"fixation-pi", "still"})
 def b4(played: pl.DataFrame) -> Outcome:
     """Judge the PI reflex, and report what the plain reflex and the privileged one do."""
     return better_than_still(played, "fixation-pi", "in_view", 0.8, "rms_off_axis_deg", "fixation", "oracle-target")

@@ -26,24 +26,32 @@ back and forth cancels.
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
+import numpy as np
+import polars as pl
+
+from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.sources.motion import (
     LEAST_FRAMES,
     LEAST_SECONDS,
     Floats,
-    FootageClaim,
     block_frames,
+    columns,
     correlation,
+    frame_rate,
     moments,
     resampled,
     separate,
 )
 from experiments.bench.stats.checks import Check
-from experiments.bench.stats.claim import shipped
+from experiments.bench.stats.claim import shipped as claim
+from experiments.bench.stats.claim import words
 from experiments.bench.stats.tests import proportion_interval
-from experiments.bench.stats.verdict import Outcome
+from experiments.bench.stats.verdict import Outcome, Verdict, Words
 
+CLAIM = "C12"
+STRONGER = "Real footage in the paper's stronger words: HS passes T, VS stays below T"
 LEAST_CORRELATION, LEAST_AGREEMENT = 0.5, 0.9
 LEAST_BELOW = 0.95
 """Of the frames of these seconds, the share with abs(VS) below the threshold: "mainly"."""
@@ -74,7 +82,7 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
     return Outcome.of([many, mainly], f"{text}; {below}; {translating}", "", count, len(passed))
 
 
-@shipped(FootageClaim, "C12", stronger=stronger)
+@claim("C12")
 def c12(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """Judge columns of T frames: mean horizontal flow, both potentials; ``rate`` is in frames per second."""
     block, count = block_frames(rate), len(hs)
@@ -111,3 +119,19 @@ def _ratio(sums: Floats) -> Floats:
     """Return mean abs(VS) over mean abs(HS); NaN in a resample of frames in which HS is 0 throughout."""
     hs, vs = sums[..., 8], sums[..., 9]
     return np.asarray(np.divide(vs, hs, out=np.full_like(vs, np.nan), where=hs > 0))
+
+
+def verdicts(frames: pl.DataFrame, models: Sequence[ConfiguredModel], experiment: str) -> list[Verdict]:
+    """Judge C12 of each model that has rows, and the paper's stronger words. Nothing in a film is random."""
+    asked = words(CLAIM)
+    beside = Words(id=f"{CLAIM}s", title=STRONGER, says=STRONGER, source=asked.source)
+    judged = []
+    for model in models:
+        rows, threshold = frames.filter(pl.col("model") == model.label), model.thresholds.get("hs")
+        for told, judge in ((asked, c12), (beside, stronger)) if len(rows) else ():
+            if threshold is None:
+                outcome = Outcome.unjudged("this model has no HS spikes")
+            else:
+                outcome = judge(*columns(rows), threshold, frame_rate(rows))
+            judged.append(Verdict.of(told, [outcome], random=False, model=model.label, experiment=experiment))
+    return judged

@@ -12,10 +12,11 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from dsnn import MODELS
-from experiments.bench.sources.clip_claims import SIGNED, ClipClaim, Row, answer, rows_of
+from experiments.bench.sources.judge import SIGNED, Row
 from experiments.bench.stats.checks import Check, Needs
-from experiments.bench.stats.claim import texts
+from experiments.bench.stats.claim import Claim, texts
 from experiments.bench.stats.verdict import Outcome
+from experiments.claims.clips import answer, rows_of
 from experiments.claims.model_clips import names
 
 if TYPE_CHECKING:
@@ -129,11 +130,11 @@ def model_claims() -> Mapping[str, tuple[ModelClaim, ...]]:
     return {name: claims for name, claims in of.items() if claims}
 
 
-def clip_claim(claim: ModelClaim, label: str, than: str = "") -> ClipClaim:
+def clip_claim(claim: ModelClaim, label: str, than: str = "") -> Claim:
     """Return the claim with its judge, about the model shown as ``label`` and, where it compares two, ``than``."""
     paper = texts()["papers"][claim.model.partition(":")[0]]
-    return ClipClaim(
-        id=claim.id, says=paper[claim.id], source=paper["source"], models=frozenset({label, than} - {""}),
+    return Claim(
+        on="clips", id=claim.id, says=paper[claim.id], source=paper["source"], models=frozenset({label, than} - {""}),
         conditions={"clip": names(claim.groups)}, of_potentials=claim.measure != "spikes",
         judge=partial(judge, claim, label, than),
     )  # fmt: skip

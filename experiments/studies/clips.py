@@ -7,10 +7,10 @@ from typing import Any
 import polars as pl
 
 from experiments import Check, Fit, Study, background, constants_2017, constants_emd
-from experiments.bench.sources.clip_claims import ASSUMED, DSNN, ClipClaim, answer, find, levels, paper_claims, rises
-from experiments.bench.stats.claim import Claim
+from experiments.bench.stats.claim import DSNN, Claim, claims_on, find_claim
 from experiments.bench.stats.count import count_of
 from experiments.bench.stats.verdict import Outcome
+from experiments.claims.clips import ASSUMED, answer, levels, rises
 from experiments.studies.robot import DEFAULTS, NETWORK, READINGS
 
 SPEED = {"C6": (120.0,)}
@@ -32,15 +32,14 @@ def c7_rises(clips: pl.DataFrame, threshold: float) -> list[Check]:
 
 
 C7_RISES = replace(
-    find("C7"), id="C7-rises", title="Peak rises with speed", says="peak HS rises with the object's speed",
-    judge=c7_rises,
+    find_claim("C7", "clips"), id="C7-rises", title="Peak rises with speed",
+    says="peak HS rises with the object's speed", judge=c7_rises,
 )  # fmt: skip
 """C7 compares speeds of the background too, which one speed cannot answer."""
 
 
-def at_speed(claim: Claim, point: Mapping[str, str]) -> ClipClaim:
+def at_speed(claim: Claim, point: Mapping[str, str]) -> Claim:
     """Return one of the paper's claims asked at one speed of the background."""
-    assert isinstance(claim, ClipClaim)
     speed = float(point[BEHIND])
     conditions: dict[str, tuple[Any, ...]] = {
         **claim.conditions,
@@ -94,7 +93,7 @@ def _listed(speeds: Iterable[float]) -> str:
 BACKGROUND = Study(
     name="background",
     summary="C5 to C11 of the DSNN before a background that shifts at 0.07 to 10 px a frame; all models of direction",
-    claims=tuple(C7_RISES if number == 7 else find(f"C{number}") for number in range(5, 12)),
+    claims=tuple(C7_RISES if number == 7 else find_claim(f"C{number}", "clips") for number in range(5, 12)),
     experiments=("background",),
     axes={BEHIND: {f"{speed:g}": () for speed in background.SPEEDS}},
     models=("dsnn", *BESIDE),
@@ -112,7 +111,7 @@ LISTED = 8
 
 def compares_with(claim: str) -> str:
     """Return the label of the model of unknown constants that a claim compares the DSNN with; empty if none."""
-    paper = paper_claims().get(claim)
+    paper = claims_on("clips").get(claim)
     return next((model for model in ASSUMED if paper and model in paper.models), "")
 
 
@@ -123,7 +122,7 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
     """
     plays = {label.partition(":")[2].replace(",", ", ") or "as assumed": {other: label} for label in variants}
     asked = []
-    for claim in map(find, claims):
+    for claim in (find_claim(claim, "clips") for claim in claims):
         conditions = {**claim.conditions, **({"speed": SPEED[claim.id]} if claim.id in SPEED else {})}
         asked.append(replace(claim, settled=True, equal_terms={}, conditions=conditions))
     axes = {f"constants of {other}": dict.fromkeys(plays, ())}

@@ -14,7 +14,7 @@ from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.runs import Resources
-from experiments.bench.sources.clip_claims import judge, paper_claims
+from experiments.bench.stats.claim import claims_on
 from experiments.bench.study import shipped
 from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
@@ -24,7 +24,7 @@ from experiments.studies.detectors import EDGE, EDGE_LEVELS, PANEL, THRESHOLDS, 
 from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, distance
 from experiments.studies.robot import APPARATUS, DEFAULTS, EYES, NETWORK, READINGS
 from tests.bench.stats.test_replicates import rows_of
-from tests.helpers.clip_rows import T, row
+from tests.helpers.clip_rows import T, judge, row
 from tests.helpers.paper import design
 
 APPARATUS_OF = {"camera": CameraConfig(), "robot": RobotConfig()}
@@ -100,7 +100,7 @@ def test_a_study_without_models_judges_each_claim_on_those_that_it_is_about():
 
 # --- the background's speed -------------------------------------------------------------------------------------------
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("clips")
 
 
 def crossings(vs_at, hs=0.2):

@@ -27,7 +27,7 @@ import hashlib
 from dataclasses import dataclass
 
 import dsnn
-from experiments import Check, Clip, ClipClaim, OfflineExperiment
+from experiments import Check, Claim, Clip, OfflineExperiment
 
 RENDERED = True
 
@@ -71,7 +71,7 @@ def low(clips, threshold):
 
 
 def claim(name, judge):
-    return ClipClaim(id=name, says=name, judge=judge, models={"planted"})
+    return Claim(on="clips", id=name, says=name, judge=judge, models={"planted"})
 
 
 MODEL = dsnn.ModelEntry("planted", "planted", Planted, Parameters())

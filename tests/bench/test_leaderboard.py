@@ -15,10 +15,11 @@ from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
-from experiments.bench.sources.clip_claims import SIGNED, answer
 from experiments.bench.sources.designs import Translation
+from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.scores import alarm_count, first_alarm_s, poisson_interval
 from experiments.bench.stats.tests import median_interval
+from experiments.claims.clips import answer
 from tests.helpers import user_files
 
 

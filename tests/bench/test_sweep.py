@@ -201,7 +201,7 @@ def test_what_cannot_be_swept_is_refused(names, over, more):
 
 SMALL = {"rows": 60, "columns": 80, "width": 14.0, "height": 40.0, "speed": 60.0, "rest_s": 0.2}
 FILE = f"""
-from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome, decide
+from experiments import Check, Claim, Clip, OfflineExperiment, Outcome, decide
 
 
 def judge(clips, threshold):
@@ -210,7 +210,7 @@ def judge(clips, threshold):
     return Outcome("holds" if holds else "fails", decided, decided=decided)
 
 
-CLAIM = ClipClaim(id="passes", says="it passes T", judge=judge, models=frozenset({{"dsnn", "dsn2017"}}))
+CLAIM = Claim(on="clips", id="passes", says="it passes T", judge=judge, models=frozenset({{"dsnn", "dsn2017"}}))
 EXPERIMENT = OfflineExperiment(
     "crossing", "dark and light before leaves",
     [Clip(name, "cluttered", {{**{SMALL!r}, "grey": grey}}) for name, grey in (("dark", 0.0), ("light", 255.0))],

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from experiments.bench.sources.clip_claims import POTENTIALS, SIGNED
+from experiments.bench.sources import judge as judging
 from experiments.bench.sources.clips import TRIALS
+from experiments.bench.sources.judge import SIGNED
+from experiments.bench.stats.claim import POTENTIALS, find_claim
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")
@@ -161,3 +163,9 @@ def enough(claim):
         "C28": street(),
         "C22": edges(), "C23": strokes(), "C24": ensembles(), "C26": speed_responses(), "C27": alone(),
     }[claim]  # fmt: skip
+
+
+def judge(claim, rows, thresholds, all_rows=None):
+    """Judge a claim on clips, by the threshold of its own model."""
+    asked = find_claim(claim, "clips")
+    return judging.judge(asked, rows, thresholds.get(asked.spiking), all_rows)

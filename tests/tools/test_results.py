@@ -9,8 +9,7 @@ import pytest
 from experiments import Check
 from experiments.bench.reproduce import QUICK, design, planned
 from experiments.bench.run.files import to_json
-from experiments.bench.sources.robot_claims import paper_claims
-from experiments.bench.stats.claim import PAPER, claim_ids
+from experiments.bench.stats.claim import PAPER, claim_ids, claims_on
 from experiments.bench.stats.count import SIGNS, Count
 from experiments.bench.stats.stored import document, plain
 from experiments.bench.stats.verdict import Outcome, Verdict, Words
@@ -20,7 +19,7 @@ from tools.results import CELLS, RESULTS, ROOT, SOURCES, SUMMARY, places, read, 
 
 TABLE = "<!-- table: fast -->\n| crossing | trials |\n|---|---|\n| rightward | 1 |\n<!-- end of table -->\n"
 COMMAND = ["run", "speed", "--repeats", "1", "--seed", "3", "--set", "experiment.speeds_cm_s=20"]
-CLAIMS = paper_claims()
+CLAIMS = claims_on("robot")
 
 
 def test_every_page_shows_what_was_measured_and_every_picture_and_table_is_of_a_run_that_is_noted():

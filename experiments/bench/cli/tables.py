@@ -15,7 +15,7 @@ from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.rows import RECORDING, group
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import without_parts
-from experiments.bench.sources.robot_claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE, flaws
+from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE, flaws
 from experiments.bench.sources.rows import drawable, varying
 from experiments.bench.stats.tests import summary_rows
 

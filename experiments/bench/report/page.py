@@ -20,13 +20,13 @@ from experiments.bench.run.description import PIXELS, RENDERERS, read_descriptio
 from experiments.bench.run.files import NAME, Files
 from experiments.bench.run.rows import Failure, in_words
 from experiments.bench.run.templates import render
-from experiments.bench.sources.clip_claims import ASSUMED, paper_claims
 from experiments.bench.sources.excitation import described
-from experiments.bench.sources.robot_claims import flaws
-from experiments.bench.stats.claim import title_of, words
+from experiments.bench.sources.judge import flaws
+from experiments.bench.stats.claim import claims_on, title_of, words
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.study import WHOLE, stored
+from experiments.claims.clips import ASSUMED
 from experiments.claims.readings import READINGS, used_to_choose
 from experiments.studies.clips import compares_with, constants_text, outcomes
 
@@ -160,7 +160,7 @@ def _equal(claim: Verdict, name: str) -> str:
     """Say what a claim came to with its rivals on equal terms."""
     if claim.equal is None or claim.outcome.equal is None:
         return ""
-    terms = ", ".join(f"{equal} for {label}" for label, equal in paper_claims()[claim.id].equal_terms.items())
+    terms = ", ".join(f"{equal} for {label}" for label, equal in claims_on("clips")[claim.id].equal_terms.items())
     again = claim.outcome.equal
     return f"{terms}: {claim.equal.sentence(name)}; replicate 0, {again.verdict}: {again.deciding}"
 

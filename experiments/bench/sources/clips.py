@@ -356,7 +356,7 @@ class OfflineExperiment:
     models
         Names, or paths of .py files, of the models that it is about.
     claims
-        Ids of the paper's claims about clips, and claims of your own (`experiments.ClipClaim`).
+        Ids of the paper's claims about clips, and claims of your own (`experiments.Claim`, ``on="clips"``).
     repeats
         How often, each time with another seed and before another scene: a repeat is a replicate. Where nothing in the
         clips is random, one is enough.

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence, Set
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -17,7 +16,7 @@ import polars as pl
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.run.rows import known
 from experiments.bench.stats.checks import Check
-from experiments.bench.stats.claim import Claim, of_kind
+from experiments.bench.stats.claim import claims_on
 from experiments.bench.stats.scores import Score, poisson_interval
 from experiments.bench.stats.tests import proportion_interval, summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
@@ -246,35 +245,14 @@ def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = PO
 # --- claims -----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, kw_only=True)
-class BehaviourClaim(Claim):
-    """A claim about behaviours in one env; it holds where its whole 95 % interval does.
-
-    Parameters
-    ----------
-    env
-        The env's id.
-    models
-        The behaviours that it compares.
-    judge
-        From the rows of all behaviours' episodes in that env to an `Outcome`.
-    """
-
-    module: ClassVar[str] = "behaviours"
-
-    env: str
-    models: Set[str]
-    judge: Callable[[pl.DataFrame], Outcome]
-
-
 def verdicts(env: str, behaviours: Collection[str], trials: pl.DataFrame) -> list[Verdict]:
     """Judge the claims about behaviours that were played in an env. All episodes together are one replicate."""
     judged = []
-    for claim in of_kind(BehaviourClaim).values():
-        if claim.env == env and claim.models <= set(behaviours):
+    for claim in claims_on("behaviours").values():
+        if env in claim.conditions["env"] and claim.models <= set(behaviours):
             missing = claim.models - set(trials["model"])
             outcome = Outcome.unjudged(f"needs episodes of {' and '.join(sorted(claim.models))}")
-            outcome = outcome if missing else claim.judge(trials)
+            outcome = outcome if missing else claim.ask(trials)
             judged.append(Verdict.of(claim, [outcome], experiment=env))
     return judged
 

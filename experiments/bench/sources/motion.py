@@ -10,20 +10,15 @@ second.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Mapping
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.streams import stream
-from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.stats.tests import SEED, proportion_interval
-from experiments.bench.stats.verdict import Outcome, Verdict, Words
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,7 +30,6 @@ MOTIONS = pl.Schema(
 )
 """Columns of ``summary.csv``: ``frames`` over the threshold, and the potential farthest from 0."""
 
-CLAIM = "C12"
 LEAST_SECONDS = 5
 """Separate seconds in which HS passes the threshold, below which C12 cannot be judged."""
 BLOCK_S = 1.0
@@ -195,47 +189,3 @@ def grades(frames: pl.DataFrame, threshold: float | None) -> dict[str, float | N
         passing / seconds, *proportion_interval(passing, seconds),
     )  # fmt: skip
     return dict(zip(GRADES, values, strict=True))
-
-
-FlowColumns = Callable[[Floats, Floats, Floats, float, float], Outcome]
-"""Judge of columns of T frames (mean horizontal flow, HS, VS), a threshold and frames per second."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FootageClaim(Claim):
-    """A claim about footage, of which dense optical flow says what moves.
-
-    Parameters
-    ----------
-    judge
-        Judges the claim as it is worded.
-    stronger
-        Judges the paper's own words, where these are stronger.
-    """
-
-    module: ClassVar[str] = "footage"
-
-    judge: FlowColumns
-    stronger: FlowColumns
-
-
-STRONGER = "Real footage in the paper's stronger words: HS passes T, VS stays below T"
-
-
-def verdicts(frames: pl.DataFrame, models: Sequence[ConfiguredModel], experiment: str) -> list[Verdict]:
-    """Judge C12 of each model that has rows, and the paper's stronger words. Nothing in a film is random."""
-    claim = find_claim(CLAIM, FootageClaim)
-    stronger: Any = Words(id=f"{CLAIM}s", title=STRONGER, says=STRONGER, source=claim.source)
-    judged = []
-    for model in models:
-        rows, threshold = frames.filter(pl.col("model") == model.label), model.thresholds.get("hs")
-        if rows.is_empty():
-            continue
-        for words, judge in ((claim, claim.judge), (stronger, claim.stronger)):
-            outcome = (
-                Outcome.unjudged("this model has no HS spikes")
-                if threshold is None
-                else judge(*columns(rows), threshold, frame_rate(rows))
-            )
-            judged.append(Verdict.of(words, [outcome], random=False, model=model.label, experiment=experiment))
-    return judged

@@ -1,7 +1,7 @@
 """A claim: its words and its judge; and the claims that ship, by id.
 
-The words of those that ship are in ``experiments/claims/claims.toml``. Their judges are in the modules beside it: each
-kind of claim names its own, which is imported when a claim of that kind is asked for.
+The words of those that ship are in ``experiments/claims/claims.toml``. Their judges are in the modules beside it, one
+for each kind of trial, which is imported when a claim on such trials is asked for.
 """
 
 from __future__ import annotations
@@ -9,51 +9,121 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
-from typing import Any, ClassVar, TypeVar
+from typing import Any, Literal, TypeVar
 
 from experiments.bench.run.errors import check_name, short
 from experiments.bench.run.user_code import traced
+from experiments.bench.stats.checks import Check
 from experiments.bench.stats.verdict import Outcome, Verdict, Words
 
 PACKAGE = "experiments.claims"
+DSNN = "dsnn"
+POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
+EACH_TRIAL, MEANS = 5, 4
+"""Trials of each condition, below which a claim is not judged.
+
+A claim about every trial takes 5: if half of all trials broke it, five in a row would keep it once in 32 times. A
+claim that means of conditions differ takes 4: four against four are the fewest of which a two-sided rank test can
+reach p < 0.05 (2 of 70 arrangements).
+"""
 PAPER, BEHAVIOURS = "C", "B"
 """The letters of the ids: claims of the paper, and ours about behaviours."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claim(Words):
-    """A claim: its words and its judge. Each kind of trial has a kind of claim, which says what its judge receives.
+    """A claim: its words, its judge, and the trials that it is about.
+
+    An experiment declares it in ``claims=``, beside ids of the paper's. A claim ``on`` trials with the robot is judged
+    once for each model, or once for all the ``models`` that it compares; one on clips is judged at each seed.
 
     Parameters
     ----------
     id
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The ids of claims that ship are taken.
     judge
-        From the trials that it is about to its checks, or to an `Outcome`.
+        From the rows of ``trials.parquet`` that it is about, and a spiking threshold, to its checks or an `Outcome`. A
+        row is a whole trial or clip: a judge gets no time course. With the robot rows are mappings by column; of clips
+        they are a polars ``DataFrame``. A claim that names ``models`` gets the rows of all of them, told apart by the
+        column ``model``, and the DSNN's threshold, or without the DSNN that of its first model by name. Where a judge
+        raises, the claim is not judged.
+    says, source
+        Its words, and where they are from.
+    on
+        What it is judged on: ``robot``, ``clips``, ``footage`` or ``behaviours``. The last two are for claims that
+        ship.
+    models
+        The labels of the models that it compares; without one of them it is not judged. Left out, it is about each
+        model by itself; of clips about the DSNN alone.
+    conditions
+        Column -> the values that its words name; other trials do not count. Without any, all do. Of clips every
+        combination is needed, and ``shade`` is no column: it is ``dark`` or ``light``, the clip's ``grey`` against its
+        ``background_mean``.
+    reads
+        The columns that it is judged by. A row without a number in one leaves it unjudged. Left out, ``spikes``; of
+        clips the peaks and troughs of HS and VS.
     silent_passes
-        Whether a model that never responds would satisfy it.
+        Whether a model that never responds would satisfy it. It is not judged for a model that responds to no
+        translation either, as far as the run has any.
+    of_each
+        Whether it is about every single trial or clip: then one that breaks it refutes it, however few there are.
+    least
+        Trials of each condition, with the robot, below which it is not judged; otherwise 5 of a claim ``of_each``, and
+        4.
+    about
+        The kind of model it is about, with the robot: one that declares a ``direction``, or a ``looming`` detector.
     equal_terms
         Label of a model that it compares with -> that of the same model with its gain matched. With these in place of
         those it is judged a second time.
-    title, says, source, cause, tried, eye, implied, of_dsnn, mechanism
-        As of `Words`.
+    pools
+        The experiments whose trials of a replicate it is judged on together; none: the one that answers for it.
+    of_potentials
+        Whether it is about potentials alone: then a model without a spiking threshold is judged too, by one of 0.
+    alone
+        The condition that clips without an object have to meet, where it is about such clips too.
+    least_greys
+        How many grey levels of the object it needs.
+    settled
+        Whether the constants of the models that it compares with count as known: those that are shown.
+    title, cause, tried, eye, implied, of_dsnn, mechanism
+        Its other words: the claim in a few words; why it fails; what was tried; what the robot's own eye and wheels
+        make of it; why the equations imply it; what it says of the DSNN alone; the experiment whose figure shows why,
+        and what that figure draws.
 
     Raises
     ------
     ValueError
-        It has no words, or its id is taken.
+        It has no words, its id is taken, or a value is not legal.
+
+    Examples
+    --------
+    >>> from experiments import Check, Claim
+    >>> def faster(rows, threshold):
+    ...     slow, fast = ([row["spikes"] for row in rows if row["speed_cm_s"] == speed] for speed in (4, 6))
+    ...     means = [sum(spikes) / len(spikes) for spikes in (slow, fast)]
+    ...     return [Check(f"{means[1]:.1f} spikes at 6 cm/s", means[1], means[0], unit="spikes")]
+    >>> claim = Claim(id="faster-fires-more", says="more spikes at 6 cm/s than at 4", judge=faster)
     """
 
-    module: ClassVar[str] = ""
-    """The module of `PACKAGE` that has the judges of this kind."""
-
-    judge: Callable[..., Outcome | Iterable[Any]]
+    judge: Callable[..., Outcome | Iterable[Check]]
+    on: Literal["robot", "clips", "footage", "behaviours"] = "robot"
+    models: Set[str] = frozenset()
+    conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    reads: tuple[str, ...] = ()
     silent_passes: bool = False
+    of_each: bool = False
+    least: int = 0
+    about: Literal["direction", "looming"] = "direction"
     equal_terms: Mapping[str, str] = field(default_factory=dict)
+    pools: tuple[str, ...] = ()
+    of_potentials: bool = False
+    alone: str = ""
+    least_greys: int = 0
+    settled: bool = False
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
@@ -63,6 +133,38 @@ class Claim(Words):
             raise ValueError(f"claim {self.id}: a claim that ships has this id; give yours another")
         if not self.says:
             raise ValueError(f"claim {self.id}: it needs words, as says='...'")
+        if isinstance(self.models, str):
+            raise ValueError(f"claim {self.id}: models must be a set of labels, got {short(self.models)}")
+        for name, values in self.conditions.items():
+            if not isinstance(values, tuple):
+                raise ValueError(f"claim {self.id}: conditions['{name}'] must be a tuple, got {short(values)}")
+        filled = {
+            "models": frozenset(self.models or ({DSNN} if self.on == "clips" else ())),
+            "reads": self.reads or (POTENTIALS if self.on == "clips" else ("spikes",)),
+            "least": self.least or (EACH_TRIAL if self.of_each else MEANS),
+        }
+        for name, value in filled.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def spiking(self) -> str:
+        """The model whose spiking threshold the judge of a claim with ``models`` receives."""
+        return DSNN if DSNN in self.models else min(self.models)
+
+    def concerns(self, channels: Sequence[str]) -> bool:
+        """Tell whether the claim is about a model.
+
+        Parameters
+        ----------
+        channels
+            The channels that the model answers by, of `dsnn.CHANNELS`.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
+        return (self.about == "looming") != ("hs" in channels)
 
     @property
     def own(self) -> bool:
@@ -130,28 +232,27 @@ def _outcome(answer: Any) -> Outcome:
     return answer if isinstance(answer, Outcome) else Outcome.of(answer)
 
 
-Kind = TypeVar("Kind", bound=Claim)
 Judge = TypeVar("Judge", bound=Callable[..., Any])
 _SHIPPED: dict[str, dict[str, Claim]] = {}
 """Module of `PACKAGE` -> id -> claim, of the modules imported so far."""
 
 
-def shipped(kind: type[Claim], claim: str, **fields: Any) -> Callable[[Judge], Judge]:
+def shipped(claim: str, **fields: Any) -> Callable[[Judge], Judge]:
     """Return a decorator that declares a claim that ships: the function is its judge, ``claims.toml`` has its words.
+
+    What it is judged on is the name of the judge's module.
 
     Parameters
     ----------
-    kind
-        The kind of claim.
     claim
         Its id.
     **fields
-        What the kind needs beside words and judge.
+        What a `Claim` needs beside words and judge.
     """
 
     def declare(judge: Judge) -> Judge:
-        declaration = kind(judge=judge, **vars(words(claim)), **fields)
-        _SHIPPED.setdefault(kind.module, {})[claim] = declaration
+        on = judge.__module__.rpartition(".")[2]
+        _SHIPPED.setdefault(on, {})[claim] = Claim(judge=judge, on=on, **vars(words(claim)), **fields)  # type: ignore[arg-type]
         return judge
 
     return declare
@@ -185,28 +286,15 @@ def title_of(verdict: Verdict) -> str:
     return words(verdict.id).title if verdict.id in claim_ids() else verdict.title or verdict.says
 
 
-def of_kind(kind: type[Kind]) -> Mapping[str, Kind]:
-    """Return id -> claim, of those that ship and are of one kind, in the order of their ids."""
-    importlib.import_module(f"{PACKAGE}.{kind.module}")
-    declared: Mapping[str, Any] = _SHIPPED[kind.module]
-    return {claim: declared[claim] for claim in claim_ids() if claim in declared}
+def claims_on(on: str) -> Mapping[str, Claim]:
+    """Return id -> claim, of those that ship and are judged on ``robot``, ``clips``, ``footage`` or ``behaviours``."""
+    importlib.import_module(f"{PACKAGE}.{on}")
+    return {claim: _SHIPPED[on][claim] for claim in claim_ids() if claim in _SHIPPED[on]}
 
 
-def find_claim(claim: Claim | str, kind: type[Kind]) -> Kind:
-    """Return a claim of one kind by its id; one of a user's own stands for itself.
-
-    Raises
-    ------
-    KeyError
-        No claim that ships has that id and is of that kind.
-    TypeError
-        A claim of one's own is of another kind.
-    """
-    if isinstance(claim, kind):
-        return claim
-    if isinstance(claim, Claim):
-        raise TypeError(f"claim {claim.id} must be a {kind.__name__} here, got a {type(claim).__name__}")
-    return of_kind(kind)[claim]
+def find_claim(claim: Claim | str, on: str) -> Claim:
+    """Return a claim by its id and what it is judged on, or ``KeyError``; a user's own claim stands for itself."""
+    return claim if isinstance(claim, Claim) else claims_on(on)[claim]
 
 
 def check_claims(experiment: str, claims: Any) -> None:

@@ -9,8 +9,9 @@ from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.run.play import Trial, show
 from experiments.bench.run.settings import watchers
-from experiments.bench.sources.clip_claims import ASSUMED, MATCHED, POTENTIALS, judge, paper_claims
-from experiments.bench.sources.judging import CONNECTIONS
+from experiments.bench.stats.claim import POTENTIALS, claims_on
+from experiments.claims.clips import ASSUMED, MATCHED
+from experiments.claims.robot import CONNECTIONS
 from tests.helpers.clip_rows import (
     FEWER,
     SIGNED,
@@ -23,13 +24,14 @@ from tests.helpers.clip_rows import (
     ensembles,
     greys,
     grid,
+    judge,
     row,
     speed_responses,
     street,
     strokes,
 )
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("clips")
 COMPARING = [claim for claim, clip_claim in CLAIMS.items() if clip_claim.equal_terms]
 CLIP = {clip.name: clip for clip in registry.find("clean").clips}["dark rightward"]
 

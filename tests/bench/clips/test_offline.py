@@ -15,8 +15,8 @@ from experiments.bench import registry
 from experiments.bench.offline import plan, play_clip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
-from experiments.bench.sources.clip_claims import find
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.stats.claim import claims_on
 from tests.helpers import user_files
 
 
@@ -25,7 +25,7 @@ def test_every_declaration_can_be_shown_and_judged(name):
     experiment = registry.find(name)
     assert experiment.name == name and experiment.summary
     for claim in experiment.claims:
-        assert find(claim).models <= set(experiment.models)
+        assert claims_on("clips")[claim].models <= set(experiment.models)
     with pytest.raises(UsageError, match=name):
         registry.load(name)
 

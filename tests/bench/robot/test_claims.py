@@ -2,9 +2,10 @@
 
 import pytest
 
-from experiments.bench.sources.robot_claims import outcome, paper_claims
+from experiments.bench.sources.judge import judge as outcome
+from experiments.bench.stats.claim import claims_on
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("robot")
 
 
 def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):

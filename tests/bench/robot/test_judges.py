@@ -4,11 +4,13 @@ import json
 
 import pytest
 
-from experiments.bench.sources.judging import DSNN, VARIANTS
-from experiments.bench.sources.robot_claims import flaws, judge, outcome, paper_claims
+from experiments.bench.sources.judge import flaws
+from experiments.bench.sources.judge import judge as outcome
+from experiments.bench.stats.claim import DSNN, claims_on
+from experiments.claims.robot import VARIANTS
 from tests.bench.robot.test_claims import depth, rows
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("robot")
 
 T = 0.2
 STEPS = dict(zip(range(2, 11), (0, 20, 40, 50, 60, 55, 50, 47, 45), strict=True))
@@ -61,7 +63,7 @@ def enough(claim, n):
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_every_claim_has_a_least_number_of_trials(claim):
     least = CLAIMS[claim].least
-    assert CLAIMS[claim].motions and CLAIMS[claim].reads
+    assert CLAIMS[claim].conditions["motion"] and CLAIMS[claim].reads
     assert outcome(claim, enough(claim, least), T).verdict == "holds"
     for n in range(1, least):
         few = outcome(claim, enough(claim, n), T)
@@ -147,7 +149,7 @@ def test_c31_is_of_every_speed_from_2_to_10(changes, verdict):
     beyond = trials({**STEPS, **changes, 15: 99})
     assert outcome("C31", beyond, T).verdict == verdict, "its words go to 10 cm/s"
     lacking = {speed: m for speed, m in STEPS.items() if speed != 7}
-    assert "needs rightward translations at 8 cm, at 2 to 10" in outcome("C31", trials(lacking), T).measured
+    assert outcome("C31", trials(lacking), T).verdict == "not shown"
 
 
 @pytest.mark.parametrize(
@@ -224,12 +226,11 @@ def test_a_claim_that_compares_models_needs_all_of_them(claim):
     trials = enough(claim, 4)
     whole = outcome(claim, trials, T)
     assert whole.verdict == "holds"
-    assert judge(claim, trials, T).model == "", "it names its models itself"
     speeds = 4 if claim == "C25" else 7
     assert whole.n == 4 * speeds, "a trial counts once, however many models saw it"
     for label in CLAIMS[claim].models:
         few = outcome(claim, [row for row in trials if row["model"] != label], T)
-        assert (few.verdict, few.measured) == ("not shown", f"needs the models {label}")
+        assert (few.verdict, few.measured) == ("not shown", f"needs {label}")
         once = [row for row in trials if row["model"] != label or row["trial"] % 100 < 3]
         assert "needs at least 4 trials of each condition (has 3)" in outcome(claim, once, T).measured
     stranger = [row | {"model": "emd", "peak_hs": 9.0, "mean_hs_near_axis": 9.0} for row in trials]

@@ -15,12 +15,12 @@ from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, SHOWN, planned
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.judging import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
 from experiments.bench.sources.measures import responses, windows
-from experiments.bench.sources.robot_claims import paper_claims
+from experiments.bench.stats.claim import claims_on
 from experiments.bench.trials import plan
+from experiments.claims.robot import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("robot")
 
 CAMERA = CameraConfig()
 HALF_VIEW = math.tan(math.radians(CAMERA.hfov_deg / 2))
@@ -217,4 +217,4 @@ def test_a_claim_of_one_s_own_compares_models(colias):
     done = colias("run", "mine.py", *quick, "--only", "--model", "dsnn", "--out", "alone")
     note = "note: claim weaker needs the models dsnn:n_con=1, which are not shown; shown are dsnn"
     assert note in done.stderr
-    assert "weaker not judged" in done.stdout and "needs the models dsnn:n_con=1" in " ".join(done.stdout.split())
+    assert "weaker not judged" in done.stdout and "needs dsnn:n_con=1" in " ".join(done.stdout.split())

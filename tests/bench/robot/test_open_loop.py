@@ -12,8 +12,8 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.designs import Angular
 from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.robot import RobotTrial
-from experiments.bench.sources.robot_claims import flaws
 from experiments.bench.trials import driven_in_words
 from tests.helpers.played import Played
 

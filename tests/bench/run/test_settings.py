@@ -67,7 +67,7 @@ def test_a_preset_comes_first_whatever_the_order():
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
-    from experiments.bench.sources.robot_claims import paper_claims
+    from experiments.bench.stats.claim import claims_on
 
     experiment = registry.load(name)
     assert experiment.name == name
@@ -75,7 +75,7 @@ def test_every_experiment_is_a_whole_declaration(name):
     assert len(set(conditions)) == len(conditions) > 0
     assert len({getattr(c, experiment.varies) for c in conditions}) > 1
     assert experiment.repeats == 10
-    assert set(experiment.claims) <= set(paper_claims())
+    assert set(experiment.claims) <= set(claims_on("robot"))
     assert dataclasses.is_dataclass(experiment.design)
 
 

@@ -34,10 +34,11 @@ class Constant:
 MODEL = dsnn.ModelEntry("own", "a constant", Constant, Parameters())
 """
 EXPERIMENT = """
-from experiments import Clip, ClipClaim, OfflineExperiment, Outcome
+from experiments import Claim, Clip, OfflineExperiment, Outcome
 
 SMALL = {{"motion": "rightward", "rows": 24, "columns": 32, "width": 6.0, "height": 8.0, "speed": 90.0}}
-CLAIM = ClipClaim(id="mine", says="so", judge=lambda clips, threshold: Outcome("holds", "{word}"), models={{"own"}})
+CLAIM = Claim(on="clips", id="mine", says="so", judge=lambda clips, threshold: Outcome("holds", "{word}"),
+              models={{"own"}})
 EXPERIMENT = OfflineExperiment("mine", "one clip", [Clip("{clip}", "plain", SMALL)], ["{model}"], claims=(CLAIM,))
 """
 

@@ -5,18 +5,15 @@ import polars as pl
 import pytest
 
 from experiments.bench.sources.motion import (
-    CLAIM,
     LEAST_FRAMES,
     LEAST_SECONDS,
     LEVEL,
-    FootageClaim,
     grades,
     mean_flow,
 )
-from experiments.bench.stats.claim import find_claim
+from experiments.claims.footage import c12, stronger
 from tests.helpers.footage import street
 
-C12 = find_claim(CLAIM, FootageClaim)
 T_SP, RATE, SECONDS = 0.16, 30.0, 40
 
 
@@ -32,29 +29,29 @@ def film(frames=794, moving=((0, 794),)):
 
 def test_c12_holds_fails_or_is_not_judged():
     flow, hs, vs, *rest = film()
-    assert C12.judge(flow, hs, vs, *rest).verdict == "holds"
-    assert C12.judge(-flow, hs, vs, *rest).verdict == "fails"
-    assert C12.judge(flow, hs, 2 * hs, *rest).decided.startswith("mean |VS| / |HS| 2.00")
+    assert c12(flow, hs, vs, *rest).verdict == "holds"
+    assert c12(-flow, hs, vs, *rest).verdict == "fails"
+    assert c12(flow, hs, 2 * hs, *rest).decided.startswith("mean |VS| / |HS| 2.00")
     wrong = flow * np.where(np.arange(794) % 8 == 0, -1, 1)  # the sign of one frame in eight: still correlated
-    assert C12.judge(wrong, hs, vs, *rest).verdict == "fails"
-    assert C12.judge(flow, hs / 10, vs, *rest).verdict == "not shown"
+    assert c12(wrong, hs, vs, *rest).verdict == "fails"
+    assert c12(flow, hs / 10, vs, *rest).verdict == "not shown"
 
 
 def test_a_few_frames_over_the_threshold_do_not_decide_c12():
     """2 of 794 agree, which by chance alone is as likely as not to be so."""
     for moving, seconds in ([((400, 402),), 1], [((10, 20), (300, 310)), 2], [((0, 119),), 4], [(), 0]):
-        outcome = C12.judge(*film(moving=moving))
+        outcome = c12(*film(moving=moving))
         assert outcome.verdict == "not shown"
         assert f"at least {LEAST_SECONDS} separate seconds of footage (has {seconds})" in outcome.measured
 
 
 def test_intervals_are_those_of_seconds_not_of_frames():
-    outcome = C12.judge(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
+    outcome = c12(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
     low, high = outcome.measured.split("same sign over T 1.00 [")[1].split("]")[0].split(", ")
     assert (float(low), float(high)) == (pytest.approx(0.025 ** (1 / 10), abs=0.006), 1.0)
     rng = np.random.default_rng(2)
     flow, hs = (np.repeat(rng.standard_normal(40), 30) for _ in range(2))
-    outcome = C12.judge(flow, hs, np.zeros(1200), T_SP, RATE)
+    outcome = c12(flow, hs, np.zeros(1200), T_SP, RATE)
     low, high = (float(part) for part in outcome.measured.split("[")[1].split("]")[0].split(","))
     assert high - low > 2 / np.sqrt(40)  # 1200 frames taken as independent would give 0.11
     assert low < np.corrcoef(flow, hs)[0, 1] < high
@@ -64,7 +61,7 @@ def test_long_silence_has_an_interval():
     """Resamples of silent stretches alone have no ratio; they raise nothing."""
     flow, hs, vs, *rest = film(frames=3000, moving=[(i, i + 2) for i in range(0, 300, 40)])
     hs[300:] = vs[300:] = 0.0
-    assert C12.judge(flow, hs, vs, *rest).verdict in ("holds", "fails")
+    assert c12(flow, hs, vs, *rest).verdict in ("holds", "fails")
 
 
 def busy(seconds, frames=LEAST_FRAMES, vs=0.0, flow=0.0, whole=12, rate=30):
@@ -90,7 +87,7 @@ def busy(seconds, frames=LEAST_FRAMES, vs=0.0, flow=0.0, whole=12, rate=30):
     ],
 )
 def test_the_paper_s_stronger_words(footage, verdict):
-    assert C12.stronger(*footage).verdict == verdict
+    assert stronger(*footage).verdict == verdict
 
 
 def test_flow_is_rightward_positive():

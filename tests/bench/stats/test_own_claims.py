@@ -2,12 +2,11 @@
 
 import pytest
 
-from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
+from experiments import Check, Claim, Clip, Experiment, OfflineExperiment, Outcome, Translation, decide
 from experiments.bench.api import _missing_models, planned
-from experiments.bench.sources import clip_claims
-from experiments.bench.sources.robot_claims import judge
+from experiments.bench.sources.judge import judge
 from experiments.bench.stats.checks import strength
-from experiments.bench.stats.claim import title_of
+from experiments.bench.stats.claim import find_claim, title_of
 from experiments.bench.stats.verdict import Verdict
 from tests.bench.robot.test_claims import rows
 
@@ -19,7 +18,7 @@ def claim(outcome=HOLDS, **changes):
 
 
 def clip_claim(outcome=HOLDS, **changes):
-    return ClipClaim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: outcome, **changes})
+    return Claim(on="clips", **{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: outcome, **changes})
 
 
 def experiment(*claims):
@@ -36,15 +35,11 @@ WRONG = {
     "no words": lambda: claim(says=""),
     "an id with blanks": lambda: claim(id="my claim"),
     "no judge": lambda: claim(judge="mine"),
-    "a motion that there is not": lambda: claim(motions=("flight",)),
-    "motions as a text": lambda: claim(motions="approach"),
-    "a kind that there is not": lambda: claim(about="time"),
-    "a negative number": lambda: claim(least=-1),
     "models as a text": lambda: clip_claim(models="dsnn"),
     "a value alone": lambda: clip_claim(conditions={"motion": "rightward"}),
     "twice": lambda: experiment(claim(), claim()),
     "one alone": lambda: Experiment("mine", "", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
-    "the paper's object": lambda: clips(clip_claims.find("C1")),
+    "the paper's object": lambda: clips(find_claim("C1", "clips")),
     "no verdict": lambda: Outcome("yes", ""),
     "a side that there is not": lambda: Check("3 spikes", 3, 2, "over"),
     "one bound in place of two": lambda: Check("3 spikes", 3, 2, "within"),
@@ -66,11 +61,9 @@ def test_a_judge_decides():
 
     trials = rows({6: [9] * 4}, "speed_cm_s") + rows({6: [9] * 3}, "speed_cm_s", far_cm=1.0)
     whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]
-    verdict = judge(claim(judge=faster, least=3), whole, 0.2)
-    told = verdict.outcome
+    told = judge(claim(judge=faster, least=3), whole, 0.2)
     assert (told.verdict, told.n, told.decided) == ("holds", 7, "9.0 spikes (needs above 1)")
-    assert verdict.says == "as I say"
-    few = judge(claim(judge=faster), whole, 0.2).outcome
+    few = judge(claim(judge=faster), whole, 0.2)
     assert few.verdict == "not shown" and "needs at least 4 trials of each condition (has 3)" in few.measured
 
 
@@ -102,16 +95,16 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     failing_judge, message = ANSWERS[what]
     trials = rows({6: [9] * 5}, "speed_cm_s")
     verdict = judge(claim(judge=failing_judge), trials, 0.2)
-    assert verdict.outcome.verdict == "judge failed" and message in verdict.outcome.trouble
+    assert verdict.verdict == "judge failed" and message in verdict.trouble
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
-    assert message in clip_claims.judge(clip_claim(judge=failing_judge), clip_rows, {"dsnn": 0.1}).trouble
+    assert message in judge(clip_claim(judge=failing_judge), clip_rows, 0.1).trouble
 
 
 def test_a_judge_is_not_asked_about_nothing():
     """Every trial of a model may fail; a judge that takes the largest of its rows has none then."""
     broken = judge(claim(judge=lambda rows, threshold: max(row["spikes"] for row in rows)), [], 0.2)
-    assert broken.outcome.verdict == "not shown" and "nothing to judge it on was shown" in broken.outcome.measured
+    assert broken.verdict == "not shown" and "nothing to judge it on was shown" in broken.measured
 
 
 def test_what_a_judge_changes_of_its_rows_is_its_own():
@@ -121,16 +114,16 @@ def test_what_a_judge_changes_of_its_rows_is_its_own():
 
     more = {"far_cm": None, "acceleration_cm_s2": 100.0}
     whole = [{**more, **row} for row in rows({6: [9] * 5}, "speed_cm_s")]
-    assert judge(claim(judge=greedy), whole, 0.2).outcome.verdict == "holds"
-    assert judge(claim(judge=greedy), whole, 0.2).outcome.verdict == "holds"
+    assert judge(claim(judge=greedy), whole, 0.2).verdict == "holds"
+    assert judge(claim(judge=greedy), whole, 0.2).verdict == "holds"
 
 
 def test_columns_that_there_are_not():
     trials = rows({6: [9] * 5}, "speed_cm_s")
-    measured = judge(claim(reads=("spike",)), trials, 0.2).outcome.measured
+    measured = judge(claim(reads=("spike",)), trials, 0.2).measured
     assert measured == "trials have no column spike; nearest: spikes"
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present"}]
-    outcome = clip_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), clip_rows, {"dsnn": 0.1})
+    outcome = judge(clip_claim(conditions={"speed_px": (1.0,)}), clip_rows, 0.1)
     assert outcome.measured == "clips have no column speed_px"
 
 
@@ -144,12 +137,11 @@ def test_clips_that_a_claim_is_about():
         asked.append((claim_rows.select("model", "clip").rows(), threshold))
         return HOLDS
 
-    thresholds = {"dsnn": 0.1, "emd": 0.3}
-    assert clip_claims.judge(clip_claim(judge=heed), clip_rows, thresholds).verdict == "holds"
+    assert judge(clip_claim(judge=heed), clip_rows, 0.1).verdict == "holds"
     of_emd = clip_claim(judge=heed, models={"emd"}, conditions={"motion": ("present",)})
-    assert clip_claims.judge(of_emd, clip_rows, thresholds).verdict == "holds"
+    assert judge(of_emd, clip_rows, 0.3).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
-    assert clip_claims.judge(clip_claim(models=("flow",)), clip_rows, thresholds).measured == "needs flow"
+    assert judge(clip_claim(models=("flow",)), clip_rows, 0.1).measured == "needs flow"
 
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():

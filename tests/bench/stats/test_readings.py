@@ -7,11 +7,10 @@ import pytest
 
 from experiments.bench import offline, registry, sweep, sweep_plan
 from experiments.bench.reproduce import other_readings
-from experiments.bench.sources.clip_claims import ASSUMED, compared, paper_claims
-from experiments.bench.sources.judging import FALLING
 from experiments.bench.stats.checks import Check
-from experiments.bench.stats.claim import PAPER, claim_ids
+from experiments.bench.stats.claim import PAPER, claim_ids, claims_on
 from experiments.bench.stats.verdict import Outcome
+from experiments.claims.clips import ASSUMED, compared
 from experiments.claims.readings import (
     READINGS,
     SPEEDS_IN_PX_PER_SECOND,
@@ -19,6 +18,7 @@ from experiments.claims.readings import (
     TAU_S_RISES_WITH_SPACING,
     bears_on,
 )
+from experiments.claims.robot import FALLING
 from experiments.clutter_frames import OF, prefix
 from experiments.clutter_speed import EXPERIMENT as SPEED
 from experiments.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, outcomes
@@ -29,7 +29,7 @@ from tests.helpers.clip_rows import enough, speed_responses
 from tests.helpers.paper import every as every_of
 from tests.helpers.paper import first
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("clips")
 EMDS = registry.find("constants-emd").models[1:]
 
 COUNTS = {2.0: 10, 4.0: 30, 6.0: 60, 10.0: 40}

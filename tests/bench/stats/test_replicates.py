@@ -6,19 +6,19 @@ import pytest
 
 from experiments import Claim, Outcome
 from experiments.bench import registry, reproduce
-from experiments.bench.sources import clip_claims
-from experiments.bench.sources.clip_claims import SIGNED
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.sources.robot_claims import outcome, paper_claims
-from experiments.bench.stats.claim import PAPER, claim_ids
+from experiments.bench.sources.judge import SIGNED
+from experiments.bench.sources.judge import judge as outcome
+from experiments.bench.stats.claim import PAPER, POTENTIALS, claim_ids, claims_on, find_claim
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.tests import proportion_interval
 from experiments.claims.readings import used_to_choose
 from tests.bench.robot.test_judges import enough as trials_of
+from tests.helpers import clip_rows
 from tests.helpers.clip_rows import enough
 from tests.helpers.paper import design, every
 
-CLAIMS = paper_claims()
+CLAIMS = claims_on("robot")
 
 T, T_CLIPS = 0.2, {"dsnn": 0.16, "dsn2017": 0.16, "emd": None, "dsnn-on-blocked": 0.16, "dsnn-off-blocked": 0.16}
 
@@ -42,7 +42,7 @@ def test_no_claim_about_the_robot_holds_of_a_network_that_never_answers(claim):
     assert judged.verdict == ("silent model" if CLAIMS[claim].silent_passes else "fails"), judged.measured
 
 
-@pytest.mark.parametrize("claim", clip_claims.paper_claims())
+@pytest.mark.parametrize("claim", claims_on("clips"))
 def test_no_claim_about_clips_holds_of_a_network_that_never_answers(claim):
     """The other models of a claim answer as they do; only the DSNN is silent."""
 
@@ -50,12 +50,12 @@ def test_no_claim_about_clips_holds_of_a_network_that_never_answers(claim):
         if row["model"] != "dsnn":
             return row
         answers = {name for name in row if name.startswith("hs_") and row[name] is not None}
-        return {**row, **dict.fromkeys({*clip_claims.POTENTIALS, *answers}, 0.0)}
+        return {**row, **dict.fromkeys({*POTENTIALS, *answers}, 0.0)}
 
     rows = [silent(row) for row in enough(claim)]
     moving = silent({**enough("C1")[0], "motion": "rightward"})
-    judged = clip_claims.judge(claim, rows, T_CLIPS, [*rows, moving])
-    assert judged.verdict == ("silent model" if clip_claims.find(claim).silent_passes else "fails"), judged.measured
+    judged = clip_rows.judge(claim, rows, T_CLIPS, [*rows, moving])
+    assert judged.verdict == ("silent model" if find_claim(claim, "clips").silent_passes else "fails"), judged.measured
 
 
 def crossings(**spikes):
@@ -101,7 +101,7 @@ def test_c13_is_not_checked_for_silence_where_nothing_moves_across():
 def crossing_clip(level, stimulus="plain", motion="rightward", **changes):
     """A crossing of which the potential of its direction goes so far, to its side."""
     column, sign = SIGNED[motion]
-    zero = dict.fromkeys(clip_claims.POTENTIALS, 0.0)
+    zero = dict.fromkeys(POTENTIALS, 0.0)
     more = {"speed": 120.0, "background_speed": -8.0 if stimulus == "cluttered" else None}
     return {**enough("C1")[0], **zero, "stimulus": stimulus, "motion": motion, column: sign * level, **more, **changes}
 
@@ -126,10 +126,10 @@ def crossing_clip(level, stimulus="plain", motion="rightward", **changes):
 )
 def test_a_claim_about_clips_needs_answers_at_the_paper_s_own_speeds(claim, shown, answers):
     rows = [row for row in enough(claim) if row["motion"] not in SIGNED] if claim in ("C3", "C5") else enough(claim)
-    best = "unknown constants" if clip_claims.find(claim).of_dsnn else "holds"
-    assert clip_claims.judge(claim, rows, T_CLIPS, shown).verdict == (best if answers else "silent model")
+    best = "unknown constants" if find_claim(claim, "clips").of_dsnn else "holds"
+    assert clip_rows.judge(claim, rows, T_CLIPS, shown).verdict == (best if answers else "silent model")
     other = {**crossing_clip(0.9), "model": "dsn2017"}
-    judged = clip_claims.judge(claim, rows, T_CLIPS, [other])
+    judged = clip_rows.judge(claim, rows, T_CLIPS, [other])
     assert judged.verdict == best and "not checked against translation" in judged.measured
 
 
