@@ -1,6 +1,6 @@
 """The form of the networks that runs: in C (``native``) where that is built, else the ``reference`` in NumPy.
 
-The forms agree within 1e-5 in HS and VS, not to the bit (`docs/architecture.md`). So a run notes its form and is never
+The forms agree within 1e-5 in HS and VS, not to the bit (`CONTRIBUTING.md`). So a run notes its form and is never
 gone on with by another.
 """
 

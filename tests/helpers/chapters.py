@@ -46,12 +46,16 @@ QUESTIONS = tuple(sorted((DOCS / "questions").glob("*.md")))
 FOOTAGE = DOCS / "footage.md"
 LEFT_OUT = ("generated", "reference", "tutorials", "gallery")
 """Folders whose pages Sphinx makes or executes."""
-PAGES = (README, *sorted(page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in LEFT_OUT))
+PAGES = (
+    README,
+    ROOT / "CONTRIBUTING.md",
+    *sorted(page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in LEFT_OUT),
+)
 
 
 def called(page: Path) -> str:
     """The name of a page here: its path in docs/."""
-    return page.name if page == README else page.relative_to(DOCS).as_posix()
+    return page.name if page.parent == ROOT else page.relative_to(DOCS).as_posix()
 
 
 _FENCE = re.compile(
