@@ -120,21 +120,3 @@ def test_antialiasing_keeps_a_third_of_a_pixel_smooth():
     assert default < 0.6
     assert none > 1.0
     assert error(quiet(exposure_ms=0, supersample=4)) < 0.1
-
-
-def test_cameras_come_and_go_without_touching_each_other():
-    """Two contexts alive at once, one closed, one merely dropped: the survivor renders what it rendered before."""
-
-    def picture(sim: Simulation) -> np.ndarray:
-        sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, 0.0)}, np.random.default_rng(0))
-        return sim.step(np.random.default_rng(0)).luma
-
-    with Simulation(camera=quiet(), scene=STILL) as survivor:
-        before = picture(survivor)
-        dropped, closed = Simulation(camera=quiet(), scene=PLAIN), Simulation(camera=quiet(), scene=STILL)
-        np.testing.assert_array_equal(picture(closed), before)
-        assert not np.array_equal(picture(dropped), before)
-        closed.close()
-        closed.close()
-        del dropped
-        np.testing.assert_array_equal(picture(survivor), before)

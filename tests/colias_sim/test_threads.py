@@ -7,7 +7,6 @@ import importlib
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -83,22 +82,3 @@ def test_a_renderer_of_somebody_else_between_the_steps_freezes_no_observation():
         beside = observed(foreign)
     assert all(np.array_equal(one, other) for one, other in zip(alone, beside, strict=True))
     assert not np.array_equal(alone[-2], alone[-1])
-
-
-def memory_mb() -> float:
-    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
-
-
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read as Linux tells it")
-def test_what_another_thread_closes_is_freed(contexts):
-    def cycle() -> None:
-        world = elsewhere(Simulation)
-        elsewhere(world.reset, {"stimulus": Pose(0.12, 0.0, 0.0)}, np.random.default_rng(0))
-        elsewhere(world.close)
-
-    for _ in range(4):
-        cycle()
-    before = memory_mb()
-    for _ in range(10):
-        cycle()
-    assert memory_mb() - before < 60.0, "a context that is left is some 10 MB"

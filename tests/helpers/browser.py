@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import shutil
@@ -95,30 +94,14 @@ class Tab:
             self.call("Input.dispatchKeyEvent", type="keyDown", **shared, **text)
             self.call("Input.dispatchKeyEvent", type="keyUp", **shared)
 
-    def drag(self, start: tuple[float, float], end: tuple[float, float] | None = None) -> None:
-        """Press the mouse at a place, move it to another, and let go there; without another it is a click."""
-        end = end or start
-        places = [(start[0] + (end[0] - start[0]) * i / 8, start[1] + (end[1] - start[1]) * i / 8) for i in range(9)]
-        for kind, at in (
-            ("mouseMoved", start), ("mousePressed", start), *(("mouseMoved", place) for place in places[1:]),
-            ("mouseReleased", end),
-        ):  # fmt: skip
-            button = "none" if kind == "mouseMoved" and at == start else "left"
-            self.call("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], button=button, buttons=int(
-                button == "left" and kind != "mouseReleased"), clickCount=1)  # fmt: skip
-            time.sleep(0.05)
-
     def click(self, element: str) -> None:
         """Click on the middle of an element, which JavaScript names."""
         self.until(f"{element} != undefined")
         box = f"{element}.getBoundingClientRect()"
         x, y = self.ask(f"(r => [r.left + r.width / 2, r.top + r.height / 2])({box})")
-        self.drag((x, y))
-
-    def picture(self, path: Path, *, whole: bool = True) -> None:
-        """Write a picture of the page."""
-        content = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
-        path.write_bytes(base64.b64decode(content))
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            button = "none" if kind == "mouseMoved" else "left"
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, clickCount=1)
 
 
 @contextmanager

@@ -13,24 +13,12 @@ from experiments.bench.report import robot as robot_figure
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import BALANCED, CURVES, WHOLE
 
-OWN = "a-model_of.mine"
-TWINS = ("dsnn", "hybrid", "dsnn-reference")
-"""They answer alike."""
 FRAMES = 12
 
 
 def strength(model: str) -> float:
-    """How strongly a model answers: no two alike but `TWINS`."""
-    return 0.6 if model in TWINS else 0.15 + 0.35 * (sum(map(ord, model)) % 97) / 97
-
-
-def threshold(model: str) -> float | None:
-    """Each model's threshold; the EMD has none, and does not spike."""
-    return None if model == "emd" else 0.2 if model == OWN else 0.16
-
-
-def thresholds(models: Sequence[str]) -> dict[str, float | None]:
-    return {model: threshold(model) for model in models}
+    """How strongly a model answers: no two alike."""
+    return 0.6 if model == "dsnn" else 0.15 + 0.35 * (sum(map(ord, model)) % 97) / 97
 
 
 # --- the robot --------------------------------------------------------------------------------------------------------
@@ -74,7 +62,7 @@ SPEEDS = [{"speed_cm_s": speed} for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]
 
 
 def drawn_robot(kind: str, rows: Sequence[Any], varies: str = "speed_cm_s", table: Any = ()) -> Figure:
-    limits = thresholds([row["model"] for row in rows])
+    limits = {row["model"]: None if row["model"] == "emd" else 0.16 for row in rows}
     return robot_figure.draw(kind, rows, robot_frames(rows), varies, limits, "speed, leaves arena", table)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from colias_sim.envs import ENVS
-from tests.helpers.site import SITE
 from tests.helpers.surface import CLASSES, FUNCTIONS, page
+from tests.site import SITE
 from tools.pages import surface
 
 pytestmark = pytest.mark.site

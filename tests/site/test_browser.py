@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.browser import CHROMIUM, FLAGS
-from tests.helpers.site import SITE
+from tests.site import SITE
 
 NARROW, WIDE = 390, 1280
 pytestmark = [

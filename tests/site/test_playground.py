@@ -23,7 +23,7 @@ from dsnn import DSNN, DSNNParams
 from experiments.claims.robot import c15
 from tests.conftest import GOLDEN, ROOT
 from tests.helpers.browser import CAMERA, CHROMIUM, Tab, browser
-from tests.helpers.site import SITE
+from tests.site import SITE
 from tools.pages import playground
 
 NODE = shutil.which("node")
@@ -236,56 +236,6 @@ def test_blocking_both_pathways_silences_every_trial(tab, data):
         assert count(tab) == 0
     assert set(counts(tab).values()) == {0}
     assert text(tab, "word") == "fails"
-
-
-@needs_chromium
-def test_it_plays_while_levers_move(tab):
-    show(tab, "trial=speed-10&frame=0")
-    tab.ask("document.getElementById('play').focus()")
-    tab.press("Enter")
-    tab.until("document.getElementById('scrubber').value > 5")
-    tab.ask("document.getElementById('input-w_i').focus()")
-    tab.press("Home")
-    tab.until("document.getElementById('command').textContent.endsWith('--set dsnn.w_i=0')")
-    at = int(tab.ask("document.getElementById('scrubber').value"))
-    tab.until(f"document.getElementById('scrubber').value != {at}")
-    tab.ask("document.getElementById('play').focus()")
-    tab.press("Enter")
-    assert tab.ask("document.getElementById('play').ariaLabel") == "Play"
-    assert tab.messages == []
-
-
-@needs_chromium
-def test_the_three_answers_are_what_the_page_shows(tab):
-    """What is told beside the questions, followed link by link."""
-    show(tab)
-    links = tab.ask("[...document.querySelectorAll('.tries a')].map((each) => each.hash.slice(1))")
-    spikes = {}
-    for link in links:
-        show(tab, link)
-        assert text(tab, "message") == ""
-        spikes[link] = count(tab)
-    # It prefers rightward motion. Fewer connections, a wider spacing or a blocked pathway silence it.
-    assert spikes["trial=speed-6"] > spikes["trial=leftward-6"] > 0
-    assert spikes["trial=speed-4&n_con=4"] == spikes["trial=speed-4&d=2"] == spikes["trial=speed-6&d=3"] == 0
-    assert spikes["trial=speed-10&on=false&off=false"] == 0 < spikes["trial=speed-10&d=4"]
-    assert spikes["trial=speed-4&on=false"] == 1
-    assert min(spikes["trial=speed-6&n_con=4"], spikes["trial=speed-6&on=false"]) > spikes["trial=speed-6"] / 2
-    show(tab, "trial=leftward-6&w_i=0")
-    now, unchanged = text(tab, "count").split("Unchanged:")
-    assert "rightward" in now and "leftward" in unchanged
-    # At 10 cm/s HS is higher, and fewer frames fire; with a gain of 3 the claim fails.
-    show(tab)
-    cells = "(row) => [...row.cells].slice(1).map((cell) => Number(cell.textContent))"
-    *_, (slow, slow_frames, slow_hs), (fast, fast_frames, fast_hs) = tab.ask(
-        f"[...document.querySelectorAll('#speeds tr')].map({cells})"
-    )
-    assert fast < slow and fast_frames < slow_frames and fast_hs > slow_hs
-    assert text(tab, "word") == "holds"
-    show(tab, "trial=speed-10&k_sp=3")
-    assert text(tab, "word") == "fails"
-    series = [number for _, number in sorted(counts(tab).items())]
-    assert series == sorted(series)
 
 
 @needs_chromium

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import polars as pl
 import pytest
+from matplotlib.text import Text
 
 import experiments
 from dsnn import ReferenceDSNN
@@ -24,7 +25,6 @@ from experiments.bench.sources.excitation import (
     table,
 )
 from experiments.bench.trials import plan
-from tests.helpers.figure_texts import drawn_texts
 
 SHAPE, FRAMES = (24, 40), 24
 MADE = plan(registry.load("approach-mechanism"), NEEDED, (), 1, 0)
@@ -217,4 +217,4 @@ def test_without_the_pathways_there_are_spikes_to_draw(tmp_path):
         workers=0, out=tmp_path / "out",
     )  # fmt: skip
     assert not (alone.folder / "excitation.csv").exists()
-    assert "spikes per trial" in [text for text, _ in drawn_texts(alone.figure())], "drawn again, too"
+    assert "spikes per trial" in [text.get_text() for text in alone.figure().findobj(Text)], "drawn again, too"

@@ -12,7 +12,6 @@ from experiments.bench.run.settings import watchers
 from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "--no-recordings", "-q")
-SMALL = ("--set", "plain.rows=40", "--set", "plain.columns=60", "--set", "plain.width=9", "--set", "plain.height=20")
 
 
 def models_of(folder, table="trials.parquet"):
@@ -45,30 +44,6 @@ def ran(colias, *arguments):
 def test_a_run_with_the_robot(colias, given, shown):
     ran(colias, "run", "speed", *QUICK, *given, "--out", "out")
     assert models_of(colias.folder / "out") == shown
-
-
-OWN = """
-from experiments.bench.sources.clips import Clip
-from experiments.bench.sources.clips import OfflineExperiment
-
-SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
-EXPERIMENT = OfflineExperiment("mine", "a small crossing", (Clip("right", "plain", SMALL),), ("dsnn", "emd"), ("C2",))
-"""
-
-
-@pytest.mark.parametrize(
-    ("given", "shown"),
-    [
-        (("--model", "lgmd1", "--model", "emd"), ["dsnn", "emd", "lgmd1"]),
-        (("--only", "--model", "lgmd1"), ["lgmd1"]),
-    ],
-)
-def test_an_off_line_run(colias, given, shown):
-    (colias.folder / "mine.py").write_text(OWN)
-    ran(colias, "run", "mine.py", "--workers", "0", "--no-recordings", *given, "--out", "out")
-    assert models_of(colias.folder / "out") == shown
-    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
-    assert (claim["outcome"]["verdict"] == "not shown") == ("dsnn" not in shown)
 
 
 def test_a_model_s_frame_rate_is_held_against_what_it_is_shown():

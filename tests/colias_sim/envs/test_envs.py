@@ -10,7 +10,6 @@ from gymnasium.utils.env_checker import check_env
 import dsnn
 from colias_sim.envs import NEURAL
 from colias_sim.envs.senses import MANOEUVRES
-from scenes import ARENAS
 from tests.helpers.envs import NAMES, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
 
 # Registered, and as documented.
@@ -64,11 +63,9 @@ class Shouter:
         pass
 
 
-MODELS = ("dsnn", "lgmd1", "flow", Shouter, "hybrid")
 VARIANTS: list[dict[str, Any]] = [
-    *({"observation": "neural", "model": MODELS[i % 5], "arena": arena} for i, arena in enumerate(ARENAS)),
-    {"observation": "both", "frame_skip": 3, "noise": 0.0},
-    {"observation": "both", "frame_skip": 30, "noise": 10.0, "randomise": 1.0},
+    {"observation": "neural", "model": Shouter},
+    {"observation": "both", "model": "hybrid", "frame_skip": 30, "noise": 10.0, "randomise": 1.0},
 ]
 
 

@@ -74,21 +74,6 @@ def test_no_action_throws_the_robot_over_or_through_anything(name):
     env.close()
 
 
-def test_touching_a_parked_robot_terminates():
-    env = bare("colias_sim/Avoidance-v0", observation="state", robots=1, moving=0)
-    env.reset(seed=0)
-    env._sim.reset({"parked1": Pose(0.1, 0.005, 0.0)}, np.random.default_rng(0))
-    for steps in range(60):  # noqa: B007
-        *_, terminated, _, info = env.step([0.3, 0.3])
-        if terminated:
-            break
-    assert terminated and 100 * math.hypot(0.1 - info["x_cm"] / 100, 0.005 - info["y_cm"] / 100) == pytest.approx(
-        2 * HULL, abs=0.1
-    )
-    assert steps > 10 and env.poses["parked1"] == Pose(0.1, 0.005, 0.0)
-    env.close()
-
-
 def test_a_graze_that_begins_and_ends_within_a_frame_terminates():
     """A parked robot half a millimetre too near to the path: before and after that frame nothing touches."""
     env = bare("colias_sim/Avoidance-v0", observation="state", robots=1, moving=0)
@@ -267,19 +252,14 @@ def test_noise_is_a_multiple_of_the_camera_s_own():
 
 
 def test_the_state_tells_where_the_others_are():
-    """Geometry by hand: a target 10 cm to the left of where the observer looks, a wall behind it."""
-    env = bare("colias_sim/Pursuit-v0", observation="state", robots=3)
-    env.reset(seed=0)
-    env._sim.reset(
-        {
-            "observer": Pose(0.3, 0.0, math.pi / 2), "target": Pose(0.2, 0.0, 1.0), "parked1": Pose(0.3, 0.2, 0.0),
-            "parked2": Pose(0.3, -0.1, 0.0),
-        },
-        np.random.default_rng(0),
-    )  # fmt: skip
+    """Geometry by hand: a robot 9 cm to the left of where the observer looks, others behind and ahead."""
+    env = bare("colias_sim/Avoidance-v0", observation="state", robots=3, moving=0)
+    poses = {"observer": (30.0, 0.0, 90.0), "parked1": (21.0, 0.0, 57.0), "parked2": (30.0, 20.0, 0.0),
+             "parked3": (30.0, -10.0, 0.0)}  # fmt: skip
+    env.reset(seed=0, options={"poses": poses})
     state = env.state
-    target, near, far = state.others
-    assert (target.distance, target.bearing) == pytest.approx((0.06, -math.pi / 2), abs=1e-3)
+    beside, near, far = state.others
+    assert (beside.distance, beside.bearing) == pytest.approx((0.05, -math.pi / 2), abs=1e-3)
     assert (near.distance, abs(near.bearing)) == pytest.approx((0.06, math.pi), abs=1e-3)
     assert (far.distance, far.bearing) == pytest.approx((0.16, 0.0), abs=1e-3)
     assert (state.wall_distance, state.wall_bearing) == pytest.approx((0.13, math.pi / 2), abs=1e-3)

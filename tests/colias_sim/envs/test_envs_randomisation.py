@@ -193,22 +193,6 @@ def test_robots_in_the_way_are_drawn_anew():
 # Vector envs, presets, refusals.
 
 
-def test_vector_envs_pass_options_on():
-    options: dict[str, Any] = {"light": 0.5, "poses": {"observer": (5.0, 0.0, 0.0)}}
-    many = gym.make_vec(FIXATION, num_envs=2, max_episode_steps=2)
-    batch, infos = many.reset(seed=7, options=options)
-    one = bare(FIXATION)
-    for k in range(2):
-        np.testing.assert_array_equal(batch[k], one.reset(seed=7 + k, options=options)[0])
-    for _ in range(3):  # two steps, and the autoreset
-        *_, infos = many.step(np.zeros((2, 2), np.float32))
-    assert infos["x_cm"] == pytest.approx([0.0, 0.0], abs=0.02), "a later episode has no options"
-    _, infos = many.reset(options={"reset_mask": np.array([False, True]), "light": 0.5})
-    assert infos["_randomised"].tolist() == [False, True]
-    many.close()
-    one.close()
-
-
 BAD_RANGES: list[Any] = [{"ligth": (0.7, 1.3)}, {"light": (1.3, 0.7)}, {"light": (0.7, 9.0)}, "domian"]
 
 

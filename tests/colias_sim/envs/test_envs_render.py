@@ -58,28 +58,6 @@ def test_the_views_differ_and_the_top_one_looks_down(contexts):
     assert math.remainder(towards - math.atan2(target.y, target.x), 2 * math.pi) == pytest.approx(0.0, abs=0.3)
 
 
-@pytest.mark.parametrize("view", ["arena", "top"])
-@pytest.mark.parametrize(("width", "height"), [(190, 80), (90, 150)])
-def test_the_whole_arena_is_in_the_picture_and_a_robot_is_seen_everywhere(view, width, height, contexts):
-    """A target that is put all along the wall has its marker inside the picture; no part of the picture is black."""
-    env = bare(
-        "colias_sim/Fixation-v0", observation="state", render_mode="rgb_array", render_view=view,
-        render_width=width, render_height=height,
-    )  # fmt: skip
-    for turn in np.arange(0.0, 2 * math.pi, math.pi / 4):
-        target = 42.0 * math.cos(turn), 42.0 * math.sin(turn), 90.0
-        env.reset(seed=0, options={"poses": {"target": target, "observer": (0.0, 0.0, 0.0)}, "light": 1.0})
-        picture = env.render().astype(int)
-        red, green, blue = np.moveaxis(picture, -1, 0)
-        marker = (red > 180) & (green > 80) & (green < 0.8 * red) & (blue < 0.5 * red)
-        rows, columns = np.nonzero(marker)
-        assert len(rows) > (0.012 * min(width, height)) ** 2 * math.pi, "a marker of some size"
-        assert rows.min() > 0 and rows.max() < height - 1 and columns.min() > 0 and columns.max() < width - 1
-        corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]]
-        assert corners.max(-1).min() > 50, "black corners"
-    env.close()
-
-
 @every_env
 def test_closing_frees_every_context(name, contexts):
     env = gym.make(name, render_mode="rgb_array")

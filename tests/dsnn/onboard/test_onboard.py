@@ -110,16 +110,6 @@ def test_formats_stay_near_the_golden_vectors(name, golden):
     np.testing.assert_allclose(series.vs, vector["vs"], atol=GOLDEN_BOUNDS[name])
 
 
-def test_f_in_whole_grey_levels_loses_the_signal(golden):
-    """The control: of an edge's F, under two grey levels, truncated low-passes leave nothing."""
-    params, vector = golden
-    if not params.fdsr:
-        pytest.skip("F is LA without the adaptation")
-    grey = OnboardParams(**dataclasses.asdict(params), companding=False, f_bits=0, rounding="truncate")
-    series = OnboardDSNN(vector["frames"].shape[1:], grey).run(vector["frames"])
-    assert np.abs(series.hs).max() < 0.1 * np.abs(vector["hs"]).max()
-
-
 def test_eight_spacings_fit_into_the_robot_with_8_bits_and_not_with_16():
     def left(**changes):
         return RAM - RING - constants((72, 99), OnboardParams.robot(**changes)).state_bytes

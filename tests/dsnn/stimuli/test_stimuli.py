@@ -113,14 +113,6 @@ def test_a_crossing_begins_and_ends_outside_without_a_flash(motion):
     assert swept[:9] == [0] * 9
 
 
-@pytest.mark.parametrize("unit", ["px/s", "px/frame"])
-def test_speeds_may_be_given_per_frame(unit):
-    clip = stimulus("cluttered", speed=4, background_speed=-2, speed_unit=unit, width=8, height=8, **SMALL)
-    factor = 30 if unit == "px/frame" else 1
-    truth = clip[len(clip) // 2].truth
-    assert truth.velocity == (4 * factor, 0) and truth.background_velocity == (-2 * factor, 0)
-
-
 def test_size_times_time_to_contact_is_constant():
     clip = stimulus("plain", motion="looming", far_scale=0.3, near_scale=1.9)
     moving = [frame for frame in clip if frame.truth.motion == "looming"]
@@ -335,12 +327,3 @@ def test_a_value_that_is_not_legal_is_named(name):
     for changes in REFUSED[name]:
         with pytest.raises(ValueError, match=next(iter(changes))):
             stimulus(name, **changes)
-
-
-def test_a_place_in_the_photograph_can_be_named():
-    """It is the column at the left border, whatever the seed; the photograph repeats after twice its width."""
-    common = {"object": "absent", "background_speed": 0.0, "rest_s": 0.0}
-    here, there, around = (stimulus("cluttered", seed, start=start, **common)[0].luma
-                           for seed, start in ((0, 0.0), (1, 100.0), (2, 1180.0)))  # fmt: skip
-    assert np.array_equal(here[:, 100:], there[:, :-100])
-    assert np.array_equal(there, around)

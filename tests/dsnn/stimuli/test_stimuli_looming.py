@@ -83,17 +83,3 @@ def test_what_misses_the_eye_drifts_outward_at_the_velocity_of_the_truth():
     between = [frame.truth.velocity.x for frame in frames]
     np.testing.assert_allclose(np.diff(centres) * 200, np.add(between[1:], between[:-1]) / 2, rtol=2e-3)
     assert between[-1] > between[0] > 0
-
-
-def test_a_grating_drifts_behind_it_throughout():
-    kind = {"background": "grating", "background_grey": 127.5}
-    clip, alone = (stimulus("looming", 3, **kind, object=word) for word in ("present", "absent"))
-    assert len(clip) == len(alone)
-    middle = len(clip) // 2
-    box = clip[middle].truth.box
-    outside = np.ones(clip.shape, bool)
-    outside[int(box.top) : int(box.top + box.height) + 1, int(box.left) : int(box.left + box.width) + 1] = False
-    np.testing.assert_array_equal(clip[middle].luma[outside], alone[middle].luma[outside])
-    assert alone[middle].truth.box is None and alone[middle].truth.motion == "still"
-    assert alone[middle].truth.background_velocity == (32.0, 0.0)
-    assert (clip[0].luma != clip[1].luma).any(), "it drifts through the rest"
