@@ -130,7 +130,6 @@ def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.
     curve: list[dict[str, float | None]] = []
 
     def after_step(of_learn: Mapping[str, Any], of_module: Mapping[str, Any]) -> bool:
-        interrupts.check()
         advance()
         returns.extend(info["episode"]["r"] for info in of_learn["infos"] if "episode" in info)
         steps = of_learn["self"].num_timesteps
@@ -233,7 +232,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
         require_training()
     for about in missing:
         name, rounds = f"training seed {about.seed}", about.steps // about.envs
-        with interrupts.held(), progress(name, rounds, resources.quiet, "steps of all envs") as advance:
+        with interrupts.once(), progress(name, rounds, resources.quiet, "steps of all envs") as advance:
             policy, curve = train(about, advance)
             folder.mkdir(parents=True, exist_ok=True)
             curve.write_csv(folder / f"learning-{about.seed}.csv")

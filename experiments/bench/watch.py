@@ -220,7 +220,7 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
         folder.enter(plan.describe())
         count = 0 if source.count is None else source.count
         with (
-            interrupts.held(),
+            interrupts.once(source.interrupt),
             _recorder(plan, folder.recording(0) if recordings else None, view=view) as recorder,
             progress(source.label(), count, quiet or not count, "frames") as advance,
         ):

@@ -20,7 +20,7 @@ from experiments.bench.run.settings import watchers
 from experiments.bench.sources import video
 from experiments.bench.sources.motion import motions
 from experiments.bench.sources.video import VideoSource, usual_size
-from experiments.bench.watch import plan
+from experiments.bench.watch import Recorder, plan
 from tests.dsnn.test_video import ARROW, CASES, written
 from tests.helpers.footage import FPS, street
 from tests.helpers.footage import film as filmed
@@ -184,15 +184,20 @@ def test_a_film_cut_short_keeps_what_there_is_and_says_so(film, capsys):
 
 
 def test_ctrl_c_ends_a_film_and_keeps_what_was_seen(film, monkeypatch):
-    frames = []
+    frames, see = [], Recorder.see
 
-    def check():
+    def fiftieth(recorder, showing):
+        see(recorder, showing)
         frames.append(1)
         if len(frames) == 50:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(interrupts, "check", check)
-    assert main.command(["watch", str(film), "--no-view", "-q", "--out", "out"]) == 128 + signal.SIGINT
+    monkeypatch.setattr(Recorder, "see", fiftieth)
+    before = signal.signal(signal.SIGINT, interrupts.leave)
+    try:
+        assert main.command(["watch", str(film), "--no-view", "-q", "--out", "out"]) == 128 + signal.SIGINT
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert pl.read_parquet("out/frames.parquet").height == 50
     assert [path.name for path in Path("out/recordings").iterdir()] == ["trial-0000.rrd"]
 

@@ -51,7 +51,7 @@ def view(
         return _view_scene(str(first))
     if not web and screenshot is None:
         viewer.require_screen(f"view {first}: ", "use --web")
-    with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
+    with interrupts.once(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         if len(paths) == 2:
             title, data = side_by_side(first, paths[1], trial)
             error_console.print(title, soft_wrap=True)
@@ -63,7 +63,7 @@ def view(
         if not files:
             raise UsageError(f"{first}: no such file, or no .rrd recordings in it")
         if screenshot is None:
-            return viewer.show(files, web=web, instead="use --web")
+            return viewer.show(files, web=web)
         if screenshot.suffix != ".png":
             raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
         viewer.screenshot(files[0], screenshot)

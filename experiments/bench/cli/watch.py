@@ -135,14 +135,9 @@ def write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter
     entry = find_stimulus(name)
     collected = settings.collect(texts, {entry.name: entry.params}, f"colias list parameters {name}")
     clip = clip_of(entry, collected.get(entry.name, {}), jitter).open(seed)
-    # Ctrl-C waits for the end of a frame, so that half-written files are removed.
-    with interrupts.held(), progress(entry.name, len(clip), quiet=False, things="frames") as advance:
-
-        def next_frame() -> None:
-            interrupts.check()
-            advance()
-
-        table = clip_file.write(clip.stimulus, out, next_frame)
+    # half-written files are removed
+    with interrupts.once(), progress(entry.name, len(clip), quiet=False, things="frames") as advance:
+        table = clip_file.write(clip.stimulus, out, advance)
     rows, columns = clip.shape
     about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
     show_places({"clip": f"{out}  ({about})", "truth": table})

@@ -16,7 +16,6 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
-from experiments.bench.run import interrupts
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.user_code import of_users, traced
 
@@ -108,7 +107,6 @@ class Workers:
 
 class _Here(Executor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        interrupts.check()
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -120,14 +118,11 @@ class _Here(Executor):
 @contextlib.contextmanager
 def open_workers(count: int, cluster: str | None = None) -> Iterator[Workers]:
     """Yield ``count`` worker processes (0: none), or the cluster at an address, and close them after the block."""
-    # Ctrl-C waits until there is something to close.
-    with interrupts.held():
-        workers = Workers(count, cluster)
-        try:
-            interrupts.check()
-            yield workers
-        finally:
-            workers.close()
+    workers = Workers(count, cluster)
+    try:
+        yield workers
+    finally:
+        workers.close()
 
 
 def finished(
@@ -182,8 +177,7 @@ def finished(
                 if under_way:
                     break
                 workers.renew()
-        with interrupts.window():
-            done, _ = wait(under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
+        done, _ = wait(under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
         if not done:
             workers.look()
         for future in done:

@@ -16,7 +16,6 @@ import polars as pl
 from dsnn.frames import frozen
 from dsnn.pictures import read_picture
 from dsnn.video import FASTEST, Video, read_video
-from experiments.bench.run import interrupts
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Sample
@@ -165,6 +164,10 @@ class VideoSource:
         """End after the present frame."""
         self._stopped = True
 
+    def interrupt(self) -> None:
+        """End after the present frame, as Ctrl-C asks."""
+        self.interrupted = True
+
     def __iter__(self) -> Iterator[Sample]:
         before: Image | None = None
         for time_s, image, truth in self._readings:
@@ -174,10 +177,6 @@ class VideoSource:
             flow = mean_flow(before, luma) if self._flow and before is not None else None
             before = luma if self._flow else None
             yield Sample(time_s, luma, {**truth, "time_s": time_s, "flow": flow})
-            try:
-                interrupts.check()
-            except KeyboardInterrupt:
-                self.interrupted = True
             if self._stopped or self.interrupted:
                 return
         self._ended = True
