@@ -76,10 +76,7 @@ def sweep(
         str,
         typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study."),
     ],
-    over: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=V1,V2", help="An axis. KEY+KEY moves several; KEY.first, KEY.last are ends."),
-    ] = None,
+    over: options.Over = None,
     claims: Claims = None,
     measure: Annotated[
         str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-speed-count, peak-hs.")
@@ -89,7 +86,7 @@ def sweep(
     seed: options.Seed = 0,
     out: options.Out = None,
     assignments: options.Assignments = None,
-    model: Annotated[list[str] | None, typer.Option(metavar="MODEL", help="A model judged, otherwise dsnn.")] = None,
+    model: options.Models = None,
     pictures: options.OwnPictures = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
@@ -156,10 +153,7 @@ def fit(
     experiment: Annotated[
         str, typer.Argument(help="Experiments, joined by commas; a fit that ships; leaderboard or tuning.")
     ],
-    over: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=A..B", help="A free parameter: KEY=A..B, KEY=V1,V2, or KEY in its whole range."),
-    ] = None,
+    over: options.Over = None,
     claims: Claims = None,
     trials: Annotated[
         int | None, typer.Option(min=1, help="Settings to search, in whole batches of twice --share; otherwise 400.")
@@ -171,7 +165,6 @@ def fit(
         list[str] | None, typer.Option(metavar="NAME", help="slack, kept, a measure, a column. Several: a front.")
     ] = None,
     minimise: Annotated[list[str] | None, typer.Option(metavar="NAME", help="A measure to make small.")] = None,
-    sampler: Annotated[str | None, typer.Option(help="tpe (otherwise) or random.")] = None,
     repeats: Annotated[int | None, typer.Option(min=1, help="Trials of each condition in search and sample.")] = None,
     replicates: options.Replicates = None,
     seed: options.Seed = 0,
@@ -196,7 +189,7 @@ def fit(
     from experiments.studies import FITS
 
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
-                               "sampler": sampler, "search_repeats": repeats}  # fmt: skip
+                               "search_repeats": repeats}  # fmt: skip
     given = {name: value for name, value in numbers.items() if value is not None}
     if experiment in FITS:
         if over or claims or assignments or model or maximise or minimise:

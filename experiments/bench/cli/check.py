@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED
+from experiments.bench.cli import options
 from scenes import ARENAS, arena_name
 
 MOST_US = 1000.0
@@ -46,7 +46,7 @@ def check(
     broken = sum(map(bool, troubles.values()))
     summary = f"breaks {count(broken, 'law')} of {len(laws)}" if broken else f"keeps all {len(laws)} laws"
     out_console.print(f"{label} {summary}", markup=False)
-    return EXIT_FAILED if broken else 0
+    return options.EXIT_FAILED if broken else 0
 
 
 def _subject(text: str) -> tuple[str, tuple[Any, ...], Any]:

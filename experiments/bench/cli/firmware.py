@@ -7,12 +7,8 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Out, Quiet, Repeats, Seed, Workers, resources, run_folder
+from experiments.bench.cli import options
 
-Sets = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of colias firmware parameters. Repeatable."),
-]
 Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="A new or an empty folder.")]
 
 app = typer.Typer(
@@ -23,10 +19,8 @@ app = typer.Typer(
 
 @app.command(short_help="Measure RAM, flash and instructions on the chip.")
 def budget(
-    assignments: Sets = None,
-    over: Annotated[
-        list[str] | None, typer.Option(metavar="KEY=V1,V2", help="Measure all combinations of values. Repeatable.")
-    ] = None,
+    assignments: options.Assignments = None,
+    over: options.Over = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the whole table there too, as CSV.")] = None,
 ) -> int:  # fmt: skip
     """Build the chip's program, measure its memory, and count its instructions in QEMU.
@@ -72,7 +66,7 @@ def budget(
 
 
 @app.command(short_help="Compare the chip's program in QEMU with the network here, bit for bit.")
-def check(assignments: Sets = None) -> int:
+def check(assignments: options.Assignments = None) -> int:
     """Run the chip's program in QEMU on over 1,000 frames, and compare every HS, VS and spike with the host's.
 
     Exit status 1: a response differs.
@@ -91,18 +85,18 @@ def check(assignments: Sets = None) -> int:
         show(wrong.head(1), "first difference")
     verdict = "not equal" if wrong.height else "equal"
     out_console.print(f"{verdict}: {table.height:,} frames. {qemu.versions()}", soft_wrap=True)
-    return EXIT_FAILED if wrong.height else 0
+    return options.EXIT_FAILED if wrong.height else 0
 
 
 @app.command(short_help="Run an experiment whose observer has the emulated chip.")
 def loop(
     experiment: Annotated[str, typer.Argument(help="A robot experiment that colias list shows, or a .py file.")],
-    repeats: Repeats = None,
-    seed: Seed = 0,
-    out: Out = None,
-    assignments: Sets = None,
-    workers: Workers = None,
-    quiet: Quiet = False,
+    repeats: options.Repeats = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    workers: options.Workers = None,
+    quiet: options.Quiet = False,
 ) -> int:
     """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the network here.
 
@@ -115,23 +109,23 @@ def loop(
 
     declared = registry.load(experiment)
     planned = trials.plan(declared, looping.models(), looping.assignments(assignments or ()), repeats, seed)
-    folder = run_folder(out, f"firmware-{declared.name}")
-    report = trials.run(planned, folder, resources(workers, None, quiet), recordings=False)
+    folder = options.run_folder(out, f"firmware-{declared.name}")
+    report = trials.run(planned, folder, options.resources(workers, None, quiet), recordings=False)
     if not quiet:
         tables.show_trials(report)
     if report.failures.height:
-        return EXIT_FAILED
+        return options.EXIT_FAILED
     table, wrong = looping.compare(folder)
     if wrong.height:
         show(wrong.head(1), "first difference")
     out_console.print(f"{'not equal' if wrong.height else 'equal'}: {table.height:,} frames of chip and host")
-    return EXIT_FAILED if wrong.height else 0
+    return options.EXIT_FAILED if wrong.height else 0
 
 
 @app.command(short_help="Write a folder that builds the network for the robot.")
 def export(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A new or an empty folder.")],
-    assignments: Sets = None,
+    assignments: options.Assignments = None,
 ) -> int:
     """Write C sources, the header of the parameters, a linker script, an example main.c, a Makefile and one page.
 
@@ -179,7 +173,7 @@ def decode(
     time = "cycles were not counted" if took is None else f"worst frame: {took:.2f} ms of {limit:.2f}"
     out_console.print(f"{time}; stack: {'unknown' if stack is None else f'{stack:,} B'} used, without interrupts")
     show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
-    return EXIT_FAILED if missing else 0
+    return options.EXIT_FAILED if missing else 0
 
 
 @app.command(short_help="Write a run with the robot as the log that a robot would have sent.")
@@ -194,17 +188,6 @@ def log(
     _check_empty(out)
     command = import_log.write(load(run), out)
     show_places({"log": out / import_log.LOG, "import by": command})
-    return 0
-
-
-@app.command(short_help="List the parameters that --set reaches here.")
-def parameters() -> int:
-    """List every parameter of dsnn-onboard and of the chip: key, default, legal range, meaning."""
-    from experiments.bench.cli.see import show_parameters
-    from experiments.bench.robot_side import chip
-    from experiments.bench.run.settings import described
-
-    show_parameters(described(chip.sections()))
     return 0
 
 

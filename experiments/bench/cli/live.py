@@ -6,10 +6,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import Assignments, Models, Only, Seed, experiment_names
-
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
-"""Hosts that only this machine reaches."""
+from experiments.bench.cli import options
 
 
 def live(
@@ -17,14 +14,14 @@ def live(
         str,
         typer.Argument(
             help="Begin with its first condition in a loop: a name that colias list shows, or a .py file.",
-            autocompletion=experiment_names,
+            autocompletion=options.experiment_names,
             show_default=False,
         ),
     ] = "",
-    model: Models = None,
-    only: Only = False,
-    assignments: Assignments = None,
-    seed: Seed = 0,
+    model: options.Models = None,
+    only: options.Only = False,
+    assignments: options.Assignments = None,
+    seed: options.Seed = 0,
     footage: Annotated[
         str | None,
         typer.Option(metavar="FILE|CAMERA", help="Show a video file, or a camera (its index from 0), not the arena."),
@@ -37,11 +34,7 @@ def live(
             help="Begin with the observer driven by it: a name that colias list shows, a .py file or a .npz.",
         ),
     ] = "",
-    host: Annotated[
-        str, typer.Option(help="Where the page listens. Anything but this machine itself is protected by nothing.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page.")] = 8099,
-    dark: Annotated[bool, typer.Option("--dark", help="Begin with a dark page.")] = False,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page, on this machine.")] = 8099,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
 ) -> int:
     r"""Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
@@ -70,9 +63,6 @@ def live(
         raise UsageError("colias live needs viser: run 'sh tools/setup.sh --live', or install colias-sim[live]")
     if footage is not None and (given := experiment or behaviour):
         raise UsageError(f"--footage {footage}: has no arena for {given}; give one of the two")
-    if host not in LOOPBACK:
-        warning = f"warning: whoever reaches {host} can drive the page and write runs here; nothing protects it"
-        error_console.print(warning, soft_wrap=True, markup=False)
 
     from experiments.bench.live.page import Page
     from experiments.bench.live.session import ArenaSession, FootageSession
@@ -86,7 +76,7 @@ def live(
         session = FootageSession(footage, shown_models(["dsnn"], model, only), assignments or ())
         for note in session.notes():
             error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-    page = Page(session, host, port, dark=dark)
+    page = Page(session, port)
     out_console.print(f"{page.address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
     if browser:
         webbrowser.open(page.address)

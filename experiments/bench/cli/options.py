@@ -32,7 +32,7 @@ def experiment_names(incomplete: str) -> list[str]:
 
 
 Assignments = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of colias list parameters.")
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter (colias list parameters).")
 ]
 Cluster = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, tcp://HOST:PORT.")]
 For = Annotated[
@@ -40,7 +40,11 @@ For = Annotated[
 ]
 Models = Annotated[
     list[str] | None,
-    typer.Option("--model", metavar="MODEL", help="A further model: a name, NAME:PARAM=VALUE or a .py file."),
+    typer.Option("--model", metavar="MODEL", help="A model: a name, NAME:PARAM=VALUE or a .py file. Repeatable."),
+]
+Over = Annotated[
+    list[str] | None,
+    typer.Option(metavar="KEY=V1,V2", help="Move a parameter over these values; of a fit also KEY=A..B. Repeatable."),
 ]
 Only = Annotated[bool, typer.Option("--only", help="Show the models of --model alone.")]
 Out = Annotated[

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Assignments, Out, Quiet, run_folder
+from experiments.bench.cli import options
 
 
 def import_log(
@@ -20,12 +20,10 @@ def import_log(
         list[str] | None,
         typer.Option(metavar="MODEL", help="What the robot ran; otherwise what the log says, or dsnn. Repeatable."),
     ] = None,
-    model: Annotated[
-        list[str] | None, typer.Option(metavar="MODEL", help="Show the frames to this model. Repeatable.")
-    ] = None,
-    assignments: Assignments = None,
-    out: Out = None,
-    quiet: Quiet = False,
+    model: options.Models = None,
+    assignments: options.Assignments = None,
+    out: options.Out = None,
+    quiet: options.Quiet = False,
 ) -> int:  # fmt: skip
     """Make a run of what a real Colias has sent, with the tables, figure and verdicts of a simulated one.
 
@@ -38,12 +36,12 @@ def import_log(
     from experiments.bench.robot_side import import_log as importing
 
     declared = registry.load(experiment)
-    folder = run_folder(out, f"{declared.name}-measured")
+    folder = options.run_folder(out, f"{declared.name}-measured")
     plan, trials = importing.plan(declared, log, frames, ran or (), model or (), assignments or ())
     report = importing.run(plan, trials, log, folder, quiet=quiet)
     if not quiet:
         tables.show_trials(report)
-    return EXIT_FAILED if report.failures.height else 0
+    return options.EXIT_FAILED if report.failures.height else 0
 
 
 def camera(

@@ -13,8 +13,7 @@ from experiments.bench.cli import options
 
 REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
 """Commands and calls whose runs can be repeated."""
-NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "live": False, "viewer": None,
-                                      "view": False}  # fmt: skip
+NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "live": False, "view": False}
 """Options that say nothing of a run's numbers."""
 
 
@@ -36,7 +35,6 @@ def run(
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
     live: Annotated[bool, typer.Option("--live", help="Show trials in a Rerun viewer while they run.")] = False,
-    viewer: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="The address of that viewer.")] = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -64,7 +62,7 @@ def run(
     declared = registry.find(experiment)
     means = options.resources(workers, cluster, quiet)
     done = perform(
-        declared, options.run_folder(out, declared.name), means, recordings=recordings, live=viewer or live,
+        declared, options.run_folder(out, declared.name), means, recordings=recordings, live=live,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
         pictures=options.own_pictures(pictures),
     )  # fmt: skip
@@ -142,12 +140,10 @@ def behave(
     env: Annotated[str | None, typer.Option(help="Avoidance, Fixation, Optomotor or Pursuit.")] = None,
     episodes: Annotated[int, typer.Option(help="Episodes of each behaviour, at as many seeds.")] = 20,
     seed: options.Seed = 0,
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="An argument of the env: robots=5.")
-    ] = None,
+    assignments: options.Assignments = None,
     baselines: Annotated[bool, typer.Option(help="Play the baselines in the same worlds too.")] = True,
     out: options.Out = None,
-    recordings: Annotated[bool, typer.Option(help="Write recordings of the first behaviour's episodes.")] = True,
+    recordings: options.Recordings = True,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -156,8 +152,9 @@ def behave(
     """Play behaviours' episodes, and those of their baselines in the same worlds, and score them with intervals.
 
     Behaviours and groups are those of colias list behaviours; a policy (.npz) plays under the eye, wheels and
-    randomisation that it was trained with. Equal seeds are equal worlds, whoever plays in them. Where collisions
-    count, behaviours are compared with the first one.
+    randomisation that it was trained with. --set sets an argument of the env: robots=5. Equal seeds are equal worlds,
+    whoever plays in them. Where collisions count, behaviours are compared with the first one, whose episodes are
+    recorded.
     """
     from colias_sim.envs import ENVS
     from experiments.bench import behave as behaving
@@ -185,10 +182,7 @@ def train(
     seed: options.Seed = 0,
     envs: Annotated[int, typer.Option(min=1, max=64, help="Envs that are stepped together.")] = 8,
     seeds: Annotated[int, typer.Option(min=1, max=100, help="Training seeds, from --seed up.")] = 1,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="camera, robot, noise or randomise: camera=ov7670."),
-    ] = None,
+    assignments: options.Assignments = None,
     out: options.Out = None,
     workers: options.Workers = None,
     medium: options.For = "web",
@@ -198,7 +192,8 @@ def train(
 
     Needs stable-baselines3 and PyTorch (make train sets them up). The folder gets policy-SEED.npz and
     learning-SEED.csv of each training seed, and a run of the episodes that judged it, in worlds not trained in. On
-    one version of PyTorch, equal seeds, --steps and --envs give equal policies. colias behave FILE plays one.
+    one version of PyTorch, equal seeds, --steps and --envs give equal policies. colias behave FILE plays one. --set
+    sets camera, robot, noise or randomise: camera=ov7670.
     """
     from experiments.bench import train as training
     from experiments.bench.report import behaviours

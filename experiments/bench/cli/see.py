@@ -34,8 +34,8 @@ def view(
 ) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
 
-    A trial of a run stands beside the trial of a second one that has the same seed and condition, on one timeline. The
-    viewer ends with this command. --screenshot shows the middle of the recording, and needs no screen.
+    A trial of a run stands beside that of the same number of a second one, on one timeline. The viewer ends with this
+    command. --screenshot shows the middle of the recording, and needs no screen.
     """
     from experiments.bench.cli.beside import side_by_side
     from experiments.bench.report.terminal import error_console
@@ -102,11 +102,9 @@ def video(
     fps: Annotated[float | None, typer.Option(help="Frames a second; otherwise all; in a GIF 12.5 at most.")] = None,
     speed: Annotated[float, typer.Option(help="Seconds of the recording in a second of the video.")] = 1.0,
     frames: Annotated[int | None, typer.Option(help="Moments of a strip, 1 to 12; otherwise 6.")] = None,
-    model: Annotated[list[str] | None, typer.Option(metavar="MODEL", help="Show this model, of several.")] = None,
+    model: options.Models = None,
     caption: Annotated[str | None, typer.Option(help="Text at the top.")] = None,
-    assignments: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME.PARAM=VALUE", help="Set a parameter of a stimulus.")
-    ] = None,
+    assignments: options.Assignments = None,
     seed: options.Seed = 0,
     jitter: options.Jitter = 0.0,
     quiet: options.Quiet = False,
@@ -175,13 +173,10 @@ def _write_pictures(recorded: Path, out: Path) -> None:
 def list_names(
     kind: Annotated[
         str | None,
-        typer.Argument(
-            help="experiments, studies, fits, models, scenes, presets, stimuli, envs, behaviours, claims, parameters"
-            " or runs; otherwise all but the last two."
-        ),
+        typer.Argument(help=f"{', '.join(KINDS)}, parameters or runs; otherwise all but the last two."),
     ] = None,
     of: Annotated[
-        str | None, typer.Argument(help="The experiment or stimulus of parameters; the folder of runs.")
+        str | None, typer.Argument(help="Of parameters the experiment, a stimulus or firmware; the folder of runs.")
     ] = None,
     model: options.Models = None,
     only: options.Only = False,
@@ -262,23 +257,13 @@ def _names(kind: str) -> Mapping[str, str]:
     return {name: entry.summary for name, entry in entries.items()}
 
 
-def show_parameters(rows: Iterable[Parameter]) -> None:
-    """Print parameters: key, value, legal range, unit, meaning."""
+def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
+    """Print the parameters of an experiment with the robot, of a stimulus, or of the chip's program."""
     from rich.text import Text
 
-    from experiments.bench.report.terminal import show_line
-
-    for row in rows:
-        notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
-        legal = f"  ({notes})" if notes else ""
-        show_line(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")), 8)
-        show_line(f"    {row.description}", 4)
-
-
-def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
-    """Print the parameters of an experiment with the robot, or of a stimulus."""
     from dsnn.stimuli import STIMULI
     from experiments.bench import registry
+    from experiments.bench.report.terminal import show_line
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import described
     from experiments.bench.run.user_code import declares, is_file
@@ -287,10 +272,19 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
 
     if name in STIMULI or (is_file(name) and declares(Path(name), "STIMULUS")):
         entry = find_stimulus(name)
-        show_parameters(described({entry.name: entry.params}))
+        rows: Iterable[Parameter] = described({entry.name: entry.params})
+    elif name == "firmware":
+        from experiments.bench.robot_side import chip
+
+        rows = described(chip.sections())
     else:
         declared = registry.load(name)
-        show_parameters(parameters(declared, shown_models(declared.models, models, only)))
+        rows = parameters(declared, shown_models(declared.models, models, only))
+    for row in rows:
+        notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
+        legal = f"  ({notes})" if notes else ""
+        show_line(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")), 8)
+        show_line(f"    {row.description}", 4)
     return 0
 
 

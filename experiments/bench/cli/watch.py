@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Jitter, Models, Only, Out, Quiet, Seed, run_folder
+from experiments.bench.cli import options
 from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
@@ -22,12 +22,9 @@ def watch(
     source: Annotated[
         str, typer.Argument(help="A video, a camera's index from 0, a folder of pictures or a stimulus.")
     ],
-    model: Models = None,
-    only: Only = False,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter of a model or of the stimulus. Repeatable."),
-    ] = None,
+    model: options.Models = None,
+    only: options.Only = False,
+    assignments: options.Assignments = None,
     size: Annotated[
         str | None, typer.Option(metavar="WxH", help="What models see; otherwise 320 px along the longer side.")
     ] = None,
@@ -35,16 +32,16 @@ def watch(
         str | None, typer.Option(metavar="real|NUMBER", help="Rate of the models; otherwise 30, whatever the source's.")
     ] = None,
     seconds: Annotated[float | None, typer.Option(help="How much to show; otherwise all.")] = None,
-    seed: Seed = 0,
-    jitter: Jitter = 0.0,
+    seed: options.Seed = 0,
+    jitter: options.Jitter = 0.0,
     judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 by optical flow; takes longer.")] = False,
-    out: Out = None,
-    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording.")] = True,
+    out: options.Out = None,
+    recordings: options.Recordings = True,
     view: Annotated[
         bool | None,
         typer.Option("--view/--no-view", help="Stream to a Rerun viewer; otherwise where there is a screen."),
     ] = None,
-    quiet: Quiet = False,
+    quiet: options.Quiet = False,
 ) -> int:
     """Show a video, a camera, pictures or a stimulus to models, a step a frame, and say when what moved which way.
 
@@ -67,13 +64,13 @@ def watch(
         source, model or (), assignments or (), only=only, size=(int(size_px[1]), int(size_px[2])) if size else None,
         fps=fps, seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
     )  # fmt: skip
-    folder = run_folder(out, "watch")
+    folder = options.run_folder(out, "watch")
     wanted = has_screen() if view is None else view
     report = watching.run(plan, folder, recordings=recordings, view=wanted, quiet=quiet)
     if not quiet:
         show(plan, report)
     failed = report.failures.height or report.description[watching.EARLY]
-    return interrupts.STATUS if plan.source.interrupted else EXIT_FAILED if failed else 0
+    return interrupts.STATUS if plan.source.interrupted else options.EXIT_FAILED if failed else 0
 
 
 def show(plan: WatchPlan, run: Run) -> None:

@@ -24,14 +24,11 @@ from dsnn.model import SPIKING
 from experiments.bench.live.session import ROBOTS
 from experiments.bench.report.palette import colours
 from experiments.bench.run.play import ModelRunner
-from experiments.bench.run.record import mixed, rgb, to_hex
 from scenes import ARENA_RADIUS_CM
 
 SHOWN_FRAMES = 180
 """Frames of the running traces."""
 GREY, GHOST = "#8c8c8c", "#b9a88a"
-LIGHTER = 0.5
-"""Share of white in the colours on a dark page: the darkest hues could not be told from it."""
 LEAST = (0.3, 2.0)
 """The least ends of the scales of potentials and of spikes."""
 DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
@@ -54,12 +51,10 @@ class Traces:
         The models.
     interval_s
         Time between two frames.
-    dark
-        Whether the page is dark.
     """
 
-    def __init__(self, gui: viser.GuiApi, runners: Sequence[ModelRunner], interval_s: float, *, dark: bool) -> None:
-        self._runners, self.dark = runners, dark
+    def __init__(self, gui: viser.GuiApi, runners: Sequence[ModelRunner], interval_s: float) -> None:
+        self._runners = runners
         self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * interval_s
         channels = [(one.label, name) for one in runners for name in one.chosen.channels]
         blank = [0.0] * SHOWN_FRAMES
@@ -85,8 +80,6 @@ class Traces:
 
     def _series(self) -> list[tuple[uplot.Series, ...]]:
         tints = colours(runner.label for runner in self._runners)
-        if self.dark:
-            tints = {label: to_hex(mixed(rgb(tint), (255, 255, 255), LIGHTER)) for label, tint in tints.items()}
         x, lines, counts = uplot.Series(label="s"), *(
             [
                 uplot.Series(label=f"{label} {name.upper()}{what}", stroke=tints[label], width=2, dash=DASHES[name])
@@ -139,7 +132,7 @@ class Traces:
         self.paint()
 
     def paint(self) -> None:
-        """Colour the traces for a light or a dark page."""
+        """Draw the traces with their names and colours anew."""
         for plot, data, series in zip(self._plots, self._curves(), self._series(), strict=True):
             plot.data, plot.series = data, series
 

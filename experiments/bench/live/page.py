@@ -84,21 +84,17 @@ class Page:
     ----------
     session
         What it shows.
-    host, port
-        Where it listens.
-    dark
-        Whether it begins dark.
+    port
+        Where it listens, on this machine.
     """
 
-    def __init__(
-        self, session: ArenaSession | FootageSession, host: str = "127.0.0.1", port: int = 8099, *, dark: bool = False
-    ) -> None:
-        self.session, self.paused, self.pace, self.dark = session, False, 1.0, dark
+    def __init__(self, session: ArenaSession | FootageSession, port: int = 8099) -> None:
+        self.session, self.paused, self.pace = session, False, 1.0
         self._steps, self._map, self._settling = 0, NONE, 0
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._controls: list[tuple[Any, Callable[[], Any]]] = []
         with contextlib.redirect_stdout(io.StringIO()):  # its banner: the command prints the address
-            self.server = viser.ViserServer(host, port, label="colias live", verbose=False)
+            self.server = viser.ViserServer("127.0.0.1", port, label="colias live", verbose=False)
         self.address = f"http://{self.server.get_host()}:{self.server.get_port()}"
         self.scene: Scene | None = None
         self._film: Any = None
@@ -176,7 +172,7 @@ class Page:
     def _build(self) -> None:
         """Add what is there throughout."""
         gui, ask, follow, session = self.server.gui, self.ask, self.follow, self.session
-        gui.configure_theme(dark_mode=self.dark, show_logo=False, show_share_button=False)
+        gui.configure_theme(show_logo=False, show_share_button=False)
         panel = gui.add_panel()
         with panel.add_tab("Network"):
             self._status = gui.add_markdown("")
@@ -203,7 +199,6 @@ class Page:
             pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
             pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1", hint="seconds shown for each second")
             maps = gui.add_dropdown("layer map", (NONE, *MAPS), hint="of the first model, in place of the frame")
-            dark = gui.add_checkbox("dark", self.dark)
             record = gui.add_button("record", hint="C: a run of what was done since the beginning")
         pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
         record.on_click(lambda _: ask(self.record))
@@ -213,7 +208,6 @@ class Page:
             lambda: next(name for name, rate in RATES.items() if rate == self.pace),
         )
         follow(maps, self.set_map, lambda: self._map)
-        follow(dark, self._set_dark, lambda: self.dark)
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
             ("pause or go on", "space", partial(self.time, "pause")), ("one frame", "N", partial(self.time, "step")),
             ("begin again", "R", partial(self.time, "again")), ("record", "C", self.record),
@@ -306,12 +300,6 @@ class Page:
         self.session.change(model, name, text)
         self.traces.freeze()
 
-    def _set_dark(self, dark: bool) -> None:
-        self.dark = dark
-        self.server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
-        self.traces.dark = dark
-        self.traces.paint()
-
     def set_map(self, name: str) -> None:
         """Show a layer map of the first model in place of the frame."""
         if name != NONE:
@@ -375,7 +363,7 @@ class Page:
         self.follow(first, lambda name: self.set_models((name, *session.models[1:])), lambda: session.models[0])
         self.follow(second, lambda name: self.set_models((session.models[0], name)), lambda: (*session.models, NONE)[1])
         with self._plots:
-            self.traces = Traces(gui, session.runners, session.interval_s, dark=self.dark)
+            self.traces = Traces(gui, session.runners, session.interval_s)
 
     def _picture(self, sample: Sample) -> npt.NDArray[np.uint8]:
         """Return the camera's frame, or the chosen map of the first model that has it, about a middle grey."""

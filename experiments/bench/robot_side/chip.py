@@ -15,7 +15,7 @@ from experiments.bench.run.settings import changed, collect
 MODEL, CHIP = "dsnn-onboard", "chip"
 ALIAS = "dsnn."
 """``--set dsnn.n_con=4`` is short for ``dsnn-onboard.n_con=4`` here."""
-LISTED_BY = "colias firmware parameters"
+LISTED_BY = "colias list parameters firmware"
 CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
 

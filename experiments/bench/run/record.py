@@ -590,11 +590,6 @@ def rgb(colour: str) -> Colour:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-def to_hex(colour: Colour) -> str:
-    """Return three numbers from 0 to 255 as ``#rrggbb``."""
-    return "#{:02x}{:02x}{:02x}".format(*colour)
-
-
 def mixed(colour: Colour, other: Colour, share: float) -> Colour:
     """Return a colour with a ``share`` of another in it."""
     red, green, blue = (round((1 - share) * part + share * more) for part, more in zip(colour, other, strict=True))

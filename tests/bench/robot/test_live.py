@@ -6,6 +6,7 @@ import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -136,16 +137,13 @@ def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
         assert not [view.reports for view in state.views if view.reports]
 
 
-def test_a_run_streams_its_trials(colias, tmp_path):
-    """From the command line to a program that listens, with its numbers those of a run without."""
-    small = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "-q")
+def test_a_run_streams_its_trials(tmp_path):
+    """To a program that listens, with its numbers those of a run without."""
+    small: dict[str, Any] = {"settings": {"experiment.speeds_cm_s": "30"}, "repeats": 1, "workers": 0, "quiet": True}
     with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
-        done = colias(*small, "--viewer", address, "--no-recordings", "--out", "live")
-        assert done.returncode == 0, done.stderr
-        live = experiments.load(colias.folder / "live")
+        live = experiments.run("speed", **small, live=address, recordings=False, out=tmp_path / "live")
         path = ended(process, tmp_path / "live.rrd", ["/models/dsnn/hs"], len(live.frames))
-    assert colias(*small, "--no-recordings", "--out", "plain").returncode == 0
-    plain = experiments.load(colias.folder / "plain")
+    plain = experiments.run("speed", **small, recordings=False, out=tmp_path / "plain")
     assert live.frames.equals(plain.frames)
     hs = column(path, "/models/dsnn/hs", "Scalars:scalars")
     np.testing.assert_array_equal(hs[:, 0], live.frames["hs"].to_numpy())
