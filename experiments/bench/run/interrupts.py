@@ -61,4 +61,5 @@ def once(action: Callable[[], None] = _raise) -> Iterator[None]:
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, leave)
+        if signal.getsignal(signal.SIGINT) is heed:  # otherwise it was done, and the command is about to end
+            signal.signal(signal.SIGINT, leave)

@@ -21,7 +21,7 @@ import polars as pl
 from colias_sim import GLUnavailable
 from dsnn import forms
 from experiments.bench.report.terminal import count, error_console, progress
-from experiments.bench.run import interrupts, provenance
+from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, rate_notes
@@ -177,8 +177,7 @@ class Batch(Generic[AnySpec]):
             self._say(f"note: {note}")
         left = [spec for spec in self.specs if spec.index not in done]
         whole = sum(map(self.size, left))
-        bar = progress(self.name, len(left), resources.quiet, self.things, whole=whole)
-        with interrupts.once(), bar as advance:
+        with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
             try:
                 self._play(left, folder, pool, advance)
             except BaseException:

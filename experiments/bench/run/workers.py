@@ -16,6 +16,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
+from experiments.bench.run import interrupts
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.user_code import of_users, traced
 
@@ -118,11 +119,12 @@ class _Here(Executor):
 @contextlib.contextmanager
 def open_workers(count: int, cluster: str | None = None) -> Iterator[Workers]:
     """Yield ``count`` worker processes (0: none), or the cluster at an address, and close them after the block."""
-    workers = Workers(count, cluster)
-    try:
-        yield workers
-    finally:
-        workers.close()
+    with interrupts.once():
+        workers = Workers(count, cluster)
+        try:
+            yield workers
+        finally:
+            workers.close()
 
 
 def finished(
