@@ -1,7 +1,6 @@
 """Everything that docs/reinforcement-learning.md shows runs as it is pasted; `tests.helpers.chapters` says how."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -33,31 +32,3 @@ def test_the_agent_in_pytorch_learns_too(tmp_path, monkeypatch):
 
     scores = cleanrl_style.train(cleanrl_torch.TorchAgent, ["--updates", "4"])
     assert scores[-1] > scores[0] + 0.2
-
-
-CALLS = """
-import sys
-import gymnasium as gym
-import numpy as np
-import torch
-
-def make():
-    env = gym.wrappers.FlattenObservation(gym.make(sys.argv[1]))
-    return gym.wrappers.TransformObservation(env, lambda seen: np.clip(seen, -10, 10))
-
-envs = gym.vector.SyncVectorEnv([make], autoreset_mode=gym.vector.AutoresetMode.SAME_STEP)
-seen, _ = envs.reset(seed=1)
-seen, *_ = envs.step(envs.action_space.sample())
-print(__name__, torch.get_num_threads(), seen.shape)
-"""
-"""How CleanRL's file for continuous actions makes its envs."""
-
-
-@pytest.mark.parametrize(("env", "shape"), [("mine/Optomotor-v0", 7), ("colias_sim:colias_sim/Optomotor-v0", 72 * 99)])
-def test_a_file_that_calls_gymnasium_as_cleanrl_does_runs(env, shape, tmp_path):
-    pytest.importorskip("torch")
-    (tmp_path / "run_cleanrl.py").write_text(titled("run_cleanrl.py"), encoding="utf-8")
-    (tmp_path / "calls.py").write_text(CALLS)
-    done = subprocess.run([sys.executable, "run_cleanrl.py", "calls.py", env], cwd=tmp_path, capture_output=True,
-                          text=True, check=False)  # fmt: skip
-    assert done.stdout == f"__main__ 1 (1, {shape})\n", done.stderr

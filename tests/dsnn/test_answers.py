@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 import sys
 from pathlib import Path
 
@@ -24,18 +23,6 @@ from experiments.bench.sources.clips import OfflineExperiment
 changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
 """
-NAN = "Response(hs=float('nan'))"
-BAD = {
-    "nan": (NAN, "hs is nan"),
-    "inf": ("Response(vs=float('-inf'))", "vs is -inf"),
-    "half": ("Response(hs_spikes=1.5)", "hs_spikes is 1.5"),
-    "vector": ("Response(hs=np.zeros(3))", "hs is "),
-    "text": ("Response(hs='0.3')", "hs is "),
-    "nothing": ("None", "NoneType"),
-    "raises": ("1 / 0", "ZeroDivisionError"),
-    "late": (f"Response() if self.frame < 5 else {NAN}", "in frame 4, hs is nan"),
-}
-MUTATING = "frame.__setitem__(slice(None), 0)"
 
 
 def options(folder: Path, *models: str) -> list[str]:
@@ -46,26 +33,6 @@ def rows_of(folder: Path, model: str, table: str = "trials") -> list[dict]:
     """The rows of one model, without what a clock or another model decides."""
     rows = pl.read_parquet(folder / f"{table}.parquet").to_dicts()
     return [{k: v for k, v in row.items() if k != "wall_s"} for row in rows if row["model"] == model]
-
-
-def test_bad_models_lose_their_own_part_alone(colias, tmp_path):
-    (tmp_path / "trial.py").write_text(CLIP)
-    arguments = (*SMALL, "--no-recordings")
-    alone = colias(*arguments, "--model", "dsnn")
-    assert alone.returncode == 0, alone.stderr
-    mine = [write_model(tmp_path, name, answer) for name, (answer, _) in BAD.items()]
-    blinding = write_model(tmp_path, "blinding", MUTATING)
-    done = colias(*arguments[:-3], "both", *arguments[-2:], *options(tmp_path, "dsnn", *mine, blinding))
-    assert done.returncode == 1, done.stderr
-    reasons = {f["model"]: f["reason"] for f in json.loads((tmp_path / "both" / "failures.json").read_text())}
-    assert reasons.keys() == BAD.keys() | {"blinding"}
-    for name, (_, reason) in BAD.items():
-        assert reason in reasons[name]
-    assert "read-only" in reasons["blinding"]
-    for table in ("trials", "frames"):
-        whole = rows_of(tmp_path / "both", "dsnn", table)
-        assert whole and whole == rows_of(tmp_path / "out", "dsnn", table)
-        assert {row["model"] for row in pl.read_parquet(tmp_path / "both" / f"{table}.parquet").to_dicts()} == {"dsnn"}
 
 
 def test_what_a_model_is_is_what_its_entry_declares(colias, tmp_path):

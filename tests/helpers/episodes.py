@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
-import numpy as np
 import polars as pl
 
-from colias_sim import Pose
-from dsnn import Response
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.sources.episode_scores import verdicts
-from experiments.bench.sources.episodes import EPISODES, Episode
+from experiments.bench.sources.episodes import EPISODES
 
 
 def rows(hits, misses=0, *, metres=1.0, seconds=10.0, name="mine", env=AVOIDANCE, **values):
@@ -49,18 +44,3 @@ def outcomes(played):
 def judged(**played):
     """Outcomes of the claims about Avoidance by id, of rows by the behaviour's name."""
     return outcomes([table.with_columns(model=pl.lit(name)) for name, table in played.items()])
-
-
-def episode(env, seed=0, wheels=0.3, steps=12):
-    """An episode that was kept of an env that is not there."""
-    stub = SimpleNamespace(
-        spec=SimpleNamespace(id=env), obstacles=(), options=SimpleNamespace(observation="neural", frame_skip=1),
-        poses={"observer": Pose(0.0, 0.0, 0.0)}, wheels=np.full(2, wheels, np.float32), answer=Response(0.4, -0.1, 1),
-        model=SimpleNamespace(name="dsnn", channels=("hs", "vs"), thresholds={}),
-    )  # fmt: skip
-    kept = Episode(stub, "mine", seed)
-    for step in range(steps):
-        stub.poses = {"observer": Pose(0.01 * step, 0.0, 0.0)}
-        kept.add(1.0, {"reward_ahead": 1.0, "reward_touch": 0.0})
-    kept.touched = False
-    return kept

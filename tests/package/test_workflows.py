@@ -24,14 +24,8 @@ def unknown(command):
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
 def test_each_step_runs_make_or_somebody_elses_action(path):
     for name, job in jobs(path).items():
-        assert ("steps" in job) != ("uses" in job), name
         for step in job.get("steps", ()):
-            assert ("run" in step) != ("uses" in step), (name, step)
             assert not [word for line in step.get("run", "").splitlines() for word in unknown(line)], (name, step)
-        needs = job.get("needs", [])
-        assert set([needs] if isinstance(needs, str) else needs) <= set(jobs(path))
-        if "uses" in job:
-            assert (ROOT / job["uses"]).is_file()
 
 
 def test_the_machine_that_judges_changes_calls_the_makefile_too():

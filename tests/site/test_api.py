@@ -8,13 +8,11 @@ from pathlib import Path
 import pytest
 
 from colias_sim.envs import ENVS
-from tests.helpers.surface import CLASSES, FUNCTIONS, page
+from tests.helpers.surface import FUNCTIONS
 from tests.site import SITE
 from tools.pages import surface
 
 pytestmark = pytest.mark.site
-DOCUMENTED = {**FUNCTIONS, **CLASSES}
-SHOWN = ("Parameters", "Attributes", "Returns", "Raises")
 
 
 class Described(HTMLParser):
@@ -56,9 +54,3 @@ def test_every_public_name_has_an_anchor(pages):
     anchors = {name for document in pages.values() for name in document.sections}
     envs = {entry.entry_point.replace(":", ".") for entry in ENVS.values()}
     assert {*surface.public(), *FUNCTIONS, *envs} <= anchors
-
-
-def test_pages_show_what_is_taken_given_and_raised(pages):
-    sections = {name: titles for document in pages.values() for name, titles in document.sections.items()}
-    for name, thing in DOCUMENTED.items():
-        assert {title for title in SHOWN if page(thing)[title]} == sections[name] & set(SHOWN), name

@@ -86,6 +86,7 @@ def rows_of(record, model):
 RAISES = "self.seen = getattr(self, 'seen', -1) + 1\n        if self.seen == 5: {}"
 BREAKS = {
     "raises": "raise ValueError('odd')",
+    "writes into the frame": "frame[0, 0] = 0",
     "returns nothing": "return None",
     "returns no number": "return Response(float('nan'), 0.0, 0, 0)",
 }
@@ -102,7 +103,7 @@ def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_
     (failure,) = record.failures
     assert failure.model == "gradient"
     line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if BREAKS[kind] in text)
-    where = f'File "{path}", line {line}, in step' if BREAKS[kind].startswith("raise") else "in frame 5, "
+    where = f'File "{path}", line {line}, in step' if not BREAKS[kind].startswith("return") else "in frame 5, "
     assert where in failure.reason
 
 
