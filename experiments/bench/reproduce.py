@@ -10,7 +10,6 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -366,15 +365,13 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
         error_console.print(f"{plans.amount()}, {resources.where()}, into {folder}", soft_wrap=True, markup=False)
     begin_whole(folder, "reproduction")
     counts, failures = {}, {}
-    with ExitStack() as locks:  # a run with the robot stays locked until it is judged
-        with resources.pool() as pool:
-            filled = [_robot_trials(part, folder, pool, resources, locks) for part in plans.robot]
-            clips = [_shown(part, folder, pool, resources) for part in plans.clips]
-            played = [_played(part, folder, pool, resources) for part in plans.behaviours]
-            for name, part in plans.studies.items():
-                counts[name] = sweep.play(part, folder / name, pool, resources, name)
-                failures[name] = counts[name].failures
-        runs = [conclude(part, run) for part, run in zip(plans.robot, filled, strict=True)]
+    with resources.pool() as pool:
+        runs = [_robot_trials(part, folder, pool, resources) for part in plans.robot]
+        clips = [_shown(part, folder, pool, resources) for part in plans.clips]
+        played = [_played(part, folder, pool, resources) for part in plans.behaviours]
+        for name, part in plans.studies.items():
+            counts[name] = sweep.play(part, folder / name, pool, resources, name)
+            failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
         failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
     shows = [(part, rows(done)) for part, done in zip(plans.clips, clips, strict=True)]
@@ -393,12 +390,9 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     return result
 
 
-def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources, locks: ExitStack) -> Any:
-    batch = robot_run.batch(part, robot_run.Keep())
-    run = batch.open(folder / part.experiment.name)
-    locks.callback(run.close)
-    batch.fill(run, pool, resources)
-    return run
+def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources) -> Run:
+    with robot_run.batch(part, robot_run.Keep()).run(folder / part.experiment.name, pool, resources) as run:
+        return conclude(part, run)
 
 
 def _shown(part: OfflinePlan, folder: Path, pool: Workers, resources: Resources) -> Run:
@@ -597,20 +591,10 @@ SEEDS = 5
 """Seeds of those clips of the models' claims in which anything is random."""
 
 
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A claim of a model's own paper for one variant of the model: its name, and the labels of both models shown."""
+def asked(models: Sequence[str]) -> list[tuple[ModelClaim, str]]:
+    """Return the claims of models, with settings or without, each with the model's name; ``all``: those that have some.
 
-    claim: ModelClaim
-    name: str
-    label: str
-    than: str
-
-
-def asked(models: Sequence[str]) -> list[Asked]:
-    """Return the claims of models, with settings or without; ``all`` are all models that have some.
-
-    Raises `UsageError` for a model whose paper has no claim here.
+    A claim names the variants of the model that it is about. Raises `UsageError` for a model whose paper has no claim.
     """
     names = dict.fromkeys(name for model in models for name in (model_claims() if model == "all" else (model,)))
     found = []
@@ -620,7 +604,8 @@ def asked(models: Sequence[str]) -> list[Asked]:
             known = ", ".join(model_claims())
             raise UsageError(f"--model {name}: no claims of its own paper are written down; they are of {known}, all")
         for claim in model_claims()[base]:
-            found.append(Asked(claim, name, _with(claim.model, settings), _with(claim.than, settings)))
+            labels = {"model": _with(claim.model, settings), "than": _with(claim.than, settings)}
+            found.append((dataclasses.replace(claim, **labels), name))
     return found
 
 
@@ -651,10 +636,10 @@ def judge_models(
         A verdict for each claim and model, and the clips that failed.
     """
     wanted = asked(models)
-    labels = tuple(dict.fromkeys(label for question in wanted for label in (question.label, question.than) if label))
+    labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in (claim.model, claim.than) if label))
     look_up(labels, "offline")  # an unknown parameter is named before anything runs
-    groups = dict.fromkeys(group for question in wanted for group in question.claim.groups)
-    rows: dict[str, list[dict[str, Any]]] = {"even": [], "gratings": []}
+    groups = dict.fromkeys(group for claim, _ in wanted for group in claim.groups)
+    rows: list[dict[str, Any]] = []
     failures: list[Failure] = []
     thresholds: dict[str, float | None] = {}
     with resources.pool() as pool:
@@ -666,29 +651,22 @@ def judge_models(
                 shown = OfflineExperiment(name, summary, clips, labels, repeats=repeats, recorded=False)
                 part = offline.plan(shown, labels, (), None, seed)
                 thresholds |= part.thresholds
-                batch = offline.batch(part, frames=False)
-                with batch.run(folder / name, pool, resources) as run:
+                with offline.batch(part, frames=False).run(folder / name, pool, resources) as run:
                     failures += run.failures()
-                    rows[name] = run.trials().to_dicts()
-    found = [_model_verdict(question, rows, thresholds) for question in wanted]
+                    rows += run.trials().to_dicts()
+    found = []
+    for claim, model in wanted:
+        asked_of, random = clip_claim(claim, claim.model, claim.than), bool({*claim.groups} & {*model_clips.RANDOM})
+        outcomes = []
+        for repeat in range(SEEDS if random else 1):  # once, where nothing in it is random
+            of_seed = [row for row in rows if row["experiment"] == "even" or row["repeat"] == repeat]
+            if claim.check == "not shown":
+                outcomes.append(Outcome.unjudged(claim.why))
+            else:
+                outcomes.append(judge_rows(asked_of, of_seed, thresholds.get(asked_of.spiking)))
+        found.append(Verdict.of(asked_of, outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures
-
-
-def _model_verdict(
-    question: Asked, rows: Mapping[str, list[dict[str, Any]]], thresholds: Mapping[str, float | None]
-) -> Verdict:
-    """Judge a claim at each seed of the clips that differ; once, where nothing in it is random."""
-    claim = clip_claim(question.claim, question.label, question.than)
-    random = bool(set(question.claim.groups) & set(model_clips.RANDOM))
-    outcomes = []
-    for repeat in range(SEEDS if random else 1):
-        of_seed = [*rows["even"], *(row for row in rows["gratings"] if row["repeat"] == repeat)]
-        if question.claim.check == "not shown":
-            outcomes.append(Outcome.unjudged(question.claim.why))
-        else:
-            outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
-    return Verdict.of(claim, outcomes, random=random, model=question.name, experiment="clips")
 
 
 def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:

@@ -97,10 +97,10 @@ def test_the_way_is_that_of_the_strongest_potential():
 
 
 def test_settings_go_to_every_variant_of_a_model():
-    variants = asked(["si-lgmd1:preset=firmware", "lplc2-gf"])
-    assert {variant.than for variant in variants} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
-    assert {variant.label for variant in variants} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
-    assert {variant.name for variant in asked(["all"])} == set(model_claims())
+    variants = [claim for claim, _ in asked(["si-lgmd1:preset=firmware", "lplc2-gf"])]
+    assert {claim.than for claim in variants} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
+    assert {claim.model for claim in variants} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
+    assert {name for _, name in asked(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--model emd: no claims"):
         asked(["emd"])
 
