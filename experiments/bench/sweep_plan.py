@@ -27,7 +27,6 @@ from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
-from experiments.bench.sources.conditions import PAPER
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.rows import TRIAL_SCHEMA
@@ -238,20 +237,14 @@ def planned(
         The experiments are of both kinds, or something that the study asks for is not legal.
     """
     check_counts(seed, study.replicates, "--replicates")
-    experiments: list[Any] = [registry.find(name) for name in study.experiments or answering(study.claims)]
-    names = [experiment.name for experiment in experiments]
+    experiments = _experiments(study)
     on_robot = isinstance(experiments[0], Experiment)
-    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
-        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
-    if not on_robot and study.over and study.repeats is not None:
-        raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
-    if not on_robot and len(study.models) > 1 and not study.read_off:
-        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     models = [model.chosen for model in look_up(study.models, "robot" if on_robot else "offline")]
     models = models if on_robot else models[:1]
+    labels = [EVERY_MODEL] if models_in else [model.label for model in models]
     claims = _claims(experiments, study, [] if models_in or study.read_off else models)
     parts = []
     for experiment in experiments:
@@ -267,14 +260,12 @@ def planned(
         raise UsageError(str(error).replace("--set ", "--over ", 1)) from error
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
-    parts = [part for part in parts if models_in or part.declared.name in {name for _, name in (*claims, *measures)}]
-    motions = {(name, motion) for claim, name in claims for motion in claim.conditions.get("motion", PAPER)}
-    motions |= {(name, motion) for measure, name in measures for motion in measure.motions}
-    labels = [EVERY_MODEL] if models_in else [model.label for model in models]
+    asked = (*claims, *measures)
+    parts = [part for part in parts if models_in or part.declared.name in {name for _, name in asked}]
+    motions = {(name, motion) for what, name in asked if on_robot for motion in what.motions}
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
-    for replicate, part in product(range(study.replicates), parts):
-        name = part.declared.name
+    for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
         for _, trials_of, variants, watching in renderings[name]:
             found = trials_of(replicate, tuple(variants.values()))
             if on_robot and not study.every_trial:
@@ -286,27 +277,51 @@ def planned(
                     shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
                 else:
                     shares[point, labels[0], name, replicate] = (numbers, _playing(study, point, labels[0], seen))
-        if not replicate:
-            check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
+    if study.read_off:  # its points differ in nothing that is run: the columns of its trials are the models' own
+        parameters |= parts[0].described["changed"]
+    one_replicate = len(specs) // study.replicates
+    check_counts(seed, study.replicates, "--replicates", one_replicate, "trials" if on_robot else "clips")
     there = {(point, name) for point, name, *_ in shares}
+    return Plan(
+        study, claims, measures, tuple(axes), tuple(points),
+        tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
+        tuple(part.repeats for part in parts), tuple(specs), shares,
+        _description(study, seed, axes, claims, measures, parts, specs, parameters), parameters,
+    )  # fmt: skip
+
+
+def _experiments(study: Study) -> list[Any]:
+    """Return the experiments of a study; `UsageError` where they, its models or its repeats do not go together."""
+    experiments: list[Any] = [registry.find(name) for name in study.experiments or answering(study.claims)]
+    names = [experiment.name for experiment in experiments]
+    on_robot = isinstance(experiments[0], Experiment)
+    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
+        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not on_robot and study.over and study.repeats is not None:
+        raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
+    if not on_robot and len(study.models) > 1 and not study.read_off:
+        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
+    return experiments
+
+
+def _description(
+    study: Study, seed: int, axes: Sequence[Axis], claims: Sequence[tuple[Any, str]], measures: Sequence[Any],
+    parts: Sequence[Part], specs: Sequence[Any], parameters: Parameters,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the contents of ``run.json``."""
     variants = {model.label: model for spec in specs for model in spec.models}
     files = [path for part in parts for path in part.described["files"]]
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
-    description = {
+    return {
         **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
         "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
-        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters,
+        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | dict(parameters),
         "axes": {axis.name: tuple(axis.levels) if axis.title else axis.levels for axis in axes},
         "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
-    return Plan(
-        study, claims, measures, tuple(axes), tuple(points),
-        tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
-        tuple(part.repeats for part in parts), tuple(specs), shares, description, parameters,
-    )  # fmt: skip
 
 
 def _playing(study: Study, point: Point, judged: str, seen: Mapping[str, ConfiguredModel]) -> Mapping[str, Any]:

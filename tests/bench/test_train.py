@@ -46,29 +46,8 @@ def test_a_policy_comes_back_as_it_was_saved(saved, tmp_path):
     assert (tmp_path / "again.npz").read_bytes() == saved.read_bytes()
 
 
-class Trap:
-    """A pickle that leaves a trace when it is read."""
-
-    def __init__(self, path):
-        self.path = path
-
-    def __reduce__(self):
-        return type(self.path).touch, (self.path,)
-
-
-@pytest.mark.parametrize("place", ["about", "weights0"])
-def test_a_pickle_inside_is_refused_and_not_run(saved, tmp_path, place):
-    trap = np.empty((), object)
-    trap[()] = Trap(tmp_path / "sprung")
-    with np.load(saved) as file:
-        np.savez(saved, **{**file, place: trap})
-    with pytest.raises(UsageError, match="not a policy file"):
-        load_policy(saved)
-    assert not (tmp_path / "sprung").exists()
-
-
 @pytest.mark.parametrize("wrong", [{"weights0": np.zeros((5, 8), np.float32)}, {"weights1": np.full((4, 5), np.nan)},
-                                   {"about": np.array("{}")}])  # fmt: skip
+                                   {"about": np.array("{}")}, {"about": np.array(object())}])  # fmt: skip
 def test_what_is_no_policy_is_refused(saved, wrong):
     with np.load(saved) as file:
         np.savez(saved, **{**file, **wrong})
@@ -160,14 +139,6 @@ def test_the_interval_is_that_of_every_resample():
         assert np.quantile(every, share - 0.003) - 1e-12 <= end <= np.quantile(every, share + 0.003) + 1e-12
     runs = np.random.default_rng(1).normal(size=9)
     assert train.interquartile_mean(runs, 4) == train.interquartile_mean(runs, 4) != train.interquartile_mean(runs, 5)
-
-
-def test_the_interval_of_five_runs_is_too_narrow_as_the_documentation_says():
-    """By every resample of each of 500 samples of five normal scores: in how many the true mean lies inside."""
-    draws = np.random.default_rng(2).normal(size=(500, 5))
-    every = np.sort(draws[:, np.array(list(itertools.product(range(5), repeat=5)))], axis=2)[:, :, 1:4].mean(axis=2)
-    low, high = np.quantile(every, (0.025, 0.975), axis=1)
-    assert 0.86 < ((low <= 0.0) & (high >= 0.0)).mean() < 0.93
 
 
 def asked(seeds=3, **changes):

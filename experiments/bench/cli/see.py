@@ -99,9 +99,13 @@ def video(
     ],
     trial: options.Trial = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, a GIF 640x360.")] = None,
-    fps: Annotated[float | None, typer.Option(help="Frames a second; otherwise all; in a GIF 12.5 at most.")] = None,
-    speed: Annotated[float, typer.Option(help="Seconds of the recording in a second of the video.")] = 1.0,
-    frames: Annotated[int | None, typer.Option(help="Moments of a strip, 1 to 12; otherwise 6.")] = None,
+    fps: Annotated[
+        float | None, typer.Option(min=0.1, max=120.0, help="Frames a second; otherwise all; in a GIF 12.5 at most.")
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.01, max=100.0, help="Seconds of the recording in a second of the video.")
+    ] = 1.0,
+    frames: Annotated[int | None, typer.Option(min=1, max=12, help="Moments of a strip; otherwise 6.")] = None,
     model: options.Models = None,
     caption: Annotated[str | None, typer.Option(help="Text at the top.")] = None,
     assignments: options.Assignments = None,
@@ -150,7 +154,7 @@ def video(
     elif out.suffix == ".png":
         strip(reel, out, 6 if frames is None else frames, width_height, caption)
     else:
-        count = len(film_times(reel, fps, speed, out.suffix)[0]) if speed > 0 and (fps or 1) > 0 else 0
+        count = len(film_times(reel, fps, speed, out.suffix)[0])
         with progress(out.name, count, quiet, "frames") as advance:
             make(reel, out, width_height, caption, fps, speed, advance)
     if not quiet:

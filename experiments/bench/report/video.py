@@ -47,7 +47,7 @@ GIF_RATE = 12.5
 """Most frames a second of a GIF by default: its delays are whole hundredths of a second, here 8."""
 MOST_MODELS = 8
 """In one picture: each has a lane."""
-SIZES_PX, RATES_HZ, SPEEDS, MOMENTS = range(160, 3841), (0.1, 120.0), (0.01, 100.0), range(1, 13)
+SIZES_PX, MOST_HZ = range(160, 3841), 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
 LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")}
@@ -219,6 +219,8 @@ class Canvas:
     """
 
     def __init__(self, reel: Reel, size: tuple[int, int], caption: str, moments: Sequence[float] = ()) -> None:
+        if not all(length in SIZES_PX for length in size):
+            raise UsageError(f"--size {size[0]}x{size[1]}: each must be between {SIZES_PX[0]} and {SIZES_PX[-1]} px")
         self._reel, self._size, count = reel, size, max(len(moments), 1)
         self._shapes = [next(pictures_of(reel.path, eye))[1].shape for eye in reel.eyes]
         type_size = size[1] / 45 if count == 1 else size[0] / 110
@@ -400,7 +402,7 @@ def _seen(reel: Reel, times: Sequence[float]) -> dict[str, Iterator[Picture | No
 def film_times(reel: Reel, rate: float | None = None, speed: float = 1.0, ending: str = ".mp4") -> tuple[Floats, float]:
     """Return the times of the recording that a film shows, and its frames a second."""
     usual = min(reel.rate, GIF_RATE) if ending == ".gif" else reel.rate
-    shown = rate or min(usual, RATES_HZ[1])
+    shown = rate or min(usual, MOST_HZ)
     if rate is None and speed == 1.0 and shown == reel.rate:
         return reel.time_s, shown
     length = float(np.ptp(reel.time_s))
@@ -438,16 +440,11 @@ def make(
     Raises
     ------
     UsageError
-        A value is not legal.
+        The size is not legal.
     """
     size = size or ((640, 360) if out.suffix == ".gif" else (1280, 720))
-    if not all(length in SIZES_PX for length in size):
-        raise UsageError(f"--size {size[0]}x{size[1]}: each must be between {SIZES_PX[0]} and {SIZES_PX[-1]} px")
     if out.suffix == ".mp4" and any(length % 2 for length in size):
         raise UsageError(f"--size {size[0]}x{size[1]}: H.264 has even sizes only")
-    for name, value, (low, high) in (("--fps", rate, RATES_HZ), ("--speed", speed, SPEEDS)):
-        if value is not None and not low <= value <= high:
-            raise UsageError(f"{name} must be between {low:g} and {high:g}, got {value:g}")
     times, shown = film_times(reel, rate, speed, out.suffix)
     with writer(out, size, shown) as take:
         for frame in frames(reel, times.tolist(), size, caption):
@@ -466,19 +463,9 @@ def frames(reel: Reel, times: Sequence[float], size: tuple[int, int], caption: s
 def strip(
     reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None, caption: str | None = None
 ) -> None:
-    """Write a strip as a PNG file: ``count`` moments side by side, and below them the traces with a line at each.
-
-    Raises
-    ------
-    UsageError
-        The number of moments or the size is not legal.
-    """
-    if count not in MOMENTS:
-        raise UsageError(f"--frames must be between {MOMENTS[0]} and {MOMENTS[-1]}, got {count}")
+    """Write a strip as a PNG file: ``count`` moments side by side, and below them the traces with a line at each."""
     kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
     size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
-    if not all(length in SIZES_PX for length in size):
-        raise UsageError(f"--size {size[0]}x{size[1]}: each must be between {SIZES_PX[0]} and {SIZES_PX[-1]} px")
     moments = np.linspace(reel.time_s[0], reel.time_s[-1], count).tolist()
     found = {eye: list(latest) for eye, latest in _seen(reel, moments).items()}
     picture = Canvas(reel, size, _caption(reel, caption), moments).strip(moments, found)

@@ -56,21 +56,10 @@ def test_hues_stay_apart_in_every_vision(vision):
     assert closest([*HUES, GREY], vision) >= 0.06
 
 
-def test_the_measure_sees_what_a_deuteranope_does_not():
-    """The control: red and green of equal lightness are far apart in normal vision, and nearly one without it."""
-    pair = ("#c04040", "#6e7b28")
-    assert closest(pair, "normal") > LEAST["normal"] and closest(pair, "deuteranopia") < LEAST["deuteranopia"]
-
-
 @pytest.mark.parametrize("ground", [WHITE, DARK])
 @pytest.mark.parametrize("tint", [*HUES, GREY])
 def test_every_colour_is_seen_on_white_and_on_dark(tint, ground):
     assert contrast(tint, ground) >= LEAST_CONTRAST
-
-
-def test_the_measure_of_contrast_knows_its_ends():
-    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
-    assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.01), "the well-known grey that just fails 4.5"
 
 
 def test_no_two_of_eight_models_have_one_colour_and_a_model_keeps_its_own():

@@ -48,14 +48,6 @@ def test_means_intervals_and_trials_are_those_of_the_values():
     assert tuple(whisker[:, 1]) == pytest.approx((expected.ci_low, expected.ci_high)), "and none of fewer than three"
 
 
-def test_a_threshold_that_is_none_is_not_drawn():
-    axes = Figure().subplots()
-    style.threshold(axes, None)
-    assert not axes.lines and not axes.texts
-    style.threshold(axes, 0.16, signed=True)
-    assert {line.get_ydata()[0] for line in axes.lines} == {0.16, -0.16}
-
-
 @pytest.mark.parametrize(("values", "scale"), [([0.0, 1.0, 99.0], "linear"), ([0.0, 1.0, 101.0], "symlog")])
 def test_an_axis_is_logarithmic_where_its_values_span_more_than_two_decades_and_shows_all(values, scale):
     axes = Figure().subplots()
