@@ -27,6 +27,7 @@ from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.conditions import PAPER
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.rows import TRIAL_SCHEMA
@@ -262,7 +263,8 @@ def planned(
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = (*claims, *measures)
     parts = [part for part in parts if models_in or part.declared.name in {name for _, name in asked}]
-    motions = {(name, motion) for what, name in asked if on_robot for motion in what.motions}
+    motions = {(name, motion) for claim, name in claims for motion in claim.conditions.get("motion", PAPER)}
+    motions |= {(name, motion) for measure, name in measures for motion in measure.motions}
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
