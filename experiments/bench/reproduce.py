@@ -604,8 +604,8 @@ def asked(models: Sequence[str]) -> list[tuple[ModelClaim, str]]:
             known = ", ".join(model_claims())
             raise UsageError(f"--model {name}: no claims of its own paper are written down; they are of {known}, all")
         for claim in model_claims()[base]:
-            labels = {"model": _with(claim.model, settings), "than": _with(claim.than, settings)}
-            found.append((dataclasses.replace(claim, **labels), name))
+            label, than = _with(claim.model, settings), _with(claim.than, settings)
+            found.append((dataclasses.replace(claim, model=label, than=than), name))
     return found
 
 
