@@ -52,7 +52,7 @@ from experiments.bench.trials import Plan, conclude, describe, plan
 from experiments.claims import footage, model_clips
 from experiments.claims.clips import LEAST_GREYS
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
-from experiments.claims.readings import READINGS, bears_on
+from experiments.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.clutter_frames import OF, prefix
 from experiments.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
@@ -545,20 +545,20 @@ def other_readings(
         for (point, model, claim), outcomes in counts.outcomes.items()
         if model == MODEL
     }
-    for reading in READINGS:
+    for reading, others in READINGS.items():
         for claim in bears_on(reading):
-            for other in reading.others:
+            for other in others:
                 outcomes: Sequence[Outcome] = levels.get((other, claim), ())
-                if reading.id == "tau_s_rises_with_spacing":
+                if reading == DELAYS:
                     outcomes = [_with_falling_delays(claim, part) for part in every]
-                elif reading.id == "speeds_in_px_per_second":
+                elif reading == UNITS:
                     outcomes = _by_frame(claim, shows)
-                elif reading.id == "whole_crossing":
+                elif reading == WINDOW:
                     outcomes = [judge("C29", part) for part in every]  # C29 says the same of one time window
                 if outcomes:
                     held = count(outcome.verdict for outcome in outcomes).sentence(name)
                     came_to = f"{held}; decided by: {outcomes[0].deciding}"
-                    yield {"reading": reading.name, "claim": claim, "under": other, "came_to": came_to}
+                    yield {"reading": reading, "claim": claim, "under": other, "came_to": came_to}
 
 
 def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:

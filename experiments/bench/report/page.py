@@ -27,7 +27,7 @@ from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.study import WHOLE, stored
 from experiments.claims.clips import ASSUMED
-from experiments.claims.readings import READINGS, used_to_choose
+from experiments.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
 from experiments.studies.clips import compares_with, constants_text, outcomes
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
@@ -66,7 +66,7 @@ def page(result: Reproduction) -> str:
         panels=data_uri(result.folder / "panels.svg"),
         groups=claims.group_by("group", maintain_order=True), chapters=chapters,
         anchors={section["name"] for section in sections},
-        common=[reading.name for reading in READINGS if reading.of_all],
+        common=[reading for reading in READINGS if reading not in CHOSEN_FOR],
         meanings=[(SIGNS[kind], meaning) for kind, meaning in MEANINGS.items()], reasons=REASONS,
         versions=provenance.versions(), drawn=_drawn(result.folder),
     )  # fmt: skip
@@ -139,7 +139,7 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
             "What was tried": "" if count.word == "holds" or not count.fails else asked.tried,
             "Mechanism": _mechanism(claim, result),
         }
-    chosen = ", ".join(reading.name for reading in used_to_choose(claim.id) if not reading.of_all)
+    chosen = ", ".join(reading for reading in used_to_choose(claim.id) if reading in CHOSEN_FOR)
     others = [row for row in result.readings if row["claim"] == claim.id]
     return evidence | {
         "Used to choose": f"{chosen}: the claim is no test of what it was used to choose" if chosen else "",

@@ -10,7 +10,6 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import judge
 from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, claims_on, find_claim, words
-from experiments.claims.readings import READINGS
 
 KINDS = ("clips", "robot", "footage", "behaviours")
 
@@ -34,12 +33,6 @@ def test_the_words_of_a_claim_are_complete(claim):
         for declared in [claims_on(kind)[claim]] if claim in claims_on(kind) else []:
             assert (declared.says, declared.source, declared.title) == (told.says, told.source, told.title)
             assert declared.judge.__doc__.startswith("Judge") and not declared.own, "how the words are read"
-
-
-def test_every_reading_is_complete():
-    for reading in READINGS:
-        assert all((reading.says, reading.taken, reading.others, reading.note))
-        assert set(reading.claims) <= set(claim_ids(PAPER)) and (reading.used or not reading.of_all)
 
 
 def test_a_claim_is_found_by_its_kind_alone():

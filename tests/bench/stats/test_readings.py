@@ -12,10 +12,11 @@ from experiments.bench.stats.claim import PAPER, claim_ids, claims_on
 from experiments.bench.stats.verdict import Outcome
 from experiments.claims.clips import ASSUMED, compared
 from experiments.claims.readings import (
+    CHOSEN_FOR,
+    DELAYS,
     READINGS,
-    SPEEDS_IN_PX_PER_SECOND,
-    START_ACCELERATION,
-    TAU_S_RISES_WITH_SPACING,
+    UNITS,
+    WINDOW,
     bears_on,
 )
 from experiments.claims.robot import FALLING
@@ -80,11 +81,11 @@ def test_every_other_reading_has_a_source():
     """A level of a study of sensitivity, by its name, or clips and trials of its own; and the claim is judged there."""
     levels = {*ON_ROBOT.axes["moved"], *ON_CLIPS.axes["moved"]}
     on = {claim for study in (ON_ROBOT, ON_CLIPS) for claim in study.claims}
-    for reading in READINGS:
-        if reading.id not in ("tau_s_rises_with_spacing", "speeds_in_px_per_second", "whole_crossing"):
-            assert set(reading.others) <= levels
-            assert set(bears_on(reading)) - on <= ({"C12", "C21", "C25", "C30", "C31"} if reading.of_all else set())
-    assert bears_on(SPEEDS_IN_PX_PER_SECOND) == tuple(
+    for reading in set(READINGS) - {DELAYS, UNITS, WINDOW}:
+        assert set(READINGS[reading]) <= levels
+        beyond = set() if reading in CHOSEN_FOR else {"C12", "C21", "C25", "C30", "C31"}
+        assert set(bears_on(reading)) - on <= beyond
+    assert bears_on(UNITS) == tuple(
         claim for claim in claim_ids(PAPER) if any(claim in experiment.claims for experiment in OF)
     )
 
@@ -101,27 +102,27 @@ def test_the_clips_in_px_a_frame_are_those_of_the_claims_in_that_unit():
 
 
 def test_both_readings_of_the_delays_are_judged_in_every_replicate(evidence):
-    (falling,) = TAU_S_RISES_WITH_SPACING.others
+    (falling,) = READINGS[DELAYS]
     text = read(*evidence)["C15", falling]
     assert "1 of 2 replicates" in text and "60.0 spikes at 6 cm/s, -30.0 against 90.0 at 10" in text
 
 
 def test_a_lost_trial_of_the_variant_leaves_its_replicate_unjudged(evidence):
     (one, other), shows = evidence
-    (falling,) = TAU_S_RISES_WITH_SPACING.others
+    (falling,) = READINGS[DELAYS]
     lost = dataclasses.replace(one, lost={("ensembles", FALLING): 1})
     assert "1 of 1 replicate; not judged in 1" in read([lost, other], shows)["C15", falling]
 
 
 def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
-    found, (other,) = read(*evidence), SPEEDS_IN_PX_PER_SECOND.others
+    found, (other,) = read(*evidence), READINGS[UNITS]
     assert "1 of 2 replicates" in found["C8", other] and "0.300" in found["C8", other]
     assert "not judged" in found["C7", other], "no clip of the model of 2017"
     assert ("C6", other) not in found, "no clip of clutter-translation"
 
 
 def test_moves_are_read_off_the_studies_of_sensitivity_where_they_were_run(evidence):
-    sudden, soft = START_ACCELERATION.others
+    sudden, soft = READINGS["start acceleration"]
     outcome = Outcome("fails", "m", n=20, decided="9 of 10 fire")
     outcomes_of = {((("moved", sudden),), "dsnn", "C13"): (outcome,)}
     found = read(*evidence, SimpleNamespace(outcomes=outcomes_of))

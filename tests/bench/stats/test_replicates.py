@@ -239,7 +239,7 @@ def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_ot
 
 
 def test_every_claim_says_which_readings_it_was_used_to_choose():
-    names = {claim: [reading.name for reading in used_to_choose(claim)] for claim in claim_ids(PAPER)}
+    names = {claim: [*used_to_choose(claim)] for claim in claim_ids(PAPER)}
     of_all = ["half wave rectified F", "exact lowpass would be silent", "la zero where signs differ"]
     assert names["C1"] == of_all
     assert all(readings[:3] == of_all for readings in names.values())
