@@ -22,8 +22,8 @@ from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import model_texts, shown_models
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.run.settings import assignments
-from experiments.bench.sources import visit
 from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.designs import visit_described
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
 from experiments.bench.stats.claim import Claim
@@ -222,7 +222,7 @@ def run(
     """
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared: Experiment | OfflineExperiment = experiment
-        source: Any = visit.described(declared) or {"object": declared.name}
+        source: Any = visit_described(declared) or {"object": declared.name}
         registry.check_claims(declared, f"experiment {declared.name}")
     else:
         declared, source = registry.find(str(experiment)), str(experiment)

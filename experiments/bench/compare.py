@@ -15,7 +15,7 @@ from experiments.bench.run.provenance import UNREPEATABLE
 from experiments.bench.run.rows import group, table
 from experiments.bench.sources.clips import SHOWN, TRIALS
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.sources.rows import TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.tests import contrast, holm, paired
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)

@@ -420,7 +420,7 @@ def excitations(run: Run, rows: Sequence[Any]) -> pl.DataFrame | None:
 def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure:
     """Draw the figure of trials with the robot."""
     from experiments.bench.report import robot  # not before: matplotlib takes its time to load
-    from experiments.bench.sources.rows import drawable
+    from experiments.bench.sources.trial_rows import drawable
     from scenes import arena_name
 
     declared, settings = run.description["experiment"], run.description["settings"]

@@ -25,7 +25,7 @@ from experiments.bench.run.play import FRAMES, Trial, show, tabulate
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources, worker_count
 from experiments.bench.sources import clips
-from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.count import count, count_columns
 from experiments.bench.stats.verdict import Outcome, together

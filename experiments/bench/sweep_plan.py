@@ -30,7 +30,7 @@ from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.conditions import PAPER
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures
-from experiments.bench.sources.rows import TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.study import Axis, Study
 from scenes.hints import nearest

@@ -33,7 +33,7 @@ from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
-from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
 from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.claim import Claim, find_claim

@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 from experiments.bench.run.play import show, tabulate
 from experiments.bench.sources import recording
-from experiments.bench.sources.media import collect
 
 
 class Played:
@@ -29,7 +28,7 @@ class Played:
 
     @property
     def media(self):
-        return collect(self.showings)
+        return recording.frames(self.showings, {})
 
     @property
     def recording(self):

@@ -114,11 +114,11 @@ def _call_again(command: Mapping[str, Any], run: Path, given: Mapping[str, Any])
     """Do a call of `experiments.run` once more."""
     import experiments
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.sources import visit
+    from experiments.bench.sources.designs import visit_declared
 
     arguments = dict(command["arguments"])
     name = arguments.pop("experiment")
-    experiment = visit.declared(name, f"{run}: run.json") or name
+    experiment = visit_declared(name, f"{run}: run.json") or name
     if isinstance(experiment, Mapping):
         raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
     repeated = experiments.run(experiment, **arguments, **given)

@@ -16,7 +16,7 @@ from experiments.bench.run.rows import RECORDING, group
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE, flaws
-from experiments.bench.sources.rows import drawable, varying
+from experiments.bench.sources.trial_rows import drawable, varying
 from experiments.bench.stats.tests import summary_rows
 
 HEADINGS = {

@@ -26,12 +26,12 @@ from experiments.bench.run.settings import assignments, watchers
 from experiments.bench.run.streams import stream
 from experiments.bench.sources.behaviour import Policy
 from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.designs import visit
 from experiments.bench.sources.episodes import PartialResponse, load_behaviour, wheels
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
 from experiments.bench.sources.robot import RobotSource
 from experiments.bench.sources.video import VideoSource
-from experiments.bench.sources.visit import visit
 from experiments.bench.trials import plan
 from scenes import ARENA_RADIUS_CM
 

@@ -20,7 +20,7 @@ from experiments.bench.run.parameters import in_title
 from experiments.bench.run.rows import origin
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import BALANCED, MOTION, PARTS, WHOLE
-from experiments.bench.sources.rows import varying
+from experiments.bench.sources.trial_rows import varying
 from experiments.bench.stats.tests import LEAST_FOR_INTERVAL, summarise
 
 Row = Mapping[str, Any]

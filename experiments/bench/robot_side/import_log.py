@@ -34,7 +34,7 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.log import CHANNELS, TIME, LogTrial
 from experiments.bench.sources.robot import MARK, TRUE
-from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.trials import Plan, conclude, configure, describe
 
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})

@@ -30,8 +30,7 @@ from experiments.bench.run.recordings import Images
 from experiments.bench.run.rows import COLUMN, OBSERVER
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.sources.measures import away_cm, responses, windows
-from experiments.bench.sources.rows import FRAME_SCHEMA
+from experiments.bench.sources.trial_rows import FRAME_SCHEMA, away_cm, responses, windows
 from scenes.hints import nearest
 
 TIME, LINE = "time_s", "line"

@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import polars as pl
 
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
@@ -18,7 +17,6 @@ from experiments.bench.run import record as rerun
 from experiments.bench.run import viewer
 from experiments.bench.run.play import Showing
 from experiments.bench.run.record import Colour, Content, Frames, Model, Stream
-from experiments.bench.sources.media import Media, collect
 from experiments.bench.sources.robot import RobotTrial, scene_of
 from experiments.bench.sources.room import obstacles
 from scenes import ARENAS
@@ -31,7 +29,6 @@ EVERY_S = 0.1
 
 def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mapping[str, Any]]) -> bytes:
     """Return the recording of a finished trial with these rows, as the bytes of an .rrd file."""
-    media = collect(showings)
     by_label = {model.label: (model, series) for showing in showings for model, series in showing.series()}
     arena = trial.settings.scene.arena
     properties = {
@@ -45,12 +42,11 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
         **{name: rows[0][name] for name in ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive")},
     }
     shown = {row["model"]: by_label[row["model"]] for row in rows}
-    models = [Model.of(model) for model, _ in shown.values()]
-    responses = {label: series for label, (_, series) in shown.items()}
+    seen = frames(showings, {label: series for label, (_, series) in shown.items()})
     # Equal for equal trials alone: the viewer merges recordings of one identity.
     digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
-        content(trial, media, models), frames(media, showings[0].truth(), responses), title(trial),
+        content(trial, seen, (Model.of(model) for model, _ in shown.values())), seen, title(trial),
         f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.known(properties)},
     )  # fmt: skip
 
@@ -60,35 +56,46 @@ def title(spec: RobotTrial) -> str:
     return f"{spec.index:04d} {spec.condition.label()}, repeat {spec.repeat}"
 
 
-def content(spec: RobotTrial, media: Media, models: Iterable[Model]) -> Content:
+def content(spec: RobotTrial, seen: Frames, models: Iterable[Model]) -> Content:
     """Return what the recording of a trial has."""
     scene = scene_of(spec.condition, spec.settings)
     exposure = [
-        (entity, (f"exposure time{f' of {eye}' if eye else ''} (ms)",), "exposure time of each row (ms)")
-        for eye, entity in exposing(media).items()
+        (_exposure(eye), (f"exposure time{f' of {eye}' if eye else ''} (ms)",), "exposure time of each row (ms)")
+        for eye in seen.images
+        if _exposure(eye) in seen.plots
     ]
     return Content(
-        models=tuple(models), eyes=tuple(media.pictures), camera=spec.settings.camera, scene=scene,
+        models=tuple(models), eyes=tuple(seen.images), camera=spec.settings.camera, scene=scene,
         robots=tuple(TRIAL_ROBOTS.items()), obstacles=rerun.outlines(obstacles(scene.arena)), plots=tuple(exposure),
-        maps=tuple((name, map_colours(name)) for name in media.maps),
+        maps=tuple((name, map_colours(name)) for name in seen.maps),
     )  # fmt: skip
 
 
-def frames(media: Media, truth: pl.DataFrame, responses: dict[str, ResponseSeries], first: int = 0) -> Frames:
-    """Return frames of a trial, the ``first`` one's number being given."""
+def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries], first: int = 0) -> Frames:
+    """Stack a trial's frames of each eye from the ``first`` on, the first model's layer maps, poses and responses.
+
+    The exposure is recorded of an eye with a rolling shutter, or an exposure that changes.
+    """
+    truth, samples = showings[0].truth(first), {showing.eye: showing.samples[first:] for showing in showings}
+    runners = (runner for showing in showings for runner in showing.runners if not runner.trouble)
+    layers = next((runner.pictures[first:] for runner in runners if runner.pictures), [])
     poses = {
         robot: np.column_stack([truth[f"{robot}_{name}"] for name in ("x_cm", "y_cm", "heading_deg")])
         for robot in TRIAL_ROBOTS
     }
-    numbers = np.arange(first, first + truth.height)
-    exposure = {entity: media.exposure_ms[eye] for eye, entity in exposing(media).items()}
-    return Frames(truth["sim_time_s"].to_numpy(), numbers, responses, media.pictures, poses, media.maps, exposure)
+    exposure = {eye: np.array([sample.truth["exposure_ms"] for sample in of_eye]) for eye, of_eye in samples.items()}
+    return Frames(
+        truth["sim_time_s"].to_numpy(), np.arange(first, first + truth.height), responses,
+        {eye: np.stack([sample.image for sample in of_eye]) for eye, of_eye in samples.items()}, poses,
+        dict(zip(MAP_SCALES, np.stack(layers, axis=1), strict=True)) if layers else {},
+        {_exposure(eye): values for eye, values in exposure.items()
+         if samples[eye][0].truth["row_time_us"] or np.ptp(values) > 0},
+    )  # fmt: skip
 
 
-def exposing(media: Media) -> dict[str, str]:
-    """Return the eyes whose exposure is recorded, with its entity: a rolling shutter, or an exposure that changes."""
-    changing = [eye for eye, exposure in media.exposure_ms.items() if media.row_time_us[eye] or np.ptp(exposure) > 0]
-    return {eye: f"{rerun.camera_entity(eye)}/exposure" for eye in changing}
+def _exposure(eye: str) -> str:
+    """Return the entity of an eye's exposure."""
+    return f"{rerun.camera_entity(eye)}/exposure"
 
 
 @lru_cache
@@ -149,9 +156,9 @@ class LiveTrial:
             for runner in showing.runners
             if not runner.trouble
         }
-        media = collect([showing], first)
+        seen = frames([showing], responses, first)
         if self._stream is None:
             models = [Model.of(runner.chosen) for runner in showing.runners]
-            whole = content(self._spec, media, models)
+            whole = content(self._spec, seen, models)
             self._stream = Stream.to_viewer(whole, viewer.url(self._address), title(self._spec))
-        self._stream.send(frames(media, showing.truth(first), responses, first))
+        self._stream.send(seen)

@@ -27,9 +27,8 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import Course, Script, course
 from experiments.bench.sources.experiment import Experiment, Settings
 from experiments.bench.sources.hand import HandDrive, changes_at
-from experiments.bench.sources.measures import Windows, away_cm, responses, windows
 from experiments.bench.sources.room import files
-from experiments.bench.sources.rows import FRAME_SCHEMA
+from experiments.bench.sources.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
 
 MARK = "@"
 TRUE = "ov7670"

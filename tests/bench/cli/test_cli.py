@@ -17,7 +17,7 @@ from PIL import Image
 import experiments
 from experiments import UsageError
 from experiments.bench.cli import entry, main
-from experiments.bench.sources.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.conftest import Colias
 from tests.helpers.inside import inside
 from tests.helpers.processes import CLI, WITHOUT_GL

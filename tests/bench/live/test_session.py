@@ -12,7 +12,7 @@ from dsnn import DSNNParams
 from experiments.bench.cli.main import command
 from experiments.bench.live.session import START, ArenaSession, FootageSession, Session
 from experiments.bench.run.errors import TrialError, UsageError
-from experiments.bench.sources import visit
+from experiments.bench.sources.designs import visit
 from experiments.bench.sources.hand import Command, Hand
 from tests.bench.test_watch import BREAKS
 from tests.helpers.footage import film as filmed
@@ -66,7 +66,7 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
     assert command(["run", "--again", str(tmp_path / "run"), *again]) == 0
     assert experiments.load(tmp_path / "again").frames.equals(frames)
     slower = Hand(40, hand.stimulus, hand.observer, (Command(0, "stimulus", 7.9, 0.0),))
-    other = experiments.run(visit.visit(slower), workers=0, quiet=True, out=tmp_path / "run2", recordings=False)
+    other = experiments.run(visit(slower), workers=0, quiet=True, out=tmp_path / "run2", recordings=False)
     assert other.frames["hs"].to_list() != seen[:40]
 
 

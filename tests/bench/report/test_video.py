@@ -43,7 +43,7 @@ def test_a_trial_is_read_back_as_it_was(trial):
     columns = result.columns
     poses = np.vstack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
     np.testing.assert_allclose(reel.tracks["stimulus"][1:], poses, atol=1e-5)
-    np.testing.assert_array_equal([picture for _, picture in pictures_of(path, SEEN)], result.media.pictures[""])
+    np.testing.assert_array_equal([picture for _, picture in pictures_of(path, SEEN)], result.media.images[""])
 
 
 def test_an_episode_is_read_back_as_it_was(tmp_path):
@@ -66,7 +66,7 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
     for k in (2, result.frames // 2, result.frames - 1):
         (frame,) = frames(reel, [float(reel.time_s[k])], SIZE, "caption")
         left, top, right, bottom = canvas._box(panels[SEEN])
-        expected = cv2.resize(result.media.pictures[""][k], (right - left, bottom - top), interpolation=0)
+        expected = cv2.resize(result.media.images[""][k], (right - left, bottom - top), interpolation=0)
         np.testing.assert_array_equal(frame[top:bottom, left:right, 0], expected)
         x, y, heading = reel.tracks["stimulus"][1:, k]
         across, down = canvas._pixel(panels["plan"], x - 1.2 * np.cos(heading), y - 1.2 * np.sin(heading))

@@ -85,7 +85,7 @@ def test_what_arrives_is_the_trial(tmp_path):
             spikes = column(path, f"/models/{answer.model}/spikes/{channel}", "Scalars:scalars")
             np.testing.assert_array_equal(spikes[:, 0], getattr(answer.series, f"{channel}_spikes"))
     seen = column(path, "/world/observer/camera/image", "Image:buffer")
-    np.testing.assert_array_equal(seen.reshape(result.media.pictures[""].shape), result.media.pictures[""])
+    np.testing.assert_array_equal(seen.reshape(result.media.images[""].shape), result.media.images[""])
     for name, images in result.media.maps.items():
         received = column(path, f"/models/dsnn/maps/{name}", "SegmentationImage:buffer").reshape(images.shape)
         np.testing.assert_array_equal(received, images)

@@ -15,7 +15,7 @@ from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, SHOWN, planned
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.measures import responses, windows
+from experiments.bench.sources.trial_rows import responses, windows
 from experiments.bench.stats.claim import claims_on
 from experiments.bench.trials import plan
 from experiments.claims.robot import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER

@@ -73,7 +73,7 @@ def test_an_accelerating_crossing_is_where_its_speed_takes_it_and_looks_as_large
         edges = [QUIET.width / 2 - QUIET.focal_px * math.tan(angle) for angle in (middle + half, middle - half)]
         if edges[0] < 2 or edges[1] > QUIET.width - 2:
             continue
-        row = result.media.pictures[""][frame][QUIET.height // 2].astype(float)
+        row = result.media.images[""][frame][QUIET.height // 2].astype(float)
         dark = np.flatnonzero(row < (row.max() + row.min()) / 2)
         assert (dark[0], dark[-1] + 1) == (pytest.approx(edges[0], abs=1.5), pytest.approx(edges[1], abs=1.5))
 
@@ -117,7 +117,7 @@ def test_observer_and_movers_take_their_paths():
     end = (4 / turn * math.sin(turn), 4 / turn * (1 - math.cos(turn)))
     assert columns.observer_heading_deg[-1] == pytest.approx(20.0, abs=0.5)
     assert (columns.observer_x_cm[-1], columns.observer_y_cm[-1]) == pytest.approx(end, abs=0.1)
-    pictures = [result.media.pictures[""][0].astype(int) for result in (with_mover, without)]
+    pictures = [result.media.images[""][0].astype(int) for result in (with_mover, without)]
     assert with_mover.trial.condition.observer_speed_cm_s == 2.0
     assert (pictures[0] - pictures[1]).min() < -20, "the mover is in the picture"
 

@@ -57,7 +57,7 @@ def test_a_crossing_starts_and_ends_outside_the_view():
     """Less than the noise tells its first and last frames from one another's background."""
     quiet = CameraConfig(shot_noise=0, read_noise=0)
     result = Played(spec(camera=quiet), maps=True)
-    frames = result.media.pictures[""].astype(int)
+    frames = result.media.images[""].astype(int)
     assert np.abs(frames[0] - frames[-1]).max() <= 2
     assert np.abs(frames[0] - frames[len(frames) // 2]).max() > 150
     assert result.columns.stimulus_bearing_deg[0] < -35 < 35 < result.columns.stimulus_bearing_deg[-1]
@@ -66,7 +66,7 @@ def test_a_crossing_starts_and_ends_outside_the_view():
 def test_the_response_is_the_model_s_on_the_recorded_frames():
     """What the recording shows is what the network saw: a fresh model on those frames answers the same."""
     result = Played(spec(), maps=True)
-    series = DSNN((72, 99), DSNNParams.robot()).run(result.media.pictures[""])
+    series = DSNN((72, 99), DSNNParams.robot()).run(result.media.images[""])
     np.testing.assert_array_equal(series.hs, result.answers[0].series.hs)
     np.testing.assert_array_equal(series.hs_spikes, result.answers[0].series.hs_spikes)
 
@@ -89,7 +89,7 @@ def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_
     import rerun as rr
 
     result = Played(spec(models=(choose(name), choose("dsnn"))), maps=True)
-    assert result.media.pictures[""].any() and not result.media.maps
+    assert result.media.images[""].any() and not result.media.maps
     (tmp_path / "trial.rrd").write_bytes(result.recording)
     rows = rr.chunk.RrdReader(tmp_path / "trial.rrd").stream()
     (potential,) = rows.filter(content=f"/models/{name}/{channel}", is_static=False).to_chunks()
@@ -225,7 +225,7 @@ def test_light_and_wall_vary_with_the_seed_and_switch_off():
     def first_frames(**scene):
         quiet = CameraConfig(shot_noise=0, read_noise=0)
         specs = [spec(30.0, seed=s, camera=quiet, scene=SceneConfig(**scene)) for s in (1, 2)]
-        return [Played(trial_spec, maps=True).media.pictures[""][0] for trial_spec in specs]
+        return [Played(trial_spec, maps=True).media.images[""][0] for trial_spec in specs]
 
     varied, fixed = first_frames(), first_frames(light_sd=0, turn_wall=False)
     assert not np.array_equal(*varied)

@@ -15,7 +15,7 @@ from experiments.bench import registry
 from experiments.bench.run import provenance
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.parameters import in_words, of_model, with_columns
-from experiments.bench.sources.rows import TRIAL_SCHEMA
+from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.trials import describe, plan
 from tests.conftest import Colias
 from tests.helpers.processes import CLI, members, start, wait_until
