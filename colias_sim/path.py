@@ -348,7 +348,7 @@ class Schedule:
     """
 
     def __init__(self, route: Route, acceleration: float) -> None:
-        self.route = route
+        self.route, self.acceleration = route, acceleration
         self.phases = tuple(_phases(route, acceleration))
         self._begins = [phase.begin for phase in self.phases]
         last = self.phases[-1]

@@ -106,7 +106,7 @@ class Plan:
     def frames(self) -> int:
         """About how many frames the trials have, as planned."""
         conditions = self.experiment.conditions()
-        seconds = sum(nominal(condition, self.settings).seconds for condition in conditions)
+        seconds = sum(nominal(condition, self.settings).stimulus.seconds for condition in conditions)
         return round(self.repeats * seconds * self.settings.camera.fps)
 
 
@@ -285,7 +285,7 @@ def work(trial: RobotTrial, *, keep: Keep) -> TrialRecord:
 
 def seconds(trial: RobotTrial) -> float:
     """Return the planned duration of a trial: what it costs goes by that."""
-    return nominal(trial.condition, trial.settings).seconds
+    return nominal(trial.condition, trial.settings).stimulus.seconds
 
 
 def amount(plans: Sequence[Plan]) -> str:

@@ -27,7 +27,7 @@ from experiments.bench.run.streams import stream
 from experiments.bench.sources.behaviour import Policy
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import visit
-from experiments.bench.sources.episodes import PartialResponse, load_behaviour, wheels
+from experiments.bench.sources.episodes import declared_part, load_behaviour, wheels
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
 from experiments.bench.sources.robot import RobotSource
@@ -390,7 +390,7 @@ class ArenaSession(Session):
         if answer is None:
             self.behave("")
             raise TrialError(f"the behaviour {name} broke: {runner.trouble}")
-        shares = wheels(policy, PartialResponse(answer, runner.chosen.channels, runner.label)).tolist()
+        shares = wheels(policy, declared_part(answer, runner.chosen.channels)).tolist()
         robot = self.trial.sim.robots["observer"]
         speed, turn = robot.motion_of(WheelSpeeds(*(share * robot.config.max_speed_cm_s / 100 for share in shares)))
         self._wheels["observer"] = (

@@ -28,57 +28,27 @@ ALWAYS_S = 600.0
 
 
 @dataclass(frozen=True, slots=True)
-class Script:
-    """The script of a robot: a route, and the acceleration with which it starts and stops, in m/s^2.
-
-    With ``inf`` it is driven by time alone, from the first moment on.
-    """
-
-    route: Route
-    acceleration: float
-
-    @property
-    def seconds(self) -> float:
-        """The approximate duration in simulated time, s."""
-        stretches = self.route.stretches
-        lasting = sum(
-            2 * stretch.length / (stretch.speed + stretch.end_speed) if stretch.moves else stretch.seconds
-            for stretch in stretches
-        )
-        return lasting + max((stretch.speed for stretch in stretches), default=0.0) / self.acceleration
-
-    def schedule(self) -> Schedule:
-        """Return the planned motion: the robot's pose at every time."""
-        return Schedule(self.route, self.acceleration)
-
-
-@dataclass(frozen=True, slots=True)
 class Course:
-    """The scripts of all robots of a trial (m, s).
+    """The schedules of all robots of a trial (m, s). One with an acceleration of ``inf`` is driven by time alone.
 
     The stimulus is set down at ``start``. Its speed is measured in the ``parts`` of its route, each from one distance
     along it to another. A trial is over when it has come to the end of its route. The observer and the ``movers`` are
     set down where theirs begin.
     """
 
-    stimulus: Script
+    stimulus: Schedule
     start: Pose
     parts: tuple[tuple[float, float], ...]
-    observer: Script
-    movers: tuple[Script, ...] = ()
+    observer: Schedule
+    movers: tuple[Schedule, ...] = ()
 
     @property
-    def seconds(self) -> float:
-        """The approximate duration of the trial in simulated time, s."""
-        return self.stimulus.seconds
-
-    @property
-    def others(self) -> dict[str, Script]:
+    def others(self) -> dict[str, Schedule]:
         """The robots beside the stimulus, by name."""
         return {"observer": self.observer, **{f"mover{i}": mover for i, mover in enumerate(self.movers)}}
 
 
-STANDING = Script(Route(Pose(0.0, 0.0, 0.0), (Stretch(seconds=ALWAYS_S),)), math.inf)
+STANDING = Schedule(Route(Pose(0.0, 0.0, 0.0), (Stretch(seconds=ALWAYS_S),)), math.inf)
 """An observer that stands where it does in most trials."""
 
 
@@ -121,7 +91,7 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
         length = math.hypot(end.x - x, end.y - y)
         stretches = tuple(dataclasses.replace(s, length=length) if s.moves else s for s in route.stretches)
         shifted = Route(Pose(x, y, towards), stretches)
-    stimulus = dataclasses.replace(ideal.stimulus, route=shifted)
+    stimulus = Schedule(shifted, ideal.stimulus.acceleration)
     slot = settings.robot.command_slot_ms / 1000 if settings.robot.open_loop else 0.0
     heading = shifted.start.heading + (skew if condition.motion in DEPTH else 0.0)
     return dataclasses.replace(
@@ -133,16 +103,16 @@ def _by_hand(hand: Hand, settings: Settings) -> Course:
     """Return where the robots are put down, and for how long; what they do there is in the hand's commands."""
     lasting = (Stretch(seconds=hand.frames / settings.camera.fps),)
     start, observer = hand.stimulus.pose, Route(hand.observer.pose, STANDING.route.stretches)
-    return Course(Script(Route(start, lasting), math.inf), start, (), Script(observer, math.inf))
+    return Course(Schedule(Route(start, lasting), math.inf), start, (), Schedule(observer, math.inf))
 
 
 def _scripted(condition: Condition, path: Path, settings: Settings) -> Course:
     """Take the paths of a condition of one's own."""
     acceleration, ahead = condition.acceleration_cm_s2 / 100, settings.camera.forward_cm
     route = path.stimulus_route(condition.acceleration_cm_s2, ahead)
-    observer = STANDING if condition.observer is None else Script(_to_rest(condition.observer.route()), acceleration)
-    movers = tuple(Script(_to_rest(mover.route(ahead)), acceleration) for mover in condition.movers)
-    return Course(Script(route, acceleration), route.start, (), observer, movers)
+    observer = STANDING if condition.observer is None else Schedule(_to_rest(condition.observer.route()), acceleration)
+    movers = tuple(Schedule(_to_rest(mover.route(ahead)), acceleration) for mover in condition.movers)
+    return Course(Schedule(route, acceleration), route.start, (), observer, movers)
 
 
 def _to_rest(route: Route) -> Route:
@@ -164,21 +134,21 @@ def _crossing(condition: Condition, settings: Settings) -> Course:
     length = run_up + before + after
     # When the stimulus is on the axis, the observer is at the origin.
     observer = _steady(condition, _observer(condition, -(run_up + before) / speed))
-    return Course(Script(Route.line(start, length, speed), acceleration), start, (), observer)
+    return Course(Schedule(Route.line(start, length, speed), acceleration), start, (), observer)
 
 
-def _steady(condition: Condition, start: Pose) -> Script:
+def _steady(condition: Condition, start: Pose) -> Schedule:
     """Return the script of an observer that keeps driving and turning, from the first moment on."""
     drive, turn = condition.observer_speed_cm_s / 100, math.radians(condition.observer_turn_deg_s)
     if not (drive or turn):
         return STANDING
     if not drive:
-        return Script(Route(start, (Stretch(seconds=ALWAYS_S, rate=turn),)), math.inf)
+        return Schedule(Route(start, (Stretch(seconds=ALWAYS_S, rate=turn),)), math.inf)
     if drive < 0:
         start = dataclasses.replace(start, heading=start.heading + math.pi)
     speed = abs(drive)
     stretch = Stretch(speed * ALWAYS_S, speed, speed, turn / speed)
-    return Script(Route(start, (stretch,), backward=drive < 0), math.inf)
+    return Schedule(Route(start, (stretch,), backward=drive < 0), math.inf)
 
 
 def _observer(condition: Condition, seconds: float) -> Pose:
@@ -240,4 +210,4 @@ def _angular(condition: Condition, settings: Settings) -> Course:
     start = point if condition.motion == "recession" else Pose(end.x, end.y, outward + math.pi)
     acceleration = condition.acceleration_cm_s2 / 100
     route = Route.line(start, length, speed, wait=STILL_S, rest=STILL_S)
-    return Course(Script(route, acceleration), start, (), STANDING)
+    return Course(Schedule(route, acceleration), start, (), STANDING)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium as gym
@@ -130,42 +131,18 @@ def env_id(name: str) -> str:
 # --- what a reflex sees and does --------------------------------------------------------------------------------------
 
 
-class UndeclaredChannelError(UsageError, AttributeError):
-    """A reflex reads a channel that its model does not answer.
-
-    It is an ``AttributeError``, so that ``getattr(seen, "azimuth", 0.0)`` reads a channel that may be missing.
-    """
-
-
-class PartialResponse(Response):
-    """A `Response` that lacks the channels, and their spikes, that its model does not declare."""
-
-    __slots__ = ("_channels", "_model")
-
-    def __init__(self, seen: Response, channels: Sequence[str], model: str) -> None:
-        spikes = [f"{channel}_spikes" for channel in channels if channel in SPIKING]
-        for name in ("maps", *channels, *spikes):
-            object.__setattr__(self, name, getattr(seen, name))  # what has no value is looked up by __getattr__
-        object.__setattr__(self, "_channels", tuple(channels))
-        object.__setattr__(self, "_model", model)
-
-    def __getattr__(self, name: str) -> Any:
-        """Refuse a channel that is not declared."""
-        channels = f"its channels are {', '.join(self._channels)}"
-        raise UndeclaredChannelError(f"the reflex reads {name}, which {self._model} does not answer; {channels}")
-
-    def __repr__(self) -> str:
-        """Show the channels that there are."""
-        return f"Response({', '.join(f'{name}={getattr(self, name)!r}' for name in self._channels)})"
-
-
-def response(
-    observation: npt.NDArray[np.float32], channels: Sequence[str] = CHANNELS, model: str = "the model"
-) -> Response:
+def response(observation: npt.NDArray[np.float32], channels: Sequence[str] = CHANNELS) -> Any:
     """Return the `Response` that a neural observation (7,) is of, by a model that declares these channels."""
     hs, vs, hs_spikes, vs_spikes, looming, looming_spikes, azimuth = observation.tolist()
-    seen = Response(hs, vs, int(hs_spikes), int(vs_spikes), None, looming, int(looming_spikes), azimuth)
-    return seen if set(channels) >= set(CHANNELS) else PartialResponse(seen, channels, model)
+    return declared_part(
+        Response(hs, vs, int(hs_spikes), int(vs_spikes), None, looming, int(looming_spikes), azimuth), channels
+    )
+
+
+def declared_part(seen: Response, channels: Sequence[str]) -> Any:
+    """Return a response without the channels that its model does not declare: to read one is an ``AttributeError``."""
+    spikes = (f"{channel}_spikes" for channel in channels if channel in SPIKING)
+    return SimpleNamespace(**{name: getattr(seen, name) for name in ("maps", *channels, *spikes)})
 
 
 def wheels(policy: Policy, seen: Any) -> npt.NDArray[np.float32]:
@@ -288,7 +265,7 @@ def play(
         episode, over = Episode(inner, behaviour.name, seed, images=images), False
         while not over:
             neural = behaviour.senses == "neural"
-            seen = response(observation, inner.model.channels, inner.model.name) if neural else State.read(observation)
+            seen = response(observation, inner.model.channels) if neural else State.read(observation)
             observation, reward, touched, truncated, info = wrapped.step(wheels(policy, seen))
             episode.add(float(reward), info)
             episode.touched, over = touched, touched or truncated

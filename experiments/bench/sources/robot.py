@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from colias_sim import OpenLoop, PathFollower, Robot, Simulation, Tracker, bearing
+from colias_sim import OpenLoop, PathFollower, Robot, Schedule, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
 from experiments.bench.run.errors import TrialError
@@ -24,7 +24,7 @@ from experiments.bench.run.rows import OBSERVER
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import sha256
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.course import Course, Script, course
+from experiments.bench.sources.course import Course, course
 from experiments.bench.sources.experiment import Experiment, Settings
 from experiments.bench.sources.hand import HandDrive, changes_at
 from experiments.bench.sources.room import files
@@ -198,7 +198,7 @@ class RobotSource:
         frame = self.sim.step(self._noise, self.drive)
         self.number += 1
         self.drive.look()
-        lasting = 3.0 + 2.0 * self.course.seconds
+        lasting = 3.0 + 2.0 * self.course.stimulus.seconds
         if not self.drive.over and isinstance(self.drive, Drive) and self.sim.data.time > lasting:
             raise TrialError("the stimulus got stuck on its way")
         poses = {name: self.sim.robots[name].pose for name in ("stimulus", "observer")}
@@ -254,7 +254,7 @@ class RobotSource:
         parts = [(float(along[mask].min()), float(along[mask].max())) for mask in masks]
         mean = sum(np.ptp(along[mask]) for mask in masks) / sum(np.ptp(time_s[mask]) for mask in masks)
         # Where the speed changes along the path, the mean counts by how it compares with the one asked for there.
-        wanted = self.trial.condition.speed_cm_s / 100 / script.schedule().speed_over(parts)
+        wanted = self.trial.condition.speed_cm_s / 100 / script.speed_over(parts)
         error = float(np.abs(offset[np.logical_or.reduce(masks)]).max())
         return {"achieved_speed_cm_s": 100 * float(mean) * wanted, "path_error_mm": 1000 * error, **drift}
 
@@ -302,9 +302,9 @@ class Drive:
                     raise TrialError(f"{name} is {100 * abs(driver.offset):.1f} cm off its path: it met another robot")
 
 
-def _driver(robot: Robot, script: Script) -> PathFollower | OpenLoop:
+def _driver(robot: Robot, script: Schedule) -> PathFollower | OpenLoop:
     if robot.config.open_loop or math.isinf(script.acceleration):
-        return OpenLoop(robot, script.schedule())
+        return OpenLoop(robot, script)
     return PathFollower(robot, script.route, acceleration=script.acceleration)
 
 

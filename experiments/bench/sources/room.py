@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from colias_sim import Pose, bearing
+from colias_sim import Pose, Schedule, bearing
 from colias_sim.arena import Arena
 from colias_sim.config import RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.conditions import DEPTH, Condition
-from experiments.bench.sources.course import ROBOT_RADIUS_CM, Course, Script, body_cm, nominal
+from experiments.bench.sources.course import ROBOT_RADIUS_CM, Course, body_cm, nominal
 from experiments.bench.sources.experiment import Settings
 from scenes import ARENA_RADIUS_CM, ARENAS
 
@@ -106,12 +106,11 @@ def check(conditions: Iterable[Condition], settings: Settings) -> None:
 
 def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle]) -> None:
     course = nominal(condition, settings)
-    scripts = {"stimulus": course.stimulus, **course.others}
-    for name, script in scripts.items():
-        _check_wheels(name, script, settings.robot)
+    schedules = {"stimulus": course.stimulus, **course.others}
+    for name, schedule in schedules.items():
+        _check_wheels(name, schedule, settings.robot)
     if condition.path is None:
         _check_steady(condition, course)
-    schedules = {name: script.schedule() for name, script in scripts.items()}
     moments = [i * EVERY_S for i in range(math.ceil(schedules["stimulus"].seconds / EVERY_S) + 1)]
     places = {
         name: [schedule.pose(time) for time in moments]
@@ -148,7 +147,7 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
                 )
 
 
-def _check_wheels(name: str, script: Script, robot: RobotConfig) -> None:
+def _check_wheels(name: str, script: Schedule, robot: RobotConfig) -> None:
     """Refuse speeds that a wheel does not reach, and those at which its motor stands."""
     step, top = robot.power_step_cm_s, robot.max_speed_cm_s
     if not math.isinf(script.acceleration):
