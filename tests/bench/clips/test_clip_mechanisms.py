@@ -1,13 +1,10 @@
 """What edges, pairs of steps and the background alone show, and their experiments from the command line."""
 
-import json
-
 import numpy as np
 import pytest
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import stimulus
-from experiments.bench import registry
 
 DIRECTIONS = ("rightward", "leftward")
 
@@ -27,31 +24,6 @@ def test_a_pathway_never_mixes_signs(motion, w_i):
     flashes = 0.35 if w_i < 1 else 0.03
     assert np.abs(opposite.hs).max() < flashes * (sign * same.hs).max()
     assert (opposite.hs.max() > 0.02) == (w_i < 1)
-
-
-@pytest.mark.parametrize("name", ["edges", "apparent", "background-alone", "background"])
-def test_the_experiments_run_from_the_command_line(colias, name):
-    """One small clip of each model and claim: the declaration cut down, the rest as it ships."""
-    every = 29 if name == "background" else 1
-    text = f"""
-import dataclasses
-
-from experiments.{name.replace("-", "_")} import EXPERIMENT as WHOLE
-
-SMALL = (("rows", 48), ("columns", 80))
-EXPERIMENT = dataclasses.replace(
-    WHOLE, name="small", repeats=1,
-    clips=[dataclasses.replace(clip, changes=(*clip.changes, *SMALL)) for clip in WHOLE.clips[::{every}]],
-)
-"""
-    (colias.folder / "small.py").write_text(text)
-    done = colias("run", "small.py", "--no-recordings", "--workers", "0", "--out", "out")
-    assert done.returncode == 0, done.stderr
-    verdicts = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
-    assert [verdict["id"] for verdict in verdicts] == [
-        claim if isinstance(claim, str) else claim.id for claim in registry.find(name).claims
-    ]
-    assert (colias.folder / "out" / "figure.png").exists()
 
 
 def test_fdsr_prefers_objects_to_background_and_the_dog_does_not():

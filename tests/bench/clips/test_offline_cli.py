@@ -1,20 +1,13 @@
 """The commands for stimuli, through real processes: what they write is what was painted, and what they refuse."""
 
 import csv
-import subprocess
-import sys
 
 import cv2
 import numpy as np
 import pytest
 
-from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
-from experiments.bench.run.models import choose
-from experiments.bench.run.play import Showing
 from experiments.bench.sources import clip_file as export
-from experiments.bench.sources.clips import Clip
-from tests.helpers.chapters import FOOTAGE, blocks
 
 
 def decoded(path):
@@ -72,33 +65,3 @@ def test_stimulus_writes_what_python_paints(colias):
         2, "error: sub/a.avi is there already: choose another name, or remove it\n"
     )  # fmt: skip
     assert (colias.folder / "sub" / "a.avi").read_bytes() == before
-
-
-def test_list_and_parameters_name_the_stimuli(colias):
-    listed = colias("list").stdout
-    assert all(name in listed for name in STIMULI)
-    output = colias("list", "parameters", "grating").stdout
-    assert "grating.period_px=20.0" in output
-    assert not list(colias.folder.iterdir())
-
-
-def test_models_respond_to_what_the_stimulus_paints():
-    source = Clip("small", "plain", {"rows": 60, "columns": 80, "width": 20, "height": 30}).open(0)
-    showing = Showing(source, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
-    motions = [sample.truth["motion"] for sample in showing]
-    for (_, series), params in zip(
-        showing.series(), (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True
-    ):  # fmt: skip
-        expected = DSNN(source.shape, params).run(frame.luma for frame in source.stimulus)
-        np.testing.assert_array_equal(series.hs, expected.hs)
-        np.testing.assert_array_equal(series.vs_spikes, expected.vs_spikes)
-    assert motions == [frame.truth.motion for frame in source.stimulus]
-
-
-def test_the_example_of_the_documentation_runs(tmp_path):
-    (example,) = [block.text for block in blocks(FOOTAGE) if 'stimulus("cluttered"' in block.text]
-    done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
-    assert len(lines) > 50
-    assert any("rightward" in line for line in lines)

@@ -131,18 +131,6 @@ def test_leaves_sway_on_the_spot_and_nothing_else_moves():
     assert abs(int(np.argmax(at)) - 4) <= 1
 
 
-def test_bushes_hide_feet_and_crowns_are_behind():
-    """Somewhere in the lowest rows a walker is behind leaves; the trunk is never."""
-    clip, empty = stimulus("street", seed=0), stimulus("street", object="absent", seed=0)
-    index = next(i for i in range(len(clip)) if (box := clip[i].truth.box) and box.left > 0.30 * 320 - 15)
-    there, box = painted(clip, empty)[index], clip[index].truth.box
-    trunk = slice(int(box.top + 0.15 * box.height), int(box.top + 0.5 * box.height))
-    middle = slice(int(box.left + box.width / 2 - 5), int(box.left + box.width / 2 + 5))
-    assert (clip[index].luma[trunk, middle] == 40).all()
-    feet = there[int(box.top + 0.93 * box.height) : int(box.top + box.height), middle]
-    assert feet.mean() < 0.5
-
-
 def test_a_seed_is_one_street_whoever_crosses_it():
     first = [
         stimulus("street", seed=6, movers=movers, motion=way)[0].luma for movers in MOVERS for way in declared.WAYS
@@ -153,15 +141,6 @@ def test_a_seed_is_one_street_whoever_crosses_it():
 
 
 # The experiment.
-
-
-def test_the_declared_clips_are_what_c28_is_about():
-    clips = {clip.name: dict(clip.changes) for clip in declared.EXPERIMENT.clips}
-    assert len(clips) == 9 and declared.EXPERIMENT.repeats >= 5
-    built = [clip.build(0).params for clip in declared.EXPERIMENT.clips]
-    assert {params.foliage for params in built} == {"windblown"}
-    assert {(params.rows, params.columns, params.fps) for params in built} == {(180, 320, 30.0)}, "the paper's footage"
-    assert all(40.0 <= params.speed <= 120.0 for params in built), "the paper's range"
 
 
 def test_a_row_tells_hs_in_each_direction_and_against_it():

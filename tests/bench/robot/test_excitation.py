@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import polars as pl
 import pytest
-from matplotlib.text import Text
 
 import experiments
 from dsnn import ReferenceDSNN
@@ -20,9 +19,7 @@ from experiments.bench.sources.excitation import (
     OPPOSED,
     WHOLE,
     before_sigmoid,
-    described,
     sums,
-    table,
 )
 from experiments.bench.trials import plan
 
@@ -199,22 +196,3 @@ def test_pathways_are_not_compared_as_if_they_were_models(run):
     assert {row["model"] for row in run.summary.to_dicts()} == {WHOLE, BALANCED}
     pairs = pl.read_csv(run.folder / "comparisons.csv").to_dicts()
     assert {(row["model"], row["against"]) for row in pairs} == {(WHOLE, BALANCED)}
-
-
-def test_the_words_of_the_figure_have_its_numbers(run):
-    numbers = table(run.trials.to_dicts(), run.frames, W_I)
-    words = described(numbers)
-    for course in numbers.partition_by("angle_deg"):
-        strongest = course.row(int((course["excitation"] + course["inhibition"]).arg_max()), named=True)
-        assert f"E {strongest['excitation']:.2f}, 0.9 I {0.9 * strongest['inhibition']:.2f};" in words
-        assert f"{strongest['fired']} of 2 trials fire, and {strongest['fired_w_i_1']} with w_i = 1" in words
-
-
-def test_without_the_pathways_there_are_spikes_to_draw(tmp_path):
-    settings = {"experiment.angles_deg": [0], "experiment.speed_cm_s": 12}
-    alone = experiments.run(
-        "recession-mechanism", models=["dsnn"], only=True, repeats=1, settings=settings, recordings=False, quiet=True,
-        workers=0, out=tmp_path / "out",
-    )  # fmt: skip
-    assert not (alone.folder / "excitation.csv").exists()
-    assert "spikes per trial" in [text.get_text() for text in alone.figure().findobj(Text)], "drawn again, too"

@@ -6,13 +6,11 @@ import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-import experiments
 from experiments.bench.run import viewer
 from experiments.bench.run.models import choose
 from experiments.bench.run.viewer import program
@@ -135,15 +133,3 @@ def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
             view.origin for view in state.views
         }
         assert not [view.reports for view in state.views if view.reports]
-
-
-def test_a_run_streams_its_trials(tmp_path):
-    """To a program that listens, with its numbers those of a run without."""
-    small: dict[str, Any] = {"settings": {"experiment.speeds_cm_s": "30"}, "repeats": 1, "workers": 0, "quiet": True}
-    with listening("--save", str(tmp_path / "live.rrd")) as (address, process):
-        live = experiments.run("speed", **small, live=address, recordings=False, out=tmp_path / "live")
-        path = ended(process, tmp_path / "live.rrd", ["/models/dsnn/hs"], len(live.frames))
-    plain = experiments.run("speed", **small, recordings=False, out=tmp_path / "plain")
-    assert live.frames.equals(plain.frames)
-    hs = column(path, "/models/dsnn/hs", "Scalars:scalars")
-    np.testing.assert_array_equal(hs[:, 0], live.frames["hs"].to_numpy())

@@ -1,7 +1,6 @@
 """Parts of a crossing, and variants of the network on the same frames."""
 
 import dataclasses
-import json
 import math
 from types import SimpleNamespace
 
@@ -168,53 +167,3 @@ def test_the_tables_of_a_run_of_variants(run):
     assert {row["model"] for row in pairs} == {"dsnn"} and len(pairs) == 2 * len(VARIANTS)
     by_model = {row["model"]: row["dsnn.n_con"] for row in run.trials.to_dicts()}
     assert [by_model[CONNECTIONS[n]] for n in (1, 2, 4, 8)] == [1, 2, 4, 8]
-
-
-def test_distances_have_no_common_window(colias):
-    """It is as long as the fastest crossing at that distance: another at each."""
-    common = ("--repeats", "1", "--no-recordings", "--workers", "0", "--set", "experiment.distances_cm=5,6")
-    done = colias("run", "distance-mechanism", *common, "--set", "experiment.speeds_cm_s=30", "--out", "out")
-    assert done.returncode == 0, done.stderr
-    assert "mean HS" in done.stdout and "window" not in done.stdout
-
-
-# --- declarations -----------------------------------------------------------------------------------------------------
-
-COMPARING = """
-from experiments import Check, Claim, Experiment, Outcome, Translation, decide
-
-
-def weaker(rows, threshold):
-    peak = {row["model"]: row["peak_hs"] for row in rows}
-    few, usual = peak["dsnn:n_con=1"], peak["dsnn"]
-    holds, decided = decide([Check(f"{few:.2f}", few, usual, "below")])
-    return Outcome("holds" if holds else "fails", f"{few:.2f} against {usual:.2f}", decided=decided)
-
-
-EXPERIMENT = Experiment(
-    name="mine",
-    summary="two of a kind",
-    design=Translation((20,), (8,)),
-    varies="speed_cm_s",
-    repeats=1,
-    models=["dsnn", "dsnn:n_con=1"],
-    claims=(Claim(id="weaker", says="one connection answers less", judge=weaker, least=1,
-                  models={"dsnn", "dsnn:n_con=1"}),),
-)
-"""
-
-
-def test_a_claim_of_one_s_own_compares_models(colias):
-    (colias.folder / "mine.py").write_text(COMPARING)
-    quick = ("--no-recordings", "--workers", "0")
-    done = colias("run", "mine.py", *quick, "--model", "emd", "--out", "out")
-    assert done.returncode == 0, done.stderr
-    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
-    assert (claim["outcome"]["verdict"], claim["model"]) == ("holds", "")
-    models = pl.read_parquet(colias.folder / "out" / "trials.parquet")["model"].to_list()
-    assert models == ["dsnn", "dsnn:n_con=1", "emd"], "those declared, then those beside them"
-    assert "note:" not in done.stderr
-    done = colias("run", "mine.py", *quick, "--only", "--model", "dsnn", "--out", "alone")
-    note = "note: claim weaker needs the models dsnn:n_con=1, which are not shown; shown are dsnn"
-    assert note in done.stderr
-    assert "weaker not judged" in done.stdout and "needs dsnn:n_con=1" in " ".join(done.stdout.split())

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from experiments import Condition, Experiment, Leg, Path, Translation, UsageError
+from experiments import Condition, Experiment, Leg, Path, UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.experiment import Settings
 from experiments.bench.sources.robot import RobotTrial
-from experiments.bench.trials import amount, describe, notes, plan
+from experiments.bench.trials import plan
 from tests.helpers.played import Played
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
@@ -142,19 +142,3 @@ def test_what_no_robot_can_do_is_refused_before_any_trial(name):
     with pytest.raises(UsageError, match=words) as caught:
         planned(Condition.along("mine", path), assignments=assignments)
     assert "\n" not in str(caught.value)
-
-
-def test_an_acceleration_that_nobody_sees_is_named():
-    quick = Condition("translation", "rightward", 6.0, 8.0, acceleration_cm_s2=50.0)
-    (note,) = notes(planned(quick))
-    assert note.startswith("acceleration_cm_s2=50 of a crossing acts outside the view")
-    assert note in amount([planned(quick)])
-    usual = Experiment("usual", "", Translation((6.0,), (8.0,)), "speed_cm_s", 1)
-    assert not notes(plan(usual, ("dsnn",), (), 1, 0))
-    assert not notes(planned(Condition.along("mine", crossing())))
-
-
-def test_a_run_s_description_has_its_paths():
-    mine = planned(Condition.along("mine", crossing()))
-    (paths,) = describe(mine)["paths"].values()
-    assert paths["path"].legs == (Leg(20, 4, 20),)

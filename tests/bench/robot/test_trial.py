@@ -83,22 +83,6 @@ def test_every_model_sees_the_same_frames():
     assert not np.array_equal(together.answers[1].series.hs, alone.series.hs)
 
 
-@pytest.mark.parametrize(("name", "channel"), [("lgmd1", "looming"), ("emd", "hs"), ("flow", "vs")])
-def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_path):
-    """First of a run's models, as the one that recordings show the layers of."""
-    import rerun as rr
-
-    result = Played(spec(models=(choose(name), choose("dsnn"))), maps=True)
-    assert result.media.images[""].any() and not result.media.maps
-    (tmp_path / "trial.rrd").write_bytes(result.recording)
-    rows = rr.chunk.RrdReader(tmp_path / "trial.rrd").stream()
-    (potential,) = rows.filter(content=f"/models/{name}/{channel}", is_static=False).to_chunks()
-    batch = potential.to_record_batch()
-    column = next(c for c in batch.schema.names if "Scalars" in c)
-    recorded = np.concatenate(batch[column].to_pylist())
-    np.testing.assert_array_equal(recorded, getattr(result.answers[0].series, channel))
-
-
 def test_spikes_of_a_looming_detector_are_its_looming_spikes():
     (answer,) = Played(spec(models=(choose("lgmd1"),))).answers
     assert answer.spikes == answer.series.looming_spikes.sum() > 0
@@ -205,12 +189,6 @@ def test_turning_with_the_stimulus_is_refused():
         course.nominal(condition, settings())
 
 
-def test_conditions_set_the_scene():
-    grey = robot.scene_of(Condition("translation", "rightward", 6.0, 8.0, shell_grey=0.5), settings())
-    wall = robot.scene_of(Condition("translation", "rightward", 6.0, 8.0, wall_contrast=2.0), settings())
-    assert (grey.shell_grey, grey.wall_contrast, wall.wall_contrast) == (0.5, 1.0, 2.0)
-
-
 def test_without_a_stimulus_in_view_noise_alone_fires_nothing():
     """The margin between camera noise and threshold: 40 frames of background stay below a tenth of T."""
     model = DSNN((72, 99), DSNNParams.robot())
@@ -250,21 +228,6 @@ def test_seeds_depend_on_the_experiment_s_seed_and_index_alone():
     assert [s.seed for s in many] == [trial_seed(5, i) for i in range(8)]
     assert len({s.seed for s in many} | {trial_seed(6, i) for i in range(8)}) == 16
     assert [s.condition.speed_cm_s for s in few] == [2, 4, 2, 4]
-
-
-def test_a_specification_is_small_and_hashable():
-    import pickle
-
-    one = spec()
-    assert hash(one) == hash(pickle.loads(pickle.dumps(one)))
-    assert len(pickle.dumps(one)) < 4000
-
-
-def test_conditions_of_both_directions():
-    design = Translation(speeds_cm_s=(6,), distances_cm=(5, 10), direction="both")
-    assert [(c.direction, c.distance_cm) for c in design.conditions()] == [
-        ("rightward", 5), ("rightward", 10), ("leftward", 5), ("leftward", 10),
-    ]  # fmt: skip
 
 
 def test_recordings_leave_neither_threads_nor_memory_behind():

@@ -4,10 +4,8 @@ import itertools
 
 import pytest
 
-from experiments.bench.stats.claim import words
 from experiments.bench.stats.count import REASONS, Count, count, totals
 from experiments.bench.stats.tests import proportion_interval
-from experiments.bench.stats.verdict import Outcome, Verdict
 
 
 @pytest.mark.parametrize(
@@ -65,10 +63,3 @@ def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_th
     (phrase,) = [text for text in totals([("C26", tally)]) if "C26" in text]
     assert f"C26 (the DSNN's half: {half})" in phrase or word == "fails"
     assert Count(0, failed or 1).half is None and Count(3, unjudged={"not shown": 1}).half is None
-
-
-def verdict(first, others, **more):
-    return Verdict.of(
-        words("C13"),
-        [Outcome(word, "as measured") for word in (first, *others)], experiment="general", **more,
-    )  # fmt: skip

@@ -3,7 +3,6 @@
 import pytest
 
 from experiments import Check, Claim, Clip, Experiment, OfflineExperiment, Outcome, Translation, decide
-from experiments.bench.api import _missing_models, planned
 from experiments.bench.sources.judge import judge
 from experiments.bench.stats.checks import strength
 from experiments.bench.stats.claim import find_claim, title_of
@@ -142,14 +141,3 @@ def test_clips_that_a_claim_is_about():
     assert judge(of_emd, clip_rows, 0.3).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
     assert judge(clip_claim(models=("flow",)), clip_rows, 0.1).measured == "needs flow"
-
-
-def test_models_that_are_not_shown_are_told_before_the_first_trial():
-    def told(declaration, *models):
-        return _missing_models(planned(declaration, models=models, only=bool(models)))
-
-    two = {"models": {"dsnn", "centroid2"}}
-    note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"
-    assert told(experiment(claim(**two))) == told(clips(clip_claim(**two))) == [note]
-    assert told(experiment(claim(), "C24")) == told(clips(clip_claim())) == []
-    assert told(clips(clip_claim()), "emd") == [note.replace("centroid2", "dsnn").replace("are dsnn", "are emd")]

@@ -4,7 +4,6 @@ import dataclasses
 
 import pytest
 
-from experiments import Claim, Outcome
 from experiments.bench import registry, reproduce
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import SIGNED
@@ -133,14 +132,6 @@ def test_a_claim_about_clips_needs_answers_at_the_paper_s_own_speeds(claim, show
     assert judged.verdict == best and "not checked against translation" in judged.measured
 
 
-def test_a_claim_of_one_s_own_may_be_kept_by_a_silent_model_too():
-    mine = Claim(
-        id="mine", says="silent", judge=lambda rows, threshold: Outcome("holds", "0"), silent_passes=True, least=1
-    )
-    assert outcome(mine, [translation(0)], T).verdict == "silent model"
-    assert outcome(mine, [translation(1)], T).verdict == "holds"
-
-
 # Replicates of a reproduction.
 
 
@@ -206,13 +197,6 @@ def test_c13_is_of_every_straight_trial_of_a_replicate(experiment):
             spiking = [{**row, "spikes": 1} if row is there[0] else row for row in rows]
             (c13,) = [claim for claim in reproduce.verdicts(every(cases, spiking), []) if claim.id == "C13"]
             assert c13.outcome.verdict == verdict
-
-
-def test_a_silent_model_s_c13_is_judged_in_no_replicate():
-    cases, rows = planned_rows(2)
-    silent = [{**row, "spikes": 0} for row in rows]
-    verdicts = {claim.id: claim for claim in reproduce.verdicts(every(cases, silent), [])}
-    assert verdicts["C13"].count == Count(0, 0, {"silent model": 2})
 
 
 def test_a_replicate_with_a_trial_missing_is_not_whole():

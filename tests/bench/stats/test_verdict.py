@@ -20,17 +20,6 @@ def test_parts_come_to_the_same_in_every_order():
             assert Outcome.together(outcomes).verdict == expected
 
 
-def test_parts_are_told_by_name_and_those_that_decide_say_why():
-    whole = Outcome.together(
-        {
-            "lgmd1": Outcome("fails", "3 spikes", "delta 1", 5, decided="3 (needs 4)", fewest=5),
-            "lgmd2": Outcome.unjudged("was not shown"),
-        }
-    )
-    assert whole.measured == "lgmd1 fails: 3 spikes; lgmd2 not shown: was not shown"
-    assert (whole.decided, whole.effect, whole.n, whole.fewest) == ("lgmd1: 3 (needs 4)", "lgmd1: delta 1", 5, 0)
-
-
 def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     outcomes = [Outcome("fails", "first", decided="d"), Outcome("holds", "second"), Outcome.unjudged("third")]
     verdict = Verdict.of(words("C1"), outcomes, model="dsnn")
@@ -38,9 +27,3 @@ def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     assert verdict.count == Count(1, 1, {"not shown": 1})
     broken = Outcome("not shown", "m", trouble="line 3")
     assert Verdict.of(words("C1"), [outcomes[1], broken]).trouble == "line 3"
-
-
-def test_an_outcome_that_is_withheld_keeps_what_was_measured():
-    outcome = Outcome("holds", "3 spikes", decided="3 (needs 2)").withheld("a trial failed").noting(["", "other code"])
-    assert (outcome.verdict, outcome.judged, outcome.deciding) == ("not shown", False, "a trial failed")
-    assert outcome.measured == "a trial failed; measured: 3 spikes; other code"
