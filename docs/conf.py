@@ -67,7 +67,7 @@ html_title = "colias-sim"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 # These have no pages below.
-html_sidebars = {page: [] for page in ("index", "install", "playground", "gallery/index")}
+html_sidebars = {page: [] for page in ("index", "install", "gallery/index")}
 html_math_renderer = "mathml"
 html_show_sourcelink = False
 html_copy_source = False

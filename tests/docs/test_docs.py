@@ -1,4 +1,4 @@
-"""README.md and docs/: short, whole, in step with the code. Each long chapter runs in a test_docs_*.py of its own."""
+"""README.md and docs/: whole, in step with the code. What docs/how-to/ shows runs in test_docs_*.py of its own."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ import re
 import pytest
 
 from experiments.bench.cli import main
-from tests.docs.test_docs_chapters import RUN_HERE
 from tests.helpers.chapters import (
     PAGES,
-    QUESTIONS,
     blocks,
     called,
     chapter,
@@ -19,10 +17,8 @@ from tests.helpers.chapters import (
 
 __all__ = ["chapter"]
 
-OWN_TESTS = {*RUN_HERE, "footage.md", "reinforcement-learning.md", "video.md", "from-bench-to-robot.md"}
 
-
-@pytest.mark.parametrize("name", sorted({called(page) for page in PAGES if page not in QUESTIONS} - OWN_TESTS))
+@pytest.mark.parametrize("name", [called(page) for page in PAGES if page.parent.name != "how-to"])
 def test_a_page_runs_as_pasted(name, chapter):
     chapter(name)
 

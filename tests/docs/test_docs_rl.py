@@ -1,34 +1,44 @@
-"""Everything that docs/reinforcement-learning.md shows runs as it is pasted; `tests.helpers.chapters` says how."""
+"""What docs/how-to/reinforcement-learning.md shows runs as it is pasted; `tests.helpers.chapters` says how."""
 
+import importlib
 import re
 import sys
 from pathlib import Path
 
 import pytest
 
+from dsnn.stimuli import stimulus
 from tests.helpers.chapters import chapter, titled
 from tests.helpers.h264 import decoded, report
 
 __all__ = ["chapter"]
 
 
-def test_the_chapter_runs_as_pasted(chapter):
+def test_the_page_runs_as_pasted(chapter):
     pytest.importorskip("imageio_ffmpeg")
     pytest.importorskip("moviepy")
-    chapter("reinforcement-learning.md")
+    chapter("how-to/reinforcement-learning.md")
     # A reset and 45 steps, in the size of render().
     film = Path("videos/fixation-episode-0.mp4")
     assert len(decoded(film)) == 46 and re.search(r"Video: h264 .* 480x360.* 30 fps", report(film))
 
 
-def test_the_agent_in_pytorch_learns_too(tmp_path, monkeypatch):
-    pytest.importorskip("torch")
+def test_the_network_in_pytorch_responds_in_its_wrapper(tmp_path, monkeypatch):
+    torch = pytest.importorskip("torch")
+    monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    for name in ("cleanrl_style", "cleanrl_torch"):
-        Path(tmp_path / f"{name}.py").write_text(titled(f"{name}.py"), encoding="utf-8")
+    torch.manual_seed(0)
+    network = torch.nn.ModuleList([torch.nn.GRUCell(24 * 33, 16), torch.nn.Linear(16, 2)])
+    torch.save(network.state_dict(), "weights.pt")
+    for name in ("learned", "in_torch"):
+        Path(f"{name}.py").write_text(titled(f"{name}.py"), encoding="utf-8")
         monkeypatch.delitem(sys.modules, name, raising=False)
-    import cleanrl_style
-    import cleanrl_torch
-
-    scores = cleanrl_style.train(cleanrl_torch.TorchAgent, ["--updates", "4"])
-    assert scores[-1] > scores[0] + 0.2
+    learned, in_torch = (importlib.import_module(name) for name in ("learned", "in_torch"))
+    learned.network = in_torch.network
+    clip = stimulus("plain", rows=72, columns=99, width=16, height=30)
+    model = learned.MODEL.build(clip.shape, learned.MODEL.robot)
+    first, again = [], []
+    for responses in (first, again):
+        model.reset()
+        responses += [model.step(frame.luma) for frame in clip]
+    assert first == again and len({response.hs for response in first}) > 1

@@ -41,9 +41,6 @@ from tests.helpers.envs import end_after
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 DOCS = ROOT / "docs"
-QUESTIONS = tuple(sorted((DOCS / "questions").glob("*.md")))
-"""The answers, and the page that lists them."""
-FOOTAGE = DOCS / "footage.md"
 LEFT_OUT = ("generated", "reference", "tutorials", "gallery")
 """Folders whose pages Sphinx makes or executes."""
 PAGES = (

@@ -36,8 +36,8 @@ def write(folder: Path) -> None:
         folder / "index.md",
         "# Envs\n",
         "Gymnasium envs in which the observer drives itself.\n"
-        "[Behaviours and training](../../behaviours-and-training.md) closes the loop by reflexes and policies,"
-        " and [Reinforcement learning](../../reinforcement-learning.md) wraps, randomises and films them.\n",
+        "[Use environments and reflexes](../../how-to/environments-and-reflexes.md) closes the loop,"
+        " and [Train by reinforcement learning](../../how-to/reinforcement-learning.md) trains policies.\n",
         table(("Env", "Task"), rows),
         markdown.toctree(map(_page, ENVS)),
         (inspect.getdoc(envs) or "").partition("\n\n")[2],

@@ -18,8 +18,8 @@ def write(folder: Path) -> None:
         folder / "index.md",
         "# Experiments\n",
         "What [`colias run NAME`](../commands/run.md) runs.\n"
-        "[Robot trials](../../robot-trials.md) says how to run, change and compare them,"
-        " and [Your own experiment](../../your-own-experiment.md) how to declare another.\n"
+        "[Run and change experiments](../../how-to/run-experiments.md) changes and compares them,"
+        " and [Write experiments](../../how-to/experiments-claims-and-arenas.md) declares another.\n"
         "`colias list parameters NAME` lists what `--set` changes, and [Results](../../results.md) has the claims.\n",
         "## With the robot\n",
         _table(NAMES),

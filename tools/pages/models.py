@@ -62,7 +62,7 @@ def _write_index(folder: Path) -> None:
         "# Models\n",
         "Every model that ships: its equations, its parameters, and what it answers to one clip.\n"
         "`--model NAME` shows it in every command that takes models, and `dsnn.MODELS[NAME]` is its entry.\n"
-        "[Your own model](../../your-own-model.md) says how to write another,"
+        "[Add a model](../../how-to/add-a-model.md) writes another,"
         " and [Looming detectors](../../results-looming.md) compares those of looming.\n",
         *parts,
         markdown.toctree(MODELS),

@@ -61,7 +61,7 @@ def write(folder: Path) -> None:
         "What is behind the object of [`cluttered`](../stimuli/cluttered.md).\n"
         "Replicate 0 of an experiment has the photograph. Replicates from 1 on go through the kinds below, each made by"
         " the replicate's seed.\n"
-        "[Footage](../../footage.md#scenes) says how to use them, and how to use pictures of your own.\n",
+        "[Footage](../../how-to/footage-and-stimuli.md#choose-the-background) uses them, or your pictures.\n",
         "`dsnn.stimuli.scene(KIND, SHAPE, SEED)` makes one. It repeats along x without a seam.\n",
         markdown.picture("scenes.png", "A photograph and four scenes, and their amplitude spectra", caption),
         "## How each is made\n",

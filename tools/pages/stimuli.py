@@ -23,7 +23,7 @@ def write(folder: Path) -> None:
         "[`colias video NAME --out NAME.avi`](../commands/video.md) writes one,"
         " [`colias watch NAME`](../commands/watch.md) shows it to a model,"
         " and `dsnn.stimuli.stimulus(NAME)` makes it in Python.\n"
-        "An experiment of your own [declares clips of them](../../your-own-experiment.md).\n",
+        "An experiment of your own [declares clips of them](../../how-to/experiments-claims-and-arenas.md).\n",
         table(("Stimulus", "What it shows"), rows),
         markdown.toctree(STIMULI),
     )

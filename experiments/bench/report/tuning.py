@@ -36,7 +36,7 @@ MEASURES = {"response": "peak above rest", "spikes": "spikes", "angle_deg": "fir
 """What is drawn of approaches."""
 ENDS = ("not_defined", "_low", "_high", "_inside")
 """Ends of the names of columns of ``preferences.csv`` that are not printed."""
-NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: not defined. See docs/your-own-model.md.\n"
+NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: not defined. See docs/how-to/.\n"
 
 
 def draw(

@@ -1,6 +1,6 @@
 """A robot's log as a source: what its own network responded to each frame, and the frames that its camera took.
 
-A log is a CSV with a row per frame and model. docs/back-from-the-robot.md documents its columns.
+A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns.
 """
 
 from __future__ import annotations

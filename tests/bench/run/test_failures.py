@@ -59,7 +59,7 @@ def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias, monkey
 
 
 def write_model(colias, instead: str, name: str = "my_model.py") -> None:
-    """The model of docs/your-own-model.md, with ``instead`` before it takes its gradients."""
+    """The model of docs/how-to/add-a-model.md, with ``instead`` before it takes its gradients."""
     text = user_files.MODEL.replace("        down, right", f"        {instead}\n        down, right")
     (colias.folder / name).write_text(text)
 

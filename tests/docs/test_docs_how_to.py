@@ -1,0 +1,20 @@
+"""Everything that docs/how-to/ shows runs as it is pasted; `tests.helpers.chapters` says how."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.helpers.chapters import DOCS, called, chapter
+from tests.helpers.footage import film, street
+
+__all__ = ["chapter"]
+OWN_TESTS = ("reinforcement-learning.md", "real-robot.md")
+NAMES = [called(page) for page in sorted((DOCS / "how-to").glob("*.md")) if page.name not in OWN_TESTS]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_page_runs_as_pasted(name, chapter):
+    if name == "how-to/view-and-video.md":
+        pytest.importorskip("imageio_ffmpeg")
+    film(Path("street.mp4"), street(150.0), codec="mp4v")  # stands for the reader's film
+    chapter(name)
