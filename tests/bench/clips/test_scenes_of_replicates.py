@@ -56,13 +56,6 @@ def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
     assert [s.seed for s in ran.trials] == [3 + k for k in range(6) for _ in DEPTH.clips]
 
 
-def test_scenes_of_one_kind_differ_by_the_replicate_s_seed():
-    models = (choose("emd", "offline"),)
-    all_showings = DEPTH.trials(models, 10, 0)
-    first = {s.repeat: s.condition.build(s.seed)[0].luma for s in all_showings if s.index % len(DEPTH.clips) == 0}
-    assert (first[1] != first[5]).mean() > 0.5 and (first[4] != first[8]).mean() > 0.5
-
-
 def test_a_run_s_description_has_the_scene_of_each_replicate():
     """So that a run before windows of one photograph is not gone on with before scenes."""
     assert plan(DEPTH, DEPTH.models, (), 3, 0).describe()["backgrounds"] == ["photograph", "dead-leaves", "pink"]
@@ -115,9 +108,3 @@ def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
     (difference,) = differences(*told)
     assert difference[0].startswith("pictures")
     assert differences(told[0], told[0]) == []
-
-
-def test_clips_without_a_background_take_no_pictures(tmp_path, colias):
-    pictures_in(tmp_path / "own", "1.png")
-    done = colias("run", "clean", "--pictures", "own")
-    assert done.returncode and "no clip of clean has a background" in done.stderr

@@ -18,7 +18,7 @@ from experiments.bench.sources.recording import LiveTrial
 from experiments.bench.trials import Keep, work
 from tests.bench.robot.test_trial import same, spec
 from tests.helpers.played import Played
-from tests.helpers.rerun_viewer import PATIENCE_S, listening, needs_vulkan, viewing
+from tests.helpers.rerun_viewer import PATIENCE_S, listening
 
 TWO = (choose("dsnn"), choose("emd"))
 
@@ -118,18 +118,3 @@ def test_a_viewer_that_is_closed_meanwhile_costs_nothing_but_the_rest_of_the_str
         live.close()
         assert time.monotonic() - began < 30, "it does not wait for ever"
     assert len(seen) == result.frames and same(result, Played(asked))
-
-
-@needs_vulkan
-def test_each_trial_is_a_recording_of_the_viewer_laid_out(tmp_path):
-    with viewing() as screen:
-        for seed in (1, 2):
-            live = LiveTrial(spec(seed=seed), screen.address)
-            Played(spec(seed=seed), maps=True, watch=live.see)
-            live.close()
-        state = screen.state(2)
-        assert len(state.recordings) == 2
-        assert {"/world", "/world/observer/camera", "/models/dsnn", "/models/dsnn/maps/p"} <= {
-            view.origin for view in state.views
-        }
-        assert not [view.reports for view in state.views if view.reports]

@@ -142,21 +142,6 @@ def run(tmp_path_factory):
     )  # fmt: skip
 
 
-def test_a_trial_s_parts_are_those_of_its_frames(run):
-    """Reckoned again from the frames' positions."""
-    frames = run.frames.to_dicts()
-    for row in run.trials.to_dicts():
-        model_frames = [frame for frame in frames if (frame["trial"], frame["model"]) == (row["trial"], row["model"])]
-        seen = [frame for frame in model_frames if abs(frame["stimulus_bearing_deg"]) <= CAMERA.hfov_deg / 2]
-        near = [frame["hs"] for frame in model_frames if abs(frame["stimulus_y_cm"]) <= 3.5]
-        assert row["seconds_in_view"] == pytest.approx(len(seen) / CAMERA.fps)
-        assert row["spikes_in_view"] == sum(abs(frame["hs_spikes"]) for frame in seen) <= row["spikes"]
-        assert row["rate_in_view_hz"] == pytest.approx(row["spikes_in_view"] / row["seconds_in_view"])
-        assert row["mean_hs_in_view"] == pytest.approx(sum(frame["hs"] for frame in seen) / len(seen))
-        assert row["mean_hs_near_axis"] == pytest.approx(sum(near) / len(near))
-        assert row["spikes_in_inner_window"] <= row["spikes_in_window"] <= row["spikes"]
-
-
 def test_the_tables_of_a_run_of_variants(run):
     assert run.models == ["dsnn", *VARIANTS]
     claims = {row["id"]: row for row in run.claims.to_dicts()}

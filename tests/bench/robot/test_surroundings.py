@@ -142,27 +142,3 @@ def test_a_recording_draws_the_obstacles(tmp_path):
     (tmp_path / "trial.rrd").write_bytes(recordings[0])
     (outline,) = read(tmp_path / "trial.rrd").obstacles
     np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1]), 1.0, atol=0.01)
-
-
-def test_the_video_of_an_episode_has_the_obstacles_of_its_arena(tmp_path):
-    from experiments.bench.sources.episodes import load_behaviour, play, record
-
-    options = {"arena": written(tmp_path, pillar(0.2, 0.1))}
-    episode = play(load_behaviour("hybrid"), "colias_sim/Avoidance-v0", options, 0, 2)
-    (tmp_path / "episode.rrd").write_bytes(record(episode))
-    (outline,) = read(tmp_path / "episode.rrd").obstacles
-    np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1] - 10.0), 1.0, atol=0.01)
-
-
-def test_check_tries_the_laws_and_the_files_own_trials(tmp_path, capsys):
-    assert main.command(["check", written(tmp_path, pillar(0.2, 0.0))]) == 0
-    assert main.command(["check", written(tmp_path, pillar(0.0, 0.0))]) == 1
-    assert "observer at (0, 0) cm stands in the obstacle pillar" in capsys.readouterr().out.replace("\n", " ")
-    dark = tmp_path / "dark.xml"
-    dark.write_text(
-        '<mujoco><include file="plain.xml"/><worldbody>'
-        '<geom type="cylinder" size="0.0005 0.1" pos="0.021 0 0.1"/>'
-        '<geom type="box" size="0.0005 0.3 0.2" pos="0.03 0 0.2"/></worldbody></mujoco>'
-    )
-    assert main.command(["check", str(dark)]) == 1
-    assert "changes no picture" in capsys.readouterr().out.replace("\n", " ")

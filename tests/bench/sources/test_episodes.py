@@ -10,8 +10,6 @@ from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR
 from experiments.bench.sources.episodes import (
-    Episode,
-    env_id,
     load_behaviour,
     optomotor_gain,
     play,
@@ -38,11 +36,6 @@ def test_an_episode_depends_on_its_seed_alone_and_its_world_on_no_behaviour():
     # One solver moves all robots: the others' wheels round what it finds otherwise.
     np.testing.assert_allclose(played[2].poses["target"], played[0].poses["target"], atol=1e-4)
     assert play(BEHAVIOURS["still"], FIXATION, {}, 4, 2).poses["target"][0] != played[2].poses["target"][0]
-
-
-def test_the_escape_of_lgmd1_is_the_reflex_lgmd():
-    one, other = (play(BEHAVIOURS[name], AVOIDANCE, {}, 4, 40).wheels for name in ("lgmd", "escape-lgmd1"))
-    np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize(("name", "env", "column"), [
@@ -76,11 +69,6 @@ def test_a_reflex_cannot_read_what_its_model_does_not_answer(name, model):
 
 def test_wheels_beyond_the_maximum_are_cut():
     np.testing.assert_array_equal(wheels(lambda seen: (3.0, -2.0), Response()), [1.0, -1.0])
-
-
-@pytest.mark.parametrize("name", ["Fixation", "Fixation-v0", FIXATION])
-def test_envs_by_short_names(name):
-    assert env_id(name) == FIXATION
 
 
 def test_a_user_file_declares_a_behaviour(tmp_path):
@@ -215,11 +203,3 @@ def test_what_cannot_be_recorded_is_refused_at_once(tmp_path):
     with pytest.raises(KeyError):
         RecordRerun(pursuit, "{step}.rrd")
     pursuit.close()
-
-
-def test_an_episode_without_a_step_leaves_no_recording(tmp_path):
-    recorded = RecordRerun(env(), tmp_path / "none.rrd")
-    recorded.reset(seed=0)
-    assert isinstance(recorded._episode, Episode)
-    recorded.close()
-    assert not recorded.recorded and not list(tmp_path.iterdir())
