@@ -68,28 +68,17 @@ def asked_models(experiment: Experiment) -> tuple[str, ...]:
 
 def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    if claim.on == "clips":
-        return of_clips(claim, trials, place)
     if claim.models:
-        return of_several(claim, trials, place)
+        return of_models(claim, trials, place)
     if claim.about == "looming":
         return Outcome.together({name: of_model(claim, trials, name, place) for name in LOOMING_DETECTORS})
     return of_model(claim, trials, MODEL, place)
 
 
-def of_clips(claim: Claim, trials: Replicate, place: str) -> Outcome:
-    """Judge a claim about clips in one replicate. It is not judged where any of the clips it needs is lost."""
+def of_models(claim: Claim, trials: Replicate, place: str) -> Outcome:
+    """Judge a claim that names its models in one replicate. It is not judged where any of what it needs failed."""
     rows = [row for row in trials.rows if row["experiment"] == place]
-    lost = sum(trials.lost.get((place, model), 0) for model in claim.models)
-    if lost:
-        return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
-    return judge(claim, rows, trials.thresholds.get(claim.spiking), trials.rows)
-
-
-def of_several(claim: Claim, trials: Replicate, place: str) -> Outcome:
-    """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
-    rows = [row for row in trials.rows if row["experiment"] == place]
-    result = judge(claim, rows, trials.thresholds.get(claim.spiking))
+    result = judge(claim, rows, trials.thresholds.get(claim.spiking), trials.rows if claim.on == "clips" else None)
     return _unless_lost(result, sum(trials.lost.get((place, model), 0) for model in claim.models), place)
 
 
@@ -132,4 +121,4 @@ def places_of(claim: Claim, place: str, there: Collection[str]) -> tuple[str, ..
 
 def _unless_lost(result: Outcome, lost: int, place: str) -> Outcome:
     """The outcome, or not judged where trials are lost: the others are not the design."""
-    return result.withheld(f"{lost} trials of {place} failed") if lost and result.verdict != "not shown" else result
+    return result.withheld(f"{lost} of {place} failed") if lost and result.verdict != "not shown" else result

@@ -17,7 +17,7 @@ import polars as pl
 
 from experiments.bench import offline, trials
 from experiments.bench.grid import Point
-from experiments.bench.replicates import Replicate, judged, of_clips, of_model
+from experiments.bench.replicates import Replicate, judged, of_model, of_models
 from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, new_folder
@@ -198,7 +198,7 @@ def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> O
     if model == EVERY_MODEL:
         return judged(claim, replicate, experiment)
     if claim.on == "clips":
-        return of_clips(claim, replicate, experiment)
+        return of_models(claim, replicate, experiment)
     return of_model(claim, replicate, model, experiment)
 
 

@@ -28,6 +28,8 @@ that of all its random draws, ``model`` the label of the vision model, or the na
 COUNTS: Mapping[str, type] = dict.fromkeys(("spikes", "hs_spikes", "vs_spikes", "looming_spikes"), int)
 """Spike counts of a model in a trial or a clip, null where the channel does not spike; ``spikes`` are those of HS, or
 of looming where no direction is declared."""
+PEAKS: Mapping[str, type] = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming"), float)
+"""The largest and the least potentials of a model in a trial: see `peaks`."""
 FRAME: Mapping[str, type] = {"trial": int, "model": str, "frame": int}
 """The columns that every row of a ``frames.parquet`` begins with; frames are numbered from 0 up."""
 RESPONSES: Mapping[str, type] = {"hs": float, "vs": float, "hs_spikes": int, "vs_spikes": int, "looming": float,
@@ -45,6 +47,12 @@ def columns_of(*kinds: type) -> dict[str, type]:
             if given in (int, float, str, bool):  # a condition has paths too, which are no columns
                 columns[name] = given
     return columns
+
+
+def peaks(frames: pl.DataFrame) -> dict[str, float]:
+    """Return the columns `PEAKS` of a model's frames."""
+    highest = {f"peak_{channel}": float(frames[channel].to_numpy().max()) for channel in ("hs", "vs", "looming")}
+    return highest | {f"trough_{channel}": float(frames[channel].to_numpy().min()) for channel in ("hs", "vs")}
 
 
 def table(rows: Sequence[Mapping[str, Any]], schema: Mapping[str, Any]) -> pl.DataFrame:

@@ -16,7 +16,7 @@ from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
-from experiments.bench.run.rows import COUNTS, JOB
+from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats.claim import Claim, check_claims
@@ -160,7 +160,7 @@ TRIALS = pl.Schema(
         **SHOWN,
         "background_mean": float,  # mean grey of what the object passes
         **COUNTS,
-        **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming"), float),
+        **PEAKS,
         "hs_rightward": float,  # the highest HS of the frames in which the truth says rightward
         "hs_leftward": float,  # the lowest HS of those in which it says leftward
         "hs_against": float,  # distance that HS goes against the truth's direction in either, 0 if it never does
@@ -216,15 +216,11 @@ class ClipSource:
         frames
             A row per frame: ``hs``, ``vs``, ``looming`` and the truth's ``motion``.
         """
-        hs, vs, motion = (frames[name].to_numpy() for name in ("hs", "vs", "motion"))
+        hs, motion = frames["hs"].to_numpy(), frames["motion"].to_numpy()
         right, left = hs[motion == "rightward"], hs[motion == "leftward"]
         against = np.concatenate([-right, left])
         return {
-            "peak_hs": float(hs.max()),
-            "trough_hs": float(hs.min()),
-            "peak_vs": float(vs.max()),
-            "trough_vs": float(vs.min()),
-            "peak_looming": float(frames["looming"].to_numpy().max()),
+            **peaks(frames),
             "hs_rightward": float(right.max()) if right.size else None,
             "hs_leftward": float(left.min()) if left.size else None,
             "hs_against": max(float(against.max()), 0.0) if against.size else None,

@@ -24,7 +24,7 @@ import polars as pl
 from colias_sim.config import CameraConfig
 from dsnn.model import SPIKING
 from experiments.bench.run.models import ConfiguredModel
-from experiments.bench.run.rows import COUNTS, FRAME, JOB, RESPONSES, columns_of, is_imported
+from experiments.bench.run.rows import COUNTS, FRAME, JOB, PEAKS, RESPONSES, columns_of, is_imported, peaks
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.course import ROBOT_RADIUS_CM, half_crossing
 from experiments.bench.sources.experiment import Drawing
@@ -33,7 +33,7 @@ from experiments.bench.stats.checks import is_number
 RESPONDED: Mapping[str, type] = {
     **COUNTS,
     "firing_rate_hz": float,
-    **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming"), float),
+    **PEAKS,
     "achieved_speed_cm_s": float,  # mean of the stimulus where it was to be constant; null where it stopped before that
     "path_error_mm": float,  # largest distance of the stimulus from its line there
     "drift_mm": float,  # distance of the stimulus from its line at the end, left of its way positive
@@ -175,7 +175,7 @@ def responses(model: ConfiguredModel, frames: pl.DataFrame, parts: Windows, fps:
     """
     counted = model.counted if model.counted in SPIKING and model.threshold is not None else ""
     spikes = np.abs(frames[f"{counted}_spikes"].to_numpy()) if counted else None
-    hs, vs, looming = (frames[channel].to_numpy() for channel in ("hs", "vs", "looming"))
+    hs = frames["hs"].to_numpy()
 
     def count(part: str) -> int | None:
         return int(spikes[parts[part]].sum()) if spikes is not None and part in parts else None
@@ -186,11 +186,7 @@ def responses(model: ConfiguredModel, frames: pl.DataFrame, parts: Windows, fps:
     seen, seen_s = count("in_view"), float(parts["in_view"].sum()) / fps if parts else 0.0
     return {
         "firing_rate_hz": None if spikes is None else int(spikes.sum()) / (len(hs) / fps),
-        "peak_hs": float(hs.max()),
-        "trough_hs": float(hs.min()),
-        "peak_vs": float(vs.max()),
-        "trough_vs": float(vs.min()),
-        "peak_looming": float(looming.max()),
+        **peaks(frames),
         "spikes_in_view": seen,
         "rate_in_view_hz": seen / seen_s if seen is not None and seen_s else None,
         "mean_hs_in_view": mean("in_view"),

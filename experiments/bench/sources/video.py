@@ -19,7 +19,7 @@ from dsnn.video import FASTEST, Video, read_video
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Sample
-from experiments.bench.run.rows import COUNTS, FRAME, JOB, RESPONSES
+from experiments.bench.run.rows import COUNTS, FRAME, JOB, PEAKS, RESPONSES, peaks
 from experiments.bench.sources.clips import ClipSource
 from experiments.bench.sources.motion import GRADES, grades, mean_flow
 from experiments.bench.sources.pictures import by_number
@@ -41,13 +41,10 @@ SLACK_FRAMES = 4.0
 NOTHING: Mapping[str, Any] = {}
 
 
-PEAKS = {"peak_hs": ("hs", max), "trough_hs": ("hs", min), "peak_vs": ("vs", max), "trough_vs": ("vs", min),
-         "peak_looming": ("looming", max)}  # fmt: skip
-"""Column -> the potential, and which of its values."""
 TRIALS = pl.Schema(
     {
         **JOB, "source": str, "width": int, "height": int, "fps": float, **COUNTS,
-        **dict.fromkeys((*PEAKS, "seconds", *GRADES), float), "frames": int, "wall_s": float,
+        **PEAKS, **dict.fromkeys(("seconds", *GRADES), float), "frames": int, "wall_s": float,
     }
 )  # fmt: skip
 """Columns of ``trials.parquet``: what was shown, as models saw it in px, and its own frames per second; of each model
@@ -187,9 +184,8 @@ class VideoSource:
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return peaks and troughs of a model's potentials, and its grades against the flow."""
-        peaks = {name: float(most(frames[channel])) for name, (channel, most) in PEAKS.items()}
         graded = grades(frames, model.thresholds.get("hs")) if self._flow else dict.fromkeys(GRADES)
-        return {**peaks, "seconds": float(frames["time_s"][-1]), **graded}
+        return {**peaks(frames), "seconds": float(frames["time_s"][-1]), **graded}
 
     def ended_early(self, frames: int, until_s: float) -> str:
         """Say why this is not all of the source, after so many frames and seconds; empty if it is, or was left."""

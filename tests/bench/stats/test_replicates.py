@@ -206,7 +206,6 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
     kept = [row for row in rows if row is not lost]
     whole, part = ({c.id: c for c in reproduce.verdicts(every(cases, r), [])} for r in (rows, kept))
     assert part["C13"].count.unjudged == {"not shown": 1}
-    assert "1 trials of general failed" in part["C13"].outcome.measured
     assert part["C13"].count.holds == whole["C13"].count.holds - 1
     assert part["C16"] == whole["C16"]
 
