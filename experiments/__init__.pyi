@@ -29,7 +29,7 @@ from .bench.sources.path import Path as Path
 from .bench.stats.checks import Check as Check
 from .bench.stats.checks import decide as decide
 from .bench.stats.claim import Claim as Claim
-from .bench.stats.scores import Score as Score
+from .bench.stats.tests import Score as Score
 from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
 from .bench.study import Fit as Fit

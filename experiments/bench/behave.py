@@ -41,7 +41,7 @@ from experiments.bench.sources.episodes import (
     record,
 )
 from experiments.bench.stats import stored
-from experiments.bench.stats.scores import Score
+from experiments.bench.stats.tests import Score
 from scenes import is_arena_file
 
 MAPPINGS = ("camera", "robot", "randomise")

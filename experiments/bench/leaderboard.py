@@ -35,8 +35,16 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Angular, Translation
 from experiments.bench.sources.experiment import Design, Experiment
 from experiments.bench.sources.judge import SIGNED
-from experiments.bench.stats.scores import Score, alarm_count, first_alarm_s, poisson_interval
-from experiments.bench.stats.tests import area_under_roc, effective_number, median_interval, proportion_interval
+from experiments.bench.stats.tests import (
+    Score,
+    alarm_count,
+    area_under_roc,
+    effective_number,
+    first_alarm_s,
+    median_interval,
+    poisson_interval,
+    proportion_interval,
+)
 from experiments.claims.clips import answer
 from experiments.clean import GREYS, LONG_EDGE_AHEAD
 from experiments.clutter_depth import GREYS as EXTREMES

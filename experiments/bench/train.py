@@ -46,7 +46,7 @@ from experiments.bench.sources.behaviour import (
 )
 from experiments.bench.sources.episode_scores import SUMMARY
 from experiments.bench.sources.episodes import env_id, short_name
-from experiments.bench.stats.scores import Score
+from experiments.bench.stats.tests import Score
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO

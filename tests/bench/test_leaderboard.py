@@ -17,8 +17,7 @@ from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.designs import Translation
 from experiments.bench.sources.judge import SIGNED
-from experiments.bench.stats.scores import alarm_count, first_alarm_s, poisson_interval
-from experiments.bench.stats.tests import median_interval
+from experiments.bench.stats.tests import alarm_count, first_alarm_s, median_interval, poisson_interval
 from experiments.claims.clips import answer
 from tests.helpers import user_files
 

@@ -16,7 +16,7 @@ from colias_sim.envs import ENVS, RETURN
 from experiments.bench.report import scoreboard, style
 from experiments.bench.report.terminal import count
 from experiments.bench.sources.episode_scores import summary as summarise
-from experiments.bench.stats.scores import written
+from experiments.bench.stats.tests import written
 from scenes import ARENA_RADIUS_CM
 
 ACROSS, MOST_ACROSS = 4, 6

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from experiments.bench.report import style, terminal
-from experiments.bench.stats.scores import Score
+from experiments.bench.stats.tests import Score
 
 ACROSS, ROW, AROUND = 4, 0.26, 1.1
 """Panels side by side, and the heights of a row and of what is around a panel's rows, inches."""

@@ -17,8 +17,7 @@ from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.run.rows import known
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import claims_on
-from experiments.bench.stats.scores import Score, poisson_interval
-from experiments.bench.stats.tests import proportion_interval, summarise
+from experiments.bench.stats.tests import Score, poisson_interval, proportion_interval, summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
 
 COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for entry in ENVS.values() for column in entry.columns}

@@ -25,8 +25,7 @@ import polars as pl
 
 from dsnn.looming.layers import REST
 from experiments.bench.run.streams import stream
-from experiments.bench.stats.scores import first_alarm_s
-from experiments.bench.stats.tests import LEVEL, PERMUTATIONS, SEED
+from experiments.bench.stats.tests import LEVEL, PERMUTATIONS, SEED, first_alarm_s
 
 Floats = npt.NDArray[np.float64]
 Values = Sequence[float] | pl.Series | Floats
