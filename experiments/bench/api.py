@@ -102,8 +102,6 @@ def perform(
         It cannot be run so; nothing is written then.
     """
     plan = planned(experiment, **asked)
-    for note in _missing_models(plan):
-        error_console.print(note, soft_wrap=True)
     if isinstance(plan, OfflinePlan):
         from experiments.bench import offline  # not before: it draws, and a wrong use should be quick
 
@@ -133,18 +131,6 @@ def _viewer_for(live: bool | str, resources: Resources) -> str | None:
     if not resources.quiet:
         error_console.print(f"live: each trial is a recording of the viewer at {address}", soft_wrap=True)
     return address
-
-
-def _missing_models(plan: Plan | OfflinePlan) -> list[str]:
-    """Return a line for each claim of a user's own that compares models of which some are not shown."""
-    models = plan.models if isinstance(plan, OfflinePlan) else plan.settings.models
-    labels, notes = [model.label for model in models], []
-    for claim in plan.experiment.claims:
-        missing = sorted(getattr(claim, "models", frozenset()) - set(labels))
-        if missing and isinstance(claim, Claim) and claim.own:
-            needs = f"needs the models {', '.join(missing)}, which are not shown"
-            notes.append(f"note: claim {claim.id} {needs}; shown are {', '.join(labels)}")
-    return notes
 
 
 def run(

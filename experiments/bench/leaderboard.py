@@ -236,7 +236,7 @@ def plan(models: Sequence[str], repeats: int | None, seed: int) -> Plan:
         DIRECTION: [text for text, has in channels.items() if {"hs", "vs"} & has or "looming" not in has],
         LOOMING: [text for text, has in channels.items() if "looming" in has],
     }
-    planned: dict[str, list[Batch[Any]]] = {ROBOT.name: [trials.batch(robot, trials.ROWS_ONLY)]}
+    planned: dict[str, list[Batch[Any]]] = {ROBOT.name: [trials.batch(robot)]}
     for board, names in boards.items():
         for experiment in clip_experiments(board, names) if names else ():
             clips = offline.plan(experiment, experiment.models, (), repeats if experiment.repeats > 1 else None, seed)

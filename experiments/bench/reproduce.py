@@ -391,7 +391,8 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
 
 
 def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources) -> Run:
-    with robot_run.batch(part, robot_run.Keep()).run(folder / part.experiment.name, pool, resources) as run:
+    batch = robot_run.batch(part, recordings=True, frames=True)
+    with batch.run(folder / part.experiment.name, pool, resources) as run:
         return conclude(part, run)
 
 

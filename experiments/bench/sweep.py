@@ -215,7 +215,7 @@ def batch(plan: Plan, name: str = "") -> Batch[Any]:
     """Return all trials of a sweep as a batch. They leave neither recordings nor frames."""
     on_clips, probe = plan.things == "clips", plan.study.probe
     name = name or plan.study.name
-    work: Any = partial(offline.play_clip, frames=False) if on_clips else partial(trials.work, keep=trials.ROWS_ONLY)
+    work: Any = partial(offline.play_clip, frames=False) if on_clips else trials.work
     return Batch(
         name=name,
         specs=plan.specs,

@@ -16,7 +16,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_aren
 from experiments.bench.result import Run, excitations, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, explain
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import look_up
 from experiments.bench.run.parameters import Parameters, differing
@@ -26,7 +26,7 @@ from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.sources import room
-from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED, START_CM_S2
+from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.experiment import Design, Experiment, Settings
@@ -148,16 +148,6 @@ def _paths(plan: Plan) -> dict[str, Any]:
     }
 
 
-def notes(plan: Plan) -> list[str]:
-    """Return what a person should know of parameters that are set but act where nothing of it is seen."""
-    crossings = [c for c in plan.experiment.conditions() if c.motion == "translation"]
-    return [
-        f"acceleration_cm_s2={value:g} of a crossing acts outside the view: it starts there, and comes in at its "
-        "speed. For one that accelerates in view give it a path (Condition.along)"
-        for value in sorted({c.acceleration_cm_s2 for c in crossings} - {START_CM_S2})
-    ]
-
-
 def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
     """Section name -> its default value: each model under its family's name, the apparatus, then the design.
 
@@ -239,10 +229,8 @@ def both(plan: Plan) -> Plan:
     try:
         eye = camera(settings, TRUE)
     except ValidationError as error:
-        common = f"camera.height={settings.camera.height}, camera.fps={settings.camera.fps:g}"
-        reason = error.errors()[0]["msg"].removeprefix("Value error, ")
         raise UsageError(
-            f"--eyes both: both eyes have {common}, which the true one ({TRUE}) cannot have: {reason}"
+            f"--eyes both: the camera of preset {TRUE} cannot have the set size or rate: {explain(error)}"
         ) from None
     if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
@@ -255,32 +243,24 @@ def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parame
     return described(sections(experiment, models))
 
 
-@dataclass(frozen=True, slots=True)
-class Keep:
-    """Parts that are kept of a trial beside its rows."""
+def work(
+    trial: RobotTrial, *, recordings: bool = False, frames: bool = False, viewer: str | None = None
+) -> TrialRecord:
+    """Play one trial in a worker, with a row per frame and its recording as far as they are wanted.
 
-    recordings: bool = True
-    frames: bool = True
-    viewer: str | None = None
-    """Address, HOST:PORT, of a viewer that trials are streamed to while they run."""
-
-
-ROWS_ONLY = Keep(recordings=False, frames=False)
-
-
-def work(trial: RobotTrial, *, keep: Keep) -> TrialRecord:
-    """Play one trial in a worker, with its recording if that is kept."""
-    if not keep.recordings and keep.viewer is None:
-        return drawn_here(play(trial, frames=keep.frames))
+    ``viewer`` is the address, HOST:PORT, of a viewer that the trial is streamed to while it runs.
+    """
+    if not recordings and viewer is None:
+        return drawn_here(play(trial, frames=frames))
     from experiments.bench.sources import recording  # not before: Rerun takes its time to load
 
-    record = recording.record if keep.recordings else None
-    viewer = None if keep.viewer is None else recording.LiveTrial(trial, keep.viewer)
+    record = recording.record if recordings else None
+    live = None if viewer is None else recording.LiveTrial(trial, viewer)
     try:
-        return drawn_here(play(trial, record, frames=keep.frames, maps=True, watch=viewer.see if viewer else None))
+        return drawn_here(play(trial, record, frames=frames, maps=True, watch=live.see if live else None))
     finally:
-        if viewer:
-            viewer.close()
+        if live:
+            live.close()
 
 
 def seconds(trial: RobotTrial) -> float:
@@ -288,24 +268,19 @@ def seconds(trial: RobotTrial) -> float:
     return nominal(trial.condition, trial.settings).stimulus.seconds
 
 
-def amount(plans: Sequence[Plan]) -> str:
-    """Say how many trials and frames the plans have, and which of their parameters act out of sight."""
-    trials = sum(len(plan.specs()) for plan in plans)
-    noted = dict.fromkeys(note for plan in plans for note in notes(plan))
-    return "\n".join([f"{trials} trials, about {sum(plan.frames() for plan in plans):,} frames", *noted])
-
-
-def batch(plan: Plan, keep: Keep) -> Batch[RobotTrial]:
-    """Return the trials of a checked plan as a batch."""
+def batch(
+    plan: Plan, *, recordings: bool = False, frames: bool = False, viewer: str | None = None
+) -> Batch[RobotTrial]:
+    """Return the trials of a checked plan as a batch; the options are those of `work`."""
     specs = plan.specs()
     return Batch(
         name=plan.experiment.name,
         specs=specs,
-        work=partial(work, keep=keep),
-        description={**describe(plan), "recordings": keep.recordings},
+        work=partial(work, recordings=recordings, frames=frames, viewer=viewer),
+        description={**describe(plan), "recordings": recordings},
         schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
         parameters=plan.changed(),
-        amount=partial(amount, [plan]),
+        amount=lambda: f"{len(specs)} trials, about {plan.frames():,} frames",
         size=seconds,
     )
 
@@ -333,7 +308,7 @@ def run(
     Run
         The run as its files have it.
     """
-    trials = batch(plan, Keep(recordings, viewer=viewer))
+    trials = batch(plan, recordings=recordings, frames=True, viewer=viewer)
     with resources.pool() as pool, trials.run(out, pool, resources) as folder:
         return conclude(plan, folder)
 

@@ -35,7 +35,6 @@ from experiments.bench.run.parameters import Parameters, of_model, with_columns
 from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, recording_name, table
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
-SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
 
 PARTS = "parts"
 """The folder of the trials' own files, which is there while a run is, and after a kill."""
@@ -267,16 +266,4 @@ class RunFolder(Files):
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
                 " so trials of one machine may have other numbers on another; run.json tells what drew"
             )
-        return notes + [f"{self.folder}: {note}" for note in self._uncounted()]
-
-    def _uncounted(self) -> list[str]:
-        """Return a line for each model that spikes in a channel whose count is null, as far as frames are kept."""
-        trials, frames, uncounted = self.trials(), self.frames(), []
-        for name in (name for name in SPIKES if name in trials.columns and name in frames.columns):
-            without = trials.filter(pl.col(name).is_null())
-            spiking = frames.filter(pl.col(name) != 0).join(without, on=["trial", "model"], how="semi")
-            uncounted += [
-                f"{model} returns {name} and has no threshold for them, so they are not counted: colias check says more"
-                for model in spiking["model"].unique(maintain_order=True)
-            ]
-        return uncounted
+        return notes

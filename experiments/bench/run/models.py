@@ -96,8 +96,6 @@ anyway.
 """
 RATE_TOLERANCE = 0.002
 """Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
-MOST_NAMED = 6
-"""Models that a note names."""
 
 
 def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
@@ -111,26 +109,14 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
     Returns
     -------
     list of str
-        A line for each assumed rate and the rates shown instead.
+        A line for each model and rate.
     """
-    other: dict[tuple[str, float], set[float]] = {}
+    notes = {}
     for model, rate in models:
-        assumed = model.fps
-        if assumed is not None and abs(rate - assumed) > RATE_TOLERANCE * assumed:
-            name = f"{model.source} of setting {model.label}" if model.label.isdigit() else model.label  # in a fit
-            other.setdefault((name, assumed), set()).add(rate)
-    lines: dict[tuple[float, tuple[float, ...]], list[str]] = {}
-    for (label, assumed), rates in other.items():
-        lines.setdefault((assumed, tuple(sorted(rates))), []).append(label)
-    notes = []
-    for (assumed, different), labels in lines.items():
-        names = ", ".join(labels[:MOST_NAMED])
-        if len(labels) > MOST_NAMED:
-            names += f" and {len(labels) - MOST_NAMED} more"
-        assume, are = ("assume", "are") if len(labels) > 1 else ("assumes", "is")
-        given = ", ".join(f"{rate:g}" for rate in different)
-        notes.append(f"{names} {assume} {assumed:g} frames/s and {are} shown {given}")
-    return notes
+        if model.fps is not None and abs(rate - model.fps) > RATE_TOLERANCE * model.fps:
+            name = model.source if model.label.isdigit() else model.label  # a label is a setting's number in a fit
+            notes[f"{name} assumes {model.fps:g} frames/s and receives {rate:g}"] = True
+    return list(notes)
 
 
 def load_model(source: str) -> ModelEntry:

@@ -15,7 +15,7 @@ from experiments.bench.run import viewer
 from experiments.bench.run.models import choose
 from experiments.bench.run.viewer import program
 from experiments.bench.sources.recording import LiveTrial
-from experiments.bench.trials import Keep, work
+from experiments.bench.trials import work
 from tests.bench.robot.test_trial import same, spec
 from tests.helpers.played import Played
 from tests.helpers.rerun_viewer import PATIENCE_S, listening
@@ -94,11 +94,11 @@ def test_what_arrives_is_the_trial(tmp_path):
 def test_numbers_and_recording_do_not_depend_on_a_viewer(tmp_path):
     """A job of a run, without one and with one that is not there."""
     asked, nobody = spec(), f"{viewer.HOST}:{viewer.free_port()}"
-    plain = work(asked, keep=Keep())
-    streamed = work(asked, keep=Keep(viewer=nobody))
+    plain = work(asked, recordings=True, frames=True)
+    streamed = work(asked, recordings=True, frames=True, viewer=nobody)
     assert rows_of(plain) == rows_of(streamed) and plain.frames.equals(streamed.frames)
     assert isinstance(plain.recording, bytes) and isinstance(streamed.recording, bytes)
-    assert work(asked, keep=Keep(recordings=False, viewer=nobody)).recording is None
+    assert work(asked, viewer=nobody).recording is None
 
 
 def test_a_viewer_that_is_closed_meanwhile_costs_nothing_but_the_rest_of_the_stream(tmp_path):

@@ -50,7 +50,9 @@ def test_a_model_s_frame_rate_is_held_against_what_it_is_shown():
     """29.97 frames/s are 30."""
     dsnn, emd, flow = (choose(name) for name in ("dsnn", "emd", "flow"))
     assert rate_notes([(dsnn, 30.0), (emd, 29.97), (flow, 60.0)]) == []
-    assert rate_notes([(dsnn, 60.0), (emd, 60.0)]) == ["dsnn, emd assume 30 frames/s and are shown 60"]
+    assert rate_notes([(dsnn, 60.0), (emd, 60.0)]) == [
+        f"{model} assumes 30 frames/s and receives 60" for model in ("dsnn", "emd")
+    ]
 
 
 # --- one model under several settings ---------------------------------------------------------------------------------
