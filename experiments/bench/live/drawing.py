@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,8 +33,6 @@ LEAST = (0.3, 2.0)
 DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
 CM = 100.0
 """Units of the page for each of the simulation."""
-DRAGGED_S = 1.5
-"""Time after a drag for which the handle stays where it was left, while the stimulus follows."""
 EYE, FLOOR = (17, 55, 177), (196, 200, 206)
 Floats = npt.NDArray[np.float64]
 
@@ -143,30 +140,18 @@ class Traces:
 
 
 class Scene:
-    """The visible geoms of a trial, those of a robot below a frame that moves with it, and the stimulus's handle.
+    """The visible geoms of a trial, those of a robot below a frame that moves with it.
 
     Parameters
     ----------
     scene
         Where they are drawn.
-    drag
-        Called with the place (x, y) in cm to which the handle is dragged.
     """
 
-    def __init__(self, scene: viser.SceneApi, drag: Callable[[float, float], None]) -> None:
-        self._scene, self._dragged = scene, -math.inf
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
         self._frames: dict[str, Any] = {}
         self.drawn: list[Any] = []
-        self.handle = scene.add_transform_controls(
-            "/handle", scale=5.0, active_axes=(True, True, False), disable_rotations=True,
-            translation_limits=((-44.0, 44.0), (-44.0, 44.0), (4.5, 4.5)), depth_test=False,
-        )  # fmt: skip
-
-        def update(event: Any) -> None:
-            self._dragged = time.monotonic()
-            drag(*(float(value) for value in event.target.position[:2]))
-
-        self.handle.on_update(update)
 
     def draw(self, sim: Simulation, camera: CameraConfig) -> None:
         """Draw a trial's arena and robots, and the observer's camera, in place of those before."""
@@ -203,9 +188,6 @@ class Scene:
             frame = self._frames[name]
             frame.position = (CM * pose.x, CM * pose.y, 0.0)
             frame.wxyz = (math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2))
-        if time.monotonic() - self._dragged > DRAGGED_S:
-            stimulus = poses["stimulus"]
-            self.handle.position = (CM * stimulus.x, CM * stimulus.y, 4.5)
 
 
 def _mesh(model: mujoco.MjModel, index: int) -> Any:

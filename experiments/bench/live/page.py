@@ -222,13 +222,13 @@ class Page:
         server, gui, ask = self.server, self.server.gui, self.ask
         server.scene.set_up_direction("+z")
         server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
-        self.scene = Scene(server.scene, lambda x, y: ask(lambda: session.send("stimulus", x, y)))
+        self.scene = Scene(server.scene)
 
         def drive(robot: Robot, move: str) -> None:
             session.drive(robot, *MOVES[move][:2])
 
         for robot in ROBOTS:
-            also = "; or drag its handle" if robot == "stimulus" else ", with shift"
+            also = "" if robot == "stimulus" else ", with shift"
             group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys J, I, X, K, L{also}")
             group.on_click(lambda event, robot=robot: ask(partial(drive, robot, str(event.target.value))))
             for move, (_, _, key) in MOVES.items():
@@ -236,14 +236,6 @@ class Page:
                 command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
                 command.on_trigger(lambda _, robot=robot, move=move: ask(partial(drive, robot, move)))
         speed = gui.add_slider("speed, cm/s", 0.5, 35.0, 0.5, session.speed_cm_s)
-        sent = gui.add_dropdown("a click on the floor sends", ROBOTS)
-
-        def click(origin: Iterable[float], direction: Iterable[float]) -> None:
-            (x, y, z), (dx, dy, dz) = map(float, origin), map(float, direction)
-            if dz < 0.0:
-                session.send(sent.value, x - dx * z / dz, y - dy * z / dz)
-
-        server.scene.on_click()(lambda event: ask(partial(click, event.ray_origin, event.ray_direction)))
         driver = gui.add_dropdown("the observer's driver", (BY_HAND, *session.behaviours),
                                   initial_value=session.behaviour or BY_HAND)  # fmt: skip
         looped = gui.add_dropdown("trial", (BY_HAND, *session.experiments), initial_value=self._looped()[0],

@@ -43,10 +43,6 @@ START: Mapping[Robot, Place] = {"stimulus": Place(12.0, 11.0, -90.0), "observer"
 ROBOTS = tuple(START)
 ROOM_CM = 3.0
 """Distance that robots keep from the wall, and that their middles keep beyond touching."""
-NEAR_CM = 0.4
-"""Distance from its target at which a driven robot stops."""
-STEERING_PER_S = 4.0
-"""Turn rate of a robot on its way to a target, for each radian that it is off it."""
 
 
 class Session:
@@ -255,7 +251,6 @@ class ArenaSession(Session):
         sighted = [name for name, entry in BEHAVIOURS.items() if entry.senses == "neural"]
         self.behaviours = tuple(dict.fromkeys([*sighted, behaviour] if behaviour else sighted))
         self.looped: tuple[str, int] | None = None
-        self._target: dict[Robot, tuple[float, float]] = {}
         self._behaviour: tuple[str, ModelRunner, Policy] | None = None
         self._wheels: dict[Robot, tuple[float, float]] = {}
         self._begin(models, self.settings, START, (experiment, 0) if experiment else None)
@@ -309,7 +304,6 @@ class ArenaSession(Session):
         self.trial: RobotSource = showing.source
         self.interval_s = self.trial.sim.frame_interval
         self._changes: list[Change] = []
-        self._target.clear()
         self._wheels.clear()
         self._show(models, showing)
 
@@ -339,15 +333,7 @@ class ArenaSession(Session):
     def drive(self, robot: Robot, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
         self._check_hand()
-        self._target.pop(robot, None)
         self._wheels[robot] = (ahead * self.speed_cm_s, turn)
-
-    def send(self, robot: Robot, x_cm: float, y_cm: float) -> None:
-        """Let a robot drive to a place, in the arena."""
-        self._check_hand()
-        if not math.hypot(x_cm, y_cm) <= ARENA_RADIUS_CM:
-            raise UsageError(f"a place must be within {ARENA_RADIUS_CM:g} cm, got ({x_cm:g}, {y_cm:g})")
-        self._target[robot] = (x_cm, y_cm)
 
     def _check_hand(self) -> None:
         if self.looped:
@@ -372,7 +358,6 @@ class ArenaSession(Session):
             raise UsageError(f"behaviour must be one of {', '.join(self.behaviours)}, got {short(name)}")
         runner = ModelRunner(choose(entry.model), self.trial.shape, keep=False)
         self._behaviour = name, runner, entry.make(stream("policy", self.seed))
-        self._target.pop("observer", None)
 
     def _next(self) -> Sample:
         if self.trial.drive.over:
@@ -401,29 +386,10 @@ class ArenaSession(Session):
     def _command(self, drive: HandDrive) -> None:
         poses = self.poses
         for robot in ROBOTS:
-            if robot in self._target:
-                self._steer(robot, poses[robot])
             speed, turn = self._wheels.get(robot, (0.0, 0.0))
             if _blocked(poses[robot], poses["observer" if robot == "stimulus" else "stimulus"], speed):
                 speed = 0.0
             drive.command(robot, float(speed), float(turn))
-
-    def _steer(self, robot: Robot, pose: Pose) -> None:
-        """Turn a robot towards its target, and drive there: backward where that is nearer to its heading."""
-        x, y = self._target[robot]
-        dx, dy = x - 100 * pose.x, y - 100 * pose.y
-        if math.hypot(dx, dy) < NEAR_CM:
-            del self._target[robot]
-            self._wheels[robot] = (0.0, 0.0)
-            return
-        off = math.remainder(math.atan2(dy, dx) - pose.heading, 2 * math.pi)
-        way = 1.0
-        if abs(off) > math.pi / 2:
-            way, off = -1.0, math.remainder(off - math.pi, 2 * math.pi)
-        near = min(1.0, math.hypot(dx, dy) / 2)
-        speed = way * self.speed_cm_s * near * max(math.cos(off), 0.0) ** 4
-        turn = math.degrees(STEERING_PER_S * off)
-        self._wheels[robot] = (speed, min(max(turn, -FASTEST_DEG_S), FASTEST_DEG_S))
 
     def hand(self) -> Hand:
         """Return what was done since the trial began, as data."""
