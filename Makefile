@@ -79,7 +79,7 @@ playground: ## The playground's JavaScript: linted, its format and its types che
 
 test-fit: $(READY) ## The tests of fits, which need the extra [fit]
 	sh tools/setup.sh --fit
-	$(BIN)/python -m pytest tests/bench/test_fit.py tests/bench/test_fit_box.py tests/bench/test_fit_measures.py
+	$(BIN)/python -m pytest tests/bench/test_fit.py
 
 test-live: $(READY) ## The tests of the page of colias live, which need the extra [live] and Chromium
 	sh tools/setup.sh --live

@@ -31,10 +31,10 @@ from experiments.bench.run.files import Files, plain
 from experiments.bench.run.models import look_up, shown_models
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
-from experiments.bench.run.workers import Workers
 from experiments.bench.sources import motion
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
+from experiments.bench.sources.episodes import short_name
 from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.sources.judge import judge as judge_rows
@@ -247,11 +247,6 @@ def _clips(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> Off
     return offline.plan(experiment, experiment.models, (), repeats, seed, pictures)
 
 
-def single_model_experiments() -> tuple[str, ...]:
-    """Return those of the paper's experiments that show one model: not those that compare moves of the network."""
-    return tuple(name for name in registry.paper_experiments() if len(registry.load(name).models) == 1)
-
-
 def replicates_plan(
     replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False,
     pictures: Pictures | None = None,
@@ -272,10 +267,11 @@ def replicates_plan(
     beside = (BEST,) if onboard else ()
     models = {
         name: [
-            *(model for model in asked_models(registry.load(name)) if among is None or model in among),
-            *(beside if name in single_model_experiments() else ()),
+            *(model for model in asked_models(declared) if among is None or model in among),
+            *(beside if len(declared.models) == 1 else ()),  # others compare moves of the network
         ]
         for name in registry.paper_experiments()
+        for declared in [registry.load(name)]
     }
     study = Study(
         REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
@@ -366,11 +362,21 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     begin_whole(folder, "reproduction")
     counts, failures = {}, {}
     with resources.pool() as pool:
-        runs = [_robot_trials(part, folder, pool, resources) for part in plans.robot]
-        clips = [_shown(part, folder, pool, resources) for part in plans.clips]
-        played = [_played(part, folder, pool, resources) for part in plans.behaviours]
-        for name, part in plans.studies.items():
-            counts[name] = sweep.play(part, folder / name, pool, resources, name)
+        runs = []
+        for part in plans.robot:
+            trials = robot_run.batch(part, recordings=True, frames=True)
+            with trials.run(folder / part.experiment.name, pool, resources) as run:
+                runs.append(conclude(part, run))
+        clips = [
+            offline.run(part, folder / part.experiment.name, pool, resources, recordings=part.experiment.recorded)
+            for part in plans.clips
+        ]
+        played = [
+            behave.run(part, folder / f"behave-{short_name(part.env).partition('-')[0].lower()}", pool, resources)
+            for part in plans.behaviours
+        ]
+        for name, study in plans.studies.items():
+            counts[name] = sweep.play(study, folder / name, pool, resources, name)
             failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
         failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
@@ -388,22 +394,6 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, clips, played, studies, failures)
     _write(result)
     return result
-
-
-def _robot_trials(part: Plan, folder: Path, pool: Workers, resources: Resources) -> Run:
-    batch = robot_run.batch(part, recordings=True, frames=True)
-    with batch.run(folder / part.experiment.name, pool, resources) as run:
-        return conclude(part, run)
-
-
-def _shown(part: OfflinePlan, folder: Path, pool: Workers, resources: Resources) -> Run:
-    experiment = part.experiment
-    return offline.run(part, folder / experiment.name, pool, resources, recordings=experiment.recorded)
-
-
-def _played(part: BehaviourPlan, folder: Path, pool: Workers, resources: Resources) -> Run:
-    env = part.env.partition("/")[2].partition("-")[0].lower()
-    return behave.run(part, folder / f"behave-{env}", pool, resources)
 
 
 def rows(run: Run) -> list[dict[str, Any]]:

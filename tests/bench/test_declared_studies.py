@@ -9,7 +9,7 @@ import pytest
 from colias_sim.config import CameraConfig, RobotConfig
 from dsnn import MODELS
 from experiments.background import SPEEDS
-from experiments.bench import reproduce, sweep, sweep_plan
+from experiments.bench import registry, reproduce, sweep, sweep_plan
 from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
 from experiments.bench.run.errors import UsageError
@@ -189,7 +189,7 @@ def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
     replicates, moves = whole.studies["replicates"], whole.studies["sensitivity"]
     for spec in replicates.specs:
         shows = BEST in {model.label for model in spec.settings.models}
-        assert shows == (spec.experiment in reproduce.single_model_experiments())
+        assert shows == (len(registry.load(spec.experiment).models) == 1)
     second, moved = (
         read(plan, [{**row, HS: [0.0], SPIKES: [0]} for row in rows_of(plan.specs)]) for plan in (replicates, moves)
     )

@@ -1,16 +1,22 @@
-"""Fits of planted models: what is there is found, what is not is not, luck is exposed, and kills change nothing."""
+"""Fits: what is planted is found, luck is exposed, kills change nothing; goals, their front, and the box."""
 
 from __future__ import annotations
 
 import json
 import signal
 
+import numpy as np
 import polars as pl
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import experiments
+from experiments.bench import registry, tune
+from experiments.bench.box import Range, box_of, setting_at, spread
 from experiments.bench.cli import main
-from experiments.bench.fit import RESULTS, Fit, planned, scored
+from experiments.bench.fit import RESULTS, Fit, FitPlan, assigned, conclude, front, planned, scored, text_of, worth
+from experiments.bench.run.errors import UsageError
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome
@@ -29,8 +35,6 @@ from dataclasses import dataclass
 import dsnn
 from experiments import Check, Claim, Clip, OfflineExperiment
 
-RENDERED = True
-
 SMALL = {"rows": 16, "columns": 24, "speed": 60.0, "count": 9, "duration_s": 0.2}
 
 
@@ -38,7 +42,6 @@ SMALL = {"rows": 16, "columns": 24, "speed": 60.0, "count": 9, "duration_s": 0.2
 class Parameters:
     a: float = 0.5
     b: float = 0.5
-    c: int = 1
     t_sp: float = 0.2
 
 
@@ -75,11 +78,23 @@ def claim(name, judge):
 
 
 MODEL = dsnn.ModelEntry("planted", "planted", Planted, Parameters())
+'''
+DOTS = (
+    PLANTED
+    + """
 EXPERIMENT = OfflineExperiment(
     "planted", "planted", [Clip("dots", "dots", SMALL)], models=("planted.py",),
     claims=(claim("hill", high("peak_hs", 0.99)), claim("valley", low), claim("luck", high("peak_vs", 0.9))),
 )
-'''
+"""
+)
+RIGHTWARD = (
+    PLANTED
+    + """
+SMALL = {"rows": 16, "columns": 24, "motion": "rightward", "duration_s": 0.2, "width": 4.0, "height": 4.0}
+EXPERIMENT = OfflineExperiment("crossing", "a crossing", [Clip("crossing", "plain", SMALL)], models=("crossing.py",))
+"""
+)
 A, B = ("--over", "planted.a=0..1"), ("--over", "planted.b=0..1")
 SPEED = ("--over", "dots.speed=30..90")
 
@@ -87,13 +102,16 @@ SPEED = ("--over", "dots.speed=30..90")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("fit")
-    (place / "planted.py").write_text(PLANTED)
+    (place / "planted.py").write_text(DOTS)
+    (place / "crossing.py").write_text(RIGHTWARD)
     return place
 
 
 def arguments(folder, out, claims, *more):
-    file = str(folder / "planted.py")
-    return ["fit", file, "--model", file, "--claims", claims, *more, "--out", str(folder / out), "-q"]
+    """The command of a fit to claims, or without any to a measure of the crossing."""
+    file = str(folder / ("planted.py" if claims else "crossing.py"))
+    asked = ["--claims", claims] if claims else []
+    return ["fit", file, "--model", file, *asked, *more, "--out", str(folder / out), "-q"]
 
 
 def fit(folder, out, claims, *more):
@@ -238,3 +256,141 @@ def test_from_python_it_is_the_same_fit(folder, undisturbed):
     fitted = experiments.fit(asked, out=folder / "python", workers=0, quiet=True)
     assert same(folder / "python", undisturbed)
     assert fitted.winner == json.loads((undisturbed / "fit.json").read_text())["winner"]
+
+
+# --- measures ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_planted_optimum_of_a_measure_is_found_without_luck(folder):
+    result = fit(
+        folder, "peak", "", "--maximise", "peak-hs", *A, *B, "--trials", "60", "--sample", "16", "--held-out", "3"
+    )
+    assert abs(float(result["winner"]["planted.a"]) - 0.7) < 0.15
+    assert abs(float(result["winner"]["planted.b"]) - 0.2) < 0.15
+    rows = pl.read_csv(folder / "peak" / "fit.csv").to_dicts()
+    for row in rows:
+        hill = 1.0 - (float(row["planted.a"]) - 0.7) ** 2 - (float(row["planted.b"]) - 0.2) ** 2
+        assert float(row["peak-hs"]) == pytest.approx(hill, abs=1e-5)
+    as_it_is = 1.0 - 0.2**2 - 0.3**2
+    best = max(float(row["peak-hs"]) for row in rows if row["of"] == "search")
+    assert result["gain"]["peak-hs"] == pytest.approx(best - as_it_is, abs=1e-5)
+    assert result["luck"]["peak-hs"] == pytest.approx(0.0, abs=1e-9), "nothing there is random"
+
+
+def planted_result(values, maximise, minimise, anew, start, even=lambda searched: searched):
+    """A result of planted values: one for each setting searched, and those of the winner and the start anew."""
+    study = Study("made", "made", claims=(), experiments=("clean",), repeats=None, replicates=1)
+    asked = Fit(study, ("m.a=0..9",), maximise=maximise, minimise=minimise, held_out=3)
+    settings = tuple({"m.a": str(number)} for number in range(len(values)))
+
+    def results(rows):
+        return pl.DataFrame(
+            [(number, goal, place, None, value) for number, row in enumerate(rows)
+             for goal, each in zip(asked.goals, row, strict=True) for place, value in enumerate(each)],
+            RESULTS, orient="row",
+        )  # fmt: skip
+
+    searched = results([[(value,) for value in row] for row in values])
+    best = tuple(front([worth(row, asked) for row in scored(searched).to_dicts()]))
+    plan = FitPlan(asked, (Range("m.a", 0.0, 9.0, network=True),), 0, 1, 2)
+    again = results([anew] * len(best) + [start])
+    return conclude(plan, settings, searched, list(best), again, settings, even(searched), 1, {}, [])
+
+
+def test_of_a_minimum_luck_and_gain_have_the_same_sense():
+    result = planted_result([(0.2,), (0.9,)], (), ("x",), [(0.4, 0.4, 0.4)], [(0.7, 0.7, 0.7)])
+    assert result.winner == {"m.a": "0"}
+    assert result.luck["x"] == pytest.approx(0.2) and result.gain["x"] == pytest.approx(0.3)
+
+
+def test_a_goal_without_a_value_in_the_even_sample_is_said_to_have_none():
+    empty = planted_result([(0.2,), (0.9,)], ("x",), (), [(0.5,)], [(0.6,)], lambda t: t.with_columns(value=np.nan))
+    assert empty.settings.filter(of="sample")["x"].is_nan().all() and empty.luck["x"] == pytest.approx(0.4)
+
+
+def test_a_result_of_two_goals_has_its_front():
+    rows = [(1.0, 5.0), (2.0, 6.0), (1.5, 9.0)]
+    result = planted_result(rows, ("x",), ("y",), [(1.0,), (5.0,)], [(0.5,), (9.0,)])
+    table = result.anew
+    assert table["number"].unique(maintain_order=True).to_list() == [1, 0, None], "the third is worse than the second"
+    assert table.height == 3 * 2 and table["m.a"][-1] == "as it is"
+
+
+VALUES = st.lists(st.tuples(*[st.one_of(st.integers(0, 4), st.just(np.nan))] * 3), min_size=1, max_size=20)
+
+
+@given(VALUES)
+def test_the_front_has_just_the_settings_that_none_betters(values):
+    signed = [np.array(row, float) for row in values]
+    chosen = front(signed)
+    for place, row in enumerate(signed):
+        if np.isnan(row).any():
+            assert place not in chosen
+            continue
+        betters = [other for other in signed if (other >= row).all() and (other > row).any()]
+        if betters:
+            assert place not in chosen
+        else:
+            assert any((signed[number] == row).all() for number in chosen)
+
+
+def test_numbers_of_tuning_curves_are_goals_and_the_run_goes_on(folder, monkeypatch):
+    turns = tune.FAMILIES["direction"]
+    once = [probe for probe in turns.probes if probe.repeat == 0]
+    monkeypatch.setattr(tune, "FAMILIES", {"direction": turns._replace(probes=once)})
+    words = ("--maximise", "vs_dsi", "--minimise", "error_deg", "--over", "dsnn.w_i=0.5..1", "--trials", "2")
+    small = ("--share", "1", "--sample", "1", "--held-out", "1")
+    arguments = ["fit", "tuning", *words, *small, "--out", str(folder / "curves"), "-q", "--workers", "0"]
+    assert main.command(arguments) == 0
+    first = (folder / "curves" / "fit.csv").read_bytes()
+    assert main.command(arguments) == 0, "nothing is played again"
+    assert (folder / "curves" / "fit.csv").read_bytes() == first
+    result = json.loads((folder / "curves" / "fit.json").read_text())
+    assert result["goals"] == {"vs_dsi": 1, "error_deg": -1} and result["looks"] == 1
+
+
+# --- the box ----------------------------------------------------------------------------------------------------------
+
+
+def box(*over, experiment="general", **more):
+    study = Study("fit", "a fit", claims=("C14",), experiments=(experiment,), **more)
+    return box_of(over, study, [registry.find(experiment)])
+
+
+def test_ranges_are_of_the_kind_of_their_fields():
+    whole, real, choice, camera = box(
+        "dsnn.n_con=4..8", "dsnn.t_sp=0.05..0.3", "dsnn.polarity", "camera.luma_range=full,video"
+    )
+    assert whole.whole and {whole.at(share) for share in np.arange(0.0, 1.0, 0.01)} == {"4", "5", "6", "7", "8"}
+    assert not real.whole and 0.05 <= float(real.at(0.3)) <= 0.3
+    assert set(choice.choices) == {"common", "centre"}
+    assert [part.network for part in (whole, real, choice, camera)] == [True, True, True, False]
+
+
+def test_a_wide_range_of_positive_numbers_is_searched_by_its_logarithm():
+    assert float(Range("dsnn.k_sig", 0.001, 10.0).at(0.5)) == pytest.approx(0.1)
+    assert float(Range("x.y", 1.0, 99.0).at(0.5)) == 50.0
+
+
+def test_parameters_that_move_together_have_one_value():
+    square = box("dsnn.t_sp+dsnn.w_i=0.1..0.4", "dsnn.n_con=4,8")
+    assert [part.key for part in square] == ["dsnn.t_sp+dsnn.w_i", "dsnn.n_con"]
+    assert assigned(setting_at(square, [0.5, 0.9])) == ("dsnn.t_sp=0.25", "dsnn.w_i=0.25", "dsnn.n_con=8")
+    fit = Fit(Study("fit", "a fit", experiments=("leaderboard",), models=("dsnn",)), over=("dsnn.t_sp+dsnn.w_i=0..1",),
+              maximise=("auc_clips",))  # fmt: skip
+    assert text_of(fit, setting_at(square, [0.5, 0.9])) == "dsnn:t_sp=0.25,w_i=0.25,n_con=8"
+
+
+def test_sample_is_even_and_the_same_for_the_same_seed():
+    square = box("dsnn.t_sp=0..1", "dsnn.w_i=0..1")
+    settings = spread(square, 64, 3)
+    assert settings == spread(square, 64, 3) != spread(square, 64, 4)
+    for key in ("dsnn.t_sp", "dsnn.w_i"):  # one in each of 64 slices, as a Sobol sequence has them
+        assert sorted(int(float(setting[key]) * 64) for setting in settings) == list(range(64))
+
+
+def test_a_parameter_is_there_once():
+    with pytest.raises(UsageError, match="there twice"):
+        box("dsnn.t_sp=0.1..0.2", "dsnn.t_sp=0.2..0.3")
+    with pytest.raises(UsageError, match="there twice"):
+        box("dsnn.t_sp+dsnn.w_i=0.1..0.2", "dsnn.t_sp=0.2..0.3")
