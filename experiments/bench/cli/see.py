@@ -146,9 +146,10 @@ def video(
         require_encoder(f"--out {out}: {out.suffix}")
     path, width_height = recording(source, trial), (int(shape[1]), int(shape[2])) if shape else None
     if out.suffix:
-        reel = read(path).with_models(model or ())
-        if reel.hidden:
-            error_console.print(f"note: {reel.not_shown()}: --model chooses", soft_wrap=True)
+        whole = read(path)
+        reel = whole.with_models(model or ())
+        if not model and len(reel.values) < len(whole.values):
+            error_console.print(f"note: {len(reel.values)} of {len(whole.values)} models are shown: --model chooses")
     if not out.suffix:
         _write_pictures(path, out)
     elif out.suffix == ".png":

@@ -76,8 +76,6 @@ class Reel:
         Outlines on the floor, (N, 2), cm.
     properties
         What the recording says of itself.
-    hidden
-        How many models are not shown.
     """
 
     path: Path
@@ -88,7 +86,6 @@ class Reel:
     eyes: dict[str, Floats] = field(default_factory=dict)
     obstacles: list[Floats] = field(default_factory=list)
     properties: dict[str, Any] = field(default_factory=dict)
-    hidden: int = 0
 
     @property
     def time_s(self) -> Floats:
@@ -118,12 +115,7 @@ class Reel:
         chosen = list(dict.fromkeys(asked)) or list(self.values)[:MOST_MODELS]
         if len(chosen) > MOST_MODELS:
             raise UsageError(f"--model must be given at most {MOST_MODELS} times, got {len(chosen)}")
-        hidden = 0 if asked else len(self.values) - len(chosen)
-        return replace(self, values={name: self.values[name] for name in chosen}, hidden=hidden)
-
-    def not_shown(self) -> str:
-        """Say how many models are not shown; empty if all are."""
-        return f"{self.hidden} of {self.hidden + len(self.values)} models are not shown" if self.hidden else ""
+        return replace(self, values={name: self.values[name] for name in chosen})
 
 
 def read(path: Path) -> Reel:
@@ -387,9 +379,9 @@ def _ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def _caption(reel: Reel, given: str | None) -> str:
-    experiment, hidden = reel.properties.get("experiment"), reel.not_shown()
+    experiment = reel.properties.get("experiment")
     name = f"{experiment}: {reel.name.partition(' ')[2] or reel.name}" if experiment else reel.name
-    return given if given is not None else f"{name}; {hidden}" if hidden else name
+    return name if given is None else given
 
 
 def _seen(reel: Reel, times: Sequence[float]) -> dict[str, Iterator[Picture | None]]:
