@@ -4,6 +4,7 @@ The laws themselves are tried on all in tests/bench/check.
 """
 
 import dataclasses
+import json
 import warnings
 
 import numpy as np
@@ -24,7 +25,7 @@ from dsnn import (
     ResponseSeries,
 )
 from dsnn.frames import luma
-from tests.conftest import crossing
+from tests.conftest import ROOT, crossing
 
 SHAPE = (72, 99)
 COLUMNS = tuple(field.name for field in dataclasses.fields(ResponseSeries) if field.name != "time_s")
@@ -417,3 +418,14 @@ def test_parameters_are_frozen_closed_and_bounded(cls):
             for wrong in (float("nan"), -1e300, 1e300):
                 with pytest.raises(ValueError, match=field.name):
                     cls(**{field.name: wrong})
+
+
+def test_every_model_with_its_own_constants_gives_the_golden_responses(entry):
+    """Largest and mean potentials of a crossing and of an approach, so that no constant changes unnoticed."""
+    golden = json.loads((ROOT / "tests" / "golden" / "models.json").read_text())[entry.name]
+    for preset in ("robot", "offline"):
+        for clip, frames in {"crossing": oblique(), "approach": approach()}.items():
+            series = entry.build(SHAPE, entry.preset(preset)).run(frames)
+            found = [f(np.abs(getattr(series, channel))) for channel in entry.channels for f in (np.max, np.mean)]
+            spikes = int(np.abs(series.hs_spikes).sum() + np.abs(series.vs_spikes).sum() + series.looming_spikes.sum())
+            assert [*found, spikes] == pytest.approx(golden[f"{preset} {clip}"], rel=1e-4, abs=1e-7)

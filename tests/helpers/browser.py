@@ -17,8 +17,6 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
-"""A webcam that shows a test picture, and leave to use it."""
 PATIENCE_S = 60.0
 MESSAGES = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
 KEYS = {
@@ -105,10 +103,10 @@ class Tab:
 
 
 @contextmanager
-def browser(profile: Path, *flags: str) -> Iterator[Tab]:
+def browser(profile: Path) -> Iterator[Tab]:
     """Start Chromium, and end it when the block is left."""
     (theirs_in, to), (back, theirs_out) = os.pipe(), os.pipe()
-    command = [str(CHROMIUM), *FLAGS, *flags, f"--user-data-dir={profile}", "--remote-debugging-pipe"]
+    command = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}", "--remote-debugging-pipe"]
 
     def connect() -> None:  # DevTools reads from 3 and writes to 4
         first, second = os.dup(theirs_in), os.dup(theirs_out)

@@ -10,7 +10,6 @@ import re
 import shutil
 import subprocess
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -22,7 +21,7 @@ import experiments
 from dsnn import DSNN, DSNNParams
 from experiments.claims.robot import c15
 from tests.conftest import GOLDEN, ROOT
-from tests.helpers.browser import CAMERA, CHROMIUM, Tab, browser
+from tests.helpers.browser import CHROMIUM, Tab, browser
 from tests.site import SITE
 from tools.pages import playground
 
@@ -128,7 +127,7 @@ def test_the_word_is_that_of_the_claims_judge(data):
 
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory) -> Iterator[Tab]:
-    with browser(tmp_path_factory.mktemp("profile"), *CAMERA) as opened:
+    with browser(tmp_path_factory.mktemp("profile")) as opened:
         yield opened
 
 
@@ -239,27 +238,6 @@ def test_blocking_both_pathways_silences_every_trial(tab, data):
 
 
 @needs_chromium
-def test_a_webcam_is_answered_frame_by_frame_and_stays_as_a_trial(tab):
-    show(tab)
-    tab.ask("document.getElementById('camera').click()")
-    tab.until("parseInt(document.getElementById('camera').textContent.slice(6)) >= 10")
-    tab.ask("document.getElementById('camera').click()")
-    tab.until("document.getElementById('camera').textContent === 'Use the webcam'")
-    settled(tab)
-    assert text(tab, "command").startswith("colias watch 0 --size 99x72")
-    tab.ask("document.getElementById('scrubber').focus()")
-    tab.press("Home")
-    tab.until("document.getElementById('scrubber').value === '0'")
-    assert int(tab.ask("document.getElementById('scrubber').max")) >= 9
-    show_other = "{ const s = document.getElementById('trial'); s.value = '%s'; s.dispatchEvent(new Event('change')) }"
-    tab.ask(show_other % "speed-6")
-    tab.until("document.getElementById('command').textContent === 'colias run speed --repeats 1'")
-    tab.ask(show_other % "footage")
-    tab.until("document.getElementById('command').textContent.startsWith('colias watch 0')")
-    assert tab.messages == []
-
-
-@needs_chromium
 def test_a_video_of_something_that_moves_right_makes_hs_rise(tab, tmp_path):
     """By the file's own button, in a codec that every Chromium has; the answer begins anew when it is recomputed."""
     film = tmp_path / "it's right.webm"
@@ -295,7 +273,3 @@ def test_nothing_can_leave_the_page(tab):
     asked = "fetch('http://127.0.0.1:9/').then(() => 'sent', () => 'refused')"
     heard = "addEventListener('securitypolicyviolation', (event) => done(event.violatedDirective))"
     assert tab.ask(f"new Promise((done) => {{ {heard}; {asked} }})") == "connect-src"
-
-
-def test_what_is_shipped_is_below_ten_megabytes():
-    assert Path(PAGE).stat().st_size < 10e6

@@ -46,10 +46,3 @@ def test_counts_peaks_and_marks_are_those_of_the_frames(played):
             expected = {int(frame): int(np.sign(spikes[frame])) for frame in np.flatnonzero(spikes)}
             assert trial.recording.marks("dsnn", channel) == expected, row["clip"]
     assert {-1, 1} == {int(np.sign(v)) for trial in played for v in trial.frames["vs_spikes"] if v}
-
-
-def test_time_is_frames_by_the_frame_rate(played):
-    for trial in played:
-        assert len(trial.recording.images) == len(trial.frames["frame"]) == trial.row["frames"]
-        expected = np.arange(trial.row["frames"]) / trial.row["fps"]
-        np.testing.assert_allclose(trial.recording.time_s, expected, atol=1e-6)
