@@ -27,7 +27,7 @@ from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip, place_of
 from experiments.bench.stats import curves
-from experiments.bench.stats.curves import Axis
+from experiments.bench.stats.curves import CurveAxis
 from scenes.hints import nearest
 
 EXPERIMENT = "tuning"
@@ -55,7 +55,7 @@ DARK, GRATINGS, LOOMING = "dark object", "grating", "dark looming"
 """Lines that preferences are read from."""
 LOOMS, RECEDES, CROSSES = "dark disc looming", "dark disc receding", "dark disc crossing"
 """One disc at one speed. It crosses at the size at which the others end or begin."""
-L_OVER_V = Axis("l_over_v_s", "l / v", "s")
+L_OVER_V = CurveAxis("l_over_v_s", "l / v", "s")
 STIMULUS = "stimulus"
 """Name of the curve that `of_stimulus` makes, and of the preference along it."""
 AXES = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
@@ -85,9 +85,9 @@ class Family(NamedTuple):
     name: str
     summary: str
     kind: str
-    x: Axis
+    x: CurveAxis
     probes: Sequence[Probe]
-    y: Axis | None = None
+    y: CurveAxis | None = None
 
 
 def _probe(stimulus: str, changes: Mapping[str, Any], name: str, line: str, x: float, y: float | None = None) -> Probe:
@@ -107,20 +107,20 @@ def _approach(line: str, l_over_v_s: float, **changes: Any) -> Probe:
 
 
 FAMILIES: Mapping[str, Family] = {family.name: family for family in (
-    Family("speed", "A dark square of 24 px, rightward", "curve", Axis("speed_px_s", "speed", "px/s"),
+    Family("speed", "A dark square of 24 px, rightward", "curve", CurveAxis("speed_px_s", "speed", "px/s"),
            [_object(f"speed {v:g}", v, speed=v) for v in SPEEDS_PX_S]),
-    Family("size", "A dark square, rightward at 120 px/s", "curve", Axis("size_px", "size", "px"),
+    Family("size", "A dark square, rightward at 120 px/s", "curve", CurveAxis("size_px", "size", "px"),
            [_object(f"size {s:g}", s, width=s, height=s) for s in SIZES_PX]),
     Family("contrast", "A square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz", "curve",
-           Axis("contrast", "contrast", ""),
+           CurveAxis("contrast", "contrast", ""),
            [_object(f"{line}, contrast {c:g}", c, line, grey=GROUND * (1 + sign * c), background_grey=GROUND)
             for line, sign in ((DARK, -1), ("light object", 1)) for c in CONTRASTS]
            + [_grating(f"grating, contrast {c:g}", c, contrast=c) for c in CONTRASTS]),
-    Family("frequency", "Drifting sine gratings, rightward", "map", Axis("cycles_px", "spatial frequency", "cycles/px"),
+    Family("frequency", "Drifting sine gratings, rightward", "map", CurveAxis("cycles_px", "spatial frequency", "cycles/px"),
            [_grating(f"grating {wave:g} px, {f:g} Hz", 1 / wave, f, period_px=wave, temporal_hz=f)
-            for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], Axis("temporal_hz", "temporal frequency", "Hz")),
+            for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], CurveAxis("temporal_hz", "temporal frequency", "Hz")),
     Family("direction", "A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", "polar",
-           Axis("direction_deg", "direction of motion", "degrees"),
+           CurveAxis("direction_deg", "direction of motion", "degrees"),
            [_grating(f"grating {d:g} deg", d, direction_deg=d)._replace(repeat=phase)
             for phase in range(PHASES) for d in DIRECTIONS_DEG]
            + [_object(f"object {d:g} deg", d, motion=motion)._replace(direction_deg=d)
@@ -177,7 +177,7 @@ def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, se
             raise UsageError(f"--over {over}: {error}") from error
     unit = settings.unit_of(entry.params, name)
     noun = name.removesuffix(f"_{unit.replace('/', '_')}").replace("_", " ") if unit else name
-    return Family(STIMULUS, f"{entry.name}: {entry.summary}", "curve", Axis(name, noun, unit), probes)
+    return Family(STIMULUS, f"{entry.name}: {entry.summary}", "curve", CurveAxis(name, noun, unit), probes)
 
 
 def direction_deg(clip: Clip, seed: int) -> float:

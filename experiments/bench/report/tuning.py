@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from experiments.bench.report import style, terminal
 from experiments.bench.run.parameters import in_title
 from experiments.bench.stats import curves
-from experiments.bench.stats.curves import Axis
+from experiments.bench.stats.curves import CurveAxis
 
 Row = Mapping[str, Any]
 """A model's preferences: `experiments.bench.tune.preferences`."""
@@ -40,7 +40,13 @@ NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: 
 
 
 def draw(
-    kind: str, points: pl.DataFrame, preferences: Sequence[Row], x: Axis, y: Axis | None, summary: str, changed: Row
+    kind: str,
+    points: pl.DataFrame,
+    preferences: Sequence[Row],
+    x: CurveAxis,
+    y: CurveAxis | None,
+    summary: str,
+    changed: Row,
 ) -> Figure:
     """Draw the curves of one family: a panel for each model, of approaches a row of panels.
 
@@ -86,7 +92,7 @@ def draw(
     return figure
 
 
-def peak_finding(x: Sequence[float], responses: Sequence[float], axis: Axis) -> str:
+def peak_finding(x: Sequence[float], responses: Sequence[float], axis: CurveAxis) -> str:
     """Say where a response is largest, or that no value of x can be called preferred."""
     best = curves.preferred(x, responses)
     if best is None:
@@ -121,7 +127,7 @@ def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
         style.label_ends(axes, ends)
 
 
-def _curve(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
+def _curve(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
     """Draw the response along x; return the finding, that of the first line where lines differ."""
     _lines(group[0], own, "response")
     group[0].axhline(0.0, color=style.GREY, lw=0.5)
@@ -130,7 +136,7 @@ def _curve(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
     return findings[0] if len(set(findings)) == 1 else f"{findings[0]} ({own['line'][0]})"
 
 
-def _map(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
+def _map(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
     """Draw a heat map of responses with the best of each column; return where the largest is."""
     places, rates, responses = curves.grid(own)
     largest = max(np.nanmax(np.abs(responses)), curves.NOTHING)
@@ -150,7 +156,7 @@ def _map(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
     return f"largest at {rate}, {wave}{slope}".replace("flat Hz", "any frequency").replace("flat px", "any wavelength")
 
 
-def _polar(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
+def _polar(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
     """Draw the lobes of a response, and of HS and VS; return the preferred direction."""
     axes, is_grating = group[0], pl.col("line") == "grating"
     gratings, objects = own.filter(is_grating), own.filter(~is_grating)
@@ -176,7 +182,7 @@ def _polar(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
     return f"{'HS ' * directional}prefers {round(row['prefers_deg']) % 360}°, DSI {row['dsi']:.2f}"
 
 
-def _approach(group: Any, own: pl.DataFrame, row: Row, x: Axis) -> str:
+def _approach(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
     """Draw potential, spikes and the angle at the first spike against l / v; return what the model responds to."""
     angle = 2 * (pl.col("x") / pl.col("contact_s")).arctan().degrees()
     for axes, (column, label) in zip(group, MEASURES.items(), strict=True):

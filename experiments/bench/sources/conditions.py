@@ -120,7 +120,7 @@ class Condition:
             for index, leg in enumerate(path.legs):
                 if abs(leg.acceleration_cm_s2) > self.acceleration_cm_s2:
                     raise ValueError(
-                        f"{path.where(index, 'to_cm_s')}={leg.end_cm_s:g} from {leg.speed_cm_s:g} cm/s in "
+                        f"legs[{index}].to_cm_s={leg.end_cm_s:g} from {leg.speed_cm_s:g} cm/s in "
                         f"{leg.length_cm:.3g} cm is {abs(leg.acceleration_cm_s2):.0f} cm/s2, above "
                         f"acceleration_cm_s2={self.acceleration_cm_s2:g}: make it longer, or raise that"
                     )

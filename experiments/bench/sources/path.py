@@ -126,8 +126,6 @@ class Path:
         Where it begins.
     heading_deg
         Its direction there, 0 away from the observer, left positive: -90 crosses rightward, 180 approaches.
-    of
-        The function of time that it was read from, if any, by name.
 
     Raises
     ------
@@ -145,7 +143,6 @@ class Path:
     x_cm: Place = 0.0
     y_cm: Place = 0.0
     heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
-    of: str = dataclasses.field(default="", kw_only=True)
 
     @model_validator(mode="after")
     def _check(self) -> Path:
@@ -189,7 +186,7 @@ class Path:
             )
         steps = max(round(seconds * SAMPLES_PER_S), 2)
         points = [_point(place, called, seconds * step / steps) for step in range(steps + 1)]
-        return cls(*_traced(points, seconds / steps, called), of=called)
+        return cls(*_traced(points, seconds / steps, called))
 
     @property
     def seconds(self) -> float:
@@ -200,25 +197,6 @@ class Path:
     def length_cm(self) -> float:
         """Length of the path."""
         return math.fsum(leg.length_cm for leg in self.legs)
-
-    def where(self, index: int, name: str) -> str:
-        """Name a quantity of a leg, for a message.
-
-        Parameters
-        ----------
-        index
-            Which leg.
-        name
-            The quantity.
-
-        Returns
-        -------
-        str
-            Its name, or for a function of time the moment.
-        """
-        if not self.of:
-            return f"legs[{index}].{name}"
-        return f"{self.of} at {math.fsum(leg.duration_s for leg in self.legs[:index]):.2f} s: {name}"
 
     def stimulus_route(self, acceleration_cm_s2: float, ahead_cm: float = 0.0) -> Route:
         """Return the route of a stimulus, with its run-up.
@@ -276,7 +254,7 @@ class Path:
             The mirror image in the observer's line of sight.
         """
         legs = tuple(dataclasses.replace(leg, turn_deg=-leg.turn_deg) for leg in self.legs)
-        return Path(legs, self.x_cm, -self.y_cm, -self.heading_deg, of=self.of)
+        return Path(legs, self.x_cm, -self.y_cm, -self.heading_deg)
 
 
 def _point(place: Callable[[float], tuple[float, float]], called: str, time: float) -> tuple[float, float]:

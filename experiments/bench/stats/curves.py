@@ -42,7 +42,7 @@ LEAST_POINTS = 5
 """Of four points one order in twelve is as smooth as a slope."""
 
 
-class Axis(NamedTuple):
+class CurveAxis(NamedTuple):
     """A quantity that varies along a curve: its column in tables, its name and its unit."""
 
     column: str

@@ -1,12 +1,8 @@
 """Off-line experiments: what their clips are, runs from the command line."""
 
 import dataclasses
-import json
-import subprocess
-import sys
 
 import numpy as np
-import polars as pl
 import pytest
 
 from dsnn import DSNN, DSNNParams
@@ -17,7 +13,6 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.stats.claim import claims_on
-from tests.helpers import user_files
 
 
 @pytest.mark.parametrize("name", OFFLINE)
@@ -64,42 +59,3 @@ def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
     """The first frames of all of these are empty, and so equal at every seed."""
     experiment = OfflineExperiment("clean", "", clips, ("dsnn",))
     assert plan(experiment, experiment.models, (), 1, 0).is_random() is random
-
-
-OWN = """
-from experiments.bench.sources.clips import Clip
-from experiments.bench.sources.clips import OfflineExperiment
-
-SMALL = (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0))
-EXPERIMENT = OfflineExperiment(
-    name="mine", summary="small crossings", models=("dsnn",), claims=("C2",),
-    clips=(Clip("right", "plain", SMALL), Clip("left", "plain", (*SMALL, ("motion", "leftward")))),
-)
-"""
-
-
-def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
-    """Run by path, recorded, judged, drawn; resumed with nothing to do; the same on no worker and on one."""
-    (colias.folder / "mine.py").write_text(OWN)
-    (colias.folder / "my_model.py").write_text(user_files.MODEL)
-    arguments = ("run", "mine.py", "--model", "my_model.py", "--set", "gradient.gain=0.1")
-    done = colias(*arguments, "--out", "out", "--workers", "1")
-    assert done.returncode == 0, done.stderr
-    assert "mine: 2 clips, 64 frames" in done.stderr and "C2 failed" in done.stdout, "too small a field"
-    folder = colias.folder / "out"
-    rows = pl.read_parquet(folder / "trials.parquet").to_dicts()
-    assert [(r["clip"], r["model"]) for r in rows] == [
-        (clip, model) for clip in ("right", "left") for model in ("dsnn", "gradient")
-    ]
-    recordings = sorted((folder / "recordings").glob("*.rrd"))
-    subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", *map(str, recordings)], check=True)
-    assert len(recordings) == 2 and (folder / "figure.svg").exists()
-    assert json.loads((folder / "run.json").read_text())["clips"]["right"]["speed"] == 240.0
-    again = colias(*arguments, "--out", "out", "--workers", "0")
-    assert again.returncode == 0 and "2 of them done already" in again.stderr
-    other = colias(*arguments[:-2], "--out", "out")
-    assert (other.returncode, other.stderr.count("\n")) == (2, 1) and "gain" in other.stderr
-    alone = colias(*arguments, "--out", "alone", "--workers", "0", "--no-recordings", "-q")
-    assert alone.returncode == 0
-    same = pl.read_parquet(colias.folder / "alone" / "trials.parquet").drop(["wall_s"])
-    assert same.equals(pl.read_parquet(folder / "trials.parquet").drop(["wall_s"]))
