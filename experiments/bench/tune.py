@@ -116,7 +116,8 @@ FAMILIES: Mapping[str, Family] = {family.name: family for family in (
            [_object(f"{line}, contrast {c:g}", c, line, grey=GROUND * (1 + sign * c), background_grey=GROUND)
             for line, sign in ((DARK, -1), ("light object", 1)) for c in CONTRASTS]
            + [_grating(f"grating, contrast {c:g}", c, contrast=c) for c in CONTRASTS]),
-    Family("frequency", "Drifting sine gratings, rightward", "map", CurveAxis("cycles_px", "spatial frequency", "cycles/px"),
+    Family("frequency", "Drifting sine gratings, rightward", "map",
+           CurveAxis("cycles_px", "spatial frequency", "cycles/px"),
            [_grating(f"grating {wave:g} px, {f:g} Hz", 1 / wave, f, period_px=wave, temporal_hz=f)
             for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], CurveAxis("temporal_hz", "temporal frequency", "Hz")),
     Family("direction", "A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", "polar",
