@@ -1,8 +1,6 @@
 """The tables of a run: whatever a kill leaves is read, and joined in the end."""
 
-import itertools
 import shutil
-from pathlib import Path
 
 import polars as pl
 import pytest
@@ -27,13 +25,13 @@ def folder(whole, tmp_path):
     return tmp_path / "out"
 
 
-def cut(folder, trials, change=lambda table: table):
+def cut(folder, trials):
     """Give trials of the joined tables their own files."""
     (folder / PARTS).mkdir(exist_ok=True)
     for name in ("frames", "trials"):
         table = pl.read_parquet(folder / f"{name}.parquet")
         for trial in trials:
-            change(table.filter(trial=trial)).write_parquet(_part(folder, trial, name))
+            table.filter(trial=trial).write_parquet(_part(folder, trial, name))
 
 
 def keep(folder, trials):
@@ -46,17 +44,8 @@ def keep(folder, trials):
             table.write_parquet(path)
 
 
-def scaled(table):
-    """Rows and frames as another computation of the trial would have them."""
-    return table.with_columns(pl.col(name) * 2 for name in ("hs", "peak_hs", "trough_hs") if name in table.columns)
-
-
-def without_times(table):
-    return table.drop("wall_s", strict=False)
-
-
 def numbers(folder):
-    return [without_times(read_table(folder, name)) for name in ("trials", "frames")]
+    return [read_table(folder, name).drop("wall_s", strict=False) for name in ("trials", "frames")]
 
 
 @pytest.mark.parametrize("left", [[], [0], [1, 3], [0, 1, 2, 3]], ids=str)
@@ -72,44 +61,3 @@ def test_a_trial_s_own_files_and_the_joined_tables_are_read_alike(whole, folder,
     rows = pl.read_parquet(folder / "trials.parquet").to_dicts()
     old = {row["trial"]: row for row in pl.read_parquet(whole / "trials.parquet").to_dicts()}
     assert all(row == old[row["trial"]] for row in rows if row["trial"] in there), "what was there is not redone"
-
-
-class Killed(BaseException):
-    pass
-
-
-def test_a_join_that_is_cut_short_at_any_step_changes_nothing(whole, tmp_path, monkeypatch):
-    """Every file that it writes, renames or removes is a step; what is left is gone on with."""
-    row_count = pl.read_parquet(whole / "trials.parquet").height
-    for step in itertools.count():
-        folder = tmp_path / f"{step}"
-        shutil.copytree(whole, folder)
-        cut(folder, [0, 2])
-        cut(folder, [1], scaled)
-        keep(folder, [1, 3])
-        before = numbers(folder)
-        left = iter(range(step))
-        with monkeypatch.context() as patched:
-            for name in ("replace", "unlink"):
-                usual = getattr(Path, name)
-
-                def counted(path, *arguments, usual=usual, left=left, **more):
-                    if path.name.endswith(".part") and not arguments:
-                        return usual(path, *arguments, **more)
-                    if next(left, None) is None:
-                        raise Killed
-                    return usual(path, *arguments, **more)
-
-                patched.setattr(Path, name, counted)
-            try:
-                experiments.run(SMALL, out=folder, **QUICK)
-                done = True
-            except Killed:
-                done = False
-        assert all(a.equals(b) for a, b in zip(numbers(folder), before, strict=True)), step
-        if done:
-            break
-        experiments.run(SMALL, out=folder, **QUICK)
-        assert not (folder / PARTS).exists()
-        assert all(a.equals(b) for a, b in zip(numbers(folder), before, strict=True)), step
-    assert step > 6 and row_count == 4
