@@ -9,7 +9,7 @@ import importlib.util
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +20,7 @@ from experiments.bench import leaderboard, registry, sweep, sweep_plan, tune
 from experiments.bench.box import Box, box_of, setting_at, spread
 from experiments.bench.grid import apart, keys_of
 from experiments.bench.measures import SPIKES
-from experiments.bench.run import provenance
-from experiments.bench.run.description import KIND, begun, resumed, write_new
+from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ask, look_up
@@ -508,7 +507,8 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
     import optuna
 
     fit, failures = plan.fit, list[Failure]()
-    _begin(plan, out, resources)
+    over = [str(part) for part in plan.box]
+    begin_whole(out, "fit", study=fit.study.name, seed=plan.seed, over=over, optuna=optuna.__version__)
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     search: Any = optuna.create_study(directions=["maximize"] * len(fit.goals))
     settings: list[Setting] = []
@@ -569,21 +569,3 @@ def write(fitted: Fitted, folder: Path) -> None:
         "share": share and {"kept": share.holds, "of": share.replicates, "low": low, "high": high},
     })  # fmt: skip
     style.save(report.draw(fitted), folder / "fit")
-
-
-def _begin(plan: FitPlan, out: Path, resources: Resources) -> None:
-    """Make the folder, or hold it against this fit; its batches say themselves what computes."""
-    import optuna
-
-    names = ("share", "held_out", "sampler", "search_repeats", "maximise", "minimise")
-    description: dict[str, Any] = {
-        KIND: "fit", "experiment": "fit", "study": plan.fit.study.name, "seed": plan.seed,
-        "over": [str(part) for part in plan.box], "box": [asdict(part) for part in plan.box],
-        "replicates per setting": plan.fit.study.replicates, "optuna": str(optuna.__version__),
-        "versions": provenance.versions(), **{name: getattr(plan.fit, name) for name in names},
-    }  # fmt: skip
-    out.mkdir(parents=True, exist_ok=True)
-    if begun(out):
-        resumed(out, description)
-    else:
-        write_new(out, description)

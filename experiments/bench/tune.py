@@ -271,7 +271,7 @@ def draw(plan: Plan, folder: Path, points: pl.DataFrame, preferences: Sequence[M
     for family in plan.families:
         own = points.filter(pl.col("curve") == family.name)
         if len(own):
-            figure = tuning.draw(family.kind, own, preferences, family.x, family.y, family.summary, changed)
+            figure = tuning.draw(family, own, preferences, changed)
             figures[family.name] = style.save(figure, folder / family.name)
     return figures
 

@@ -39,32 +39,21 @@ ENDS = ("not_defined", "_low", "_high", "_inside")
 NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: not defined. See docs/how-to/.\n"
 
 
-def draw(
-    kind: str,
-    points: pl.DataFrame,
-    preferences: Sequence[Row],
-    x: CurveAxis,
-    y: CurveAxis | None,
-    summary: str,
-    changed: Row,
-) -> Figure:
+def draw(family: Any, points: pl.DataFrame, preferences: Sequence[Row], changed: Row) -> Figure:
     """Draw the curves of one family: a panel for each model, of approaches a row of panels.
 
     Parameters
     ----------
-    kind
-        ``curve``, ``map``, ``polar`` or ``approach``.
+    family
+        An `experiments.bench.tune.Family`.
     points
         Of this family (`curves.points_schema`).
     preferences
         Of each model.
-    x, y
-        The family's axes.
-    summary
-        Its clips in words.
     changed
         Parameters that are not at their defaults, by key and model; the caption names them.
     """
+    kind, x, y = family.kind, family.x, family.y
     rows = [row for row in preferences if row["model"] in points["model"]]
     per_model = len(MEASURES) if kind == "approach" else 1
     across = per_model if per_model > 1 else min(ACROSS, len(rows))
@@ -88,7 +77,7 @@ def draw(
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
             figure.colorbar(scale, ax=flat, aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y.label if y else "response" if kind == "curve" else "", fontsize=style.BODY)
-        style.caption(figure, f"{summary}{in_title(changed)}. {CAPTIONS[kind]}")
+        style.caption(figure, f"{family.summary}{in_title(changed)}. {CAPTIONS[kind]}")
     return figure
 
 

@@ -63,8 +63,10 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
         partial.write_text(to_json({BEGUN: now(), **command_note(), **description}), encoding="utf-8")
 
 
-def begin_whole(folder: Path, kind: str) -> None:
+def begin_whole(folder: Path, kind: str, **notes: Any) -> None:
     """Make the folder of a command whose parts are runs of their own, if it does not hold one of this kind yet.
+
+    ``notes`` are further entries of ``run.json``. Its parts, and not these, are held against a run that resumes there.
 
     Raises
     ------
@@ -73,7 +75,7 @@ def begin_whole(folder: Path, kind: str) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     if not begun(folder):
-        write_new(folder, {KIND: kind, "experiment": kind, "versions": provenance.versions()})
+        write_new(folder, {KIND: kind, "experiment": kind, "versions": provenance.versions(), **notes})
     elif (there := read_description(folder).get(KIND)) != kind:
         raise UsageError(f"{folder}: holds a run of kind {there}, not {kind}; choose another --out")
 
