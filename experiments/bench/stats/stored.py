@@ -21,11 +21,12 @@ from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import Any
 
-from experiments.bench.stats.checks import Check
-from experiments.bench.stats.count import Count
-from experiments.bench.stats.verdict import Outcome, Verdict
+from pydantic import TypeAdapter
+
+from experiments.bench.stats.verdict import Verdict
 
 VERSION = 2
+_READ = TypeAdapter(Verdict)
 
 
 def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
@@ -53,24 +54,8 @@ def plain(value: Any) -> Any:
 
 def verdicts(content: Mapping[str, Any]) -> list[Verdict]:
     """Return the verdicts that a file's JSON holds."""
-    return [_verdict(row) for row in content["claims"]]
-
-
-def _verdict(row: Mapping[str, Any]) -> Verdict:
-    equal = row["equal_terms"]
-    decisions = tuple((one["verdict"], _check(one["check"]) if one["check"] else None) for one in row["decisions"])
-    return Verdict(
-        row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
-        row["experiment"], row["trouble"], Count(**equal) if equal else None, decisions, row.get("title", ""),
-    )  # fmt: skip
-
-
-def _outcome(entry: Mapping[str, Any]) -> Outcome:
-    equal = _outcome(entry["equal"]) if entry.get("equal") else None
-    return Outcome(**{**entry, "checks": tuple(map(_check, entry["checks"])), "equal": equal})
-
-
-def _check(entry: Mapping[str, Any]) -> Check:
-    bound = entry["bound"]
-    bounds: Any = tuple(map(float, bound)) if isinstance(bound, list) else float(bound)
-    return Check(**{**entry, "reading": float(entry["reading"]), "bound": bounds, "scale": float(entry["scale"])})
+    rows = (
+        {**row, "equal": row["equal_terms"], "decisions": [(one["verdict"], one["check"]) for one in row["decisions"]]}
+        for row in content["claims"]
+    )
+    return [_READ.validate_python(row) for row in rows]
