@@ -199,6 +199,8 @@ def test_more_settings_go_on_from_fewer(folder, undisturbed):
     assert first["looks"] == 1
     assert fit(folder, "more", "hill,luck", *SMALL)["looks"] == 2, "a second look at the seeds is told"
     assert (folder / "more" / "fit.csv").read_bytes() == (undisturbed / "fit.csv").read_bytes()
+    with pytest.raises(UsageError, match="search-0000"):
+        fit(folder, "more", "hill,luck", "--over", "planted.a=0..2", *SMALL[2:])
 
 
 CROSSING = """
@@ -387,10 +389,3 @@ def test_sample_is_even_and_the_same_for_the_same_seed():
     assert settings == spread(square, 64, 3) != spread(square, 64, 4)
     for key in ("dsnn.t_sp", "dsnn.w_i"):  # one in each of 64 slices, as a Sobol sequence has them
         assert sorted(int(float(setting[key]) * 64) for setting in settings) == list(range(64))
-
-
-def test_a_parameter_is_there_once():
-    with pytest.raises(UsageError, match="there twice"):
-        box("dsnn.t_sp=0.1..0.2", "dsnn.t_sp=0.2..0.3")
-    with pytest.raises(UsageError, match="there twice"):
-        box("dsnn.t_sp+dsnn.w_i=0.1..0.2", "dsnn.t_sp=0.2..0.3")

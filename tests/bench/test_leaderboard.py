@@ -6,7 +6,6 @@ import math
 import numpy as np
 import polars as pl
 import pytest
-from scipy import stats
 
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
@@ -64,13 +63,6 @@ def test_repeats_of_a_condition_are_no_independent_trials():
     rows = [{"right": (i + repeat) % 2 == 0, "condition": f"{i}"} for i in range(4) for repeat in range(5)]
     by_repeat = board.share(table(*rows), "right")
     assert by_clip.high - by_clip.low > by_repeat.high - by_repeat.low, "all of the spread is between clips"
-
-
-def test_the_area_is_mann_whitney_s():
-    across, depth = np.random.default_rng(0).normal([[1.0], [0.0]], 1.0, (2, 60))
-    rows = [{"shown": way, "strength": x} for way, xs in (("upward", across), ("looming", depth)) for x in xs]
-    area = board.area(table(*rows), "strength", ["upward"], ["looming"])
-    assert area.value == pytest.approx(stats.mannwhitneyu(across, depth).statistic / 60**2)
 
 
 def test_an_alarm_is_a_spike_after_half_a_second_of_silence():

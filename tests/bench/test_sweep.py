@@ -63,20 +63,6 @@ def test_counts_are_those_of_judging_by_hand(whole):
     assert experiments.load(whole).summary["claim"].to_list() == [row["claim"] for row in counts]
 
 
-def test_a_sweep_resumes_and_another_is_not_written_over(whole, tmp_path):
-    cut = tmp_path / "cut"
-    cut.mkdir()
-    (cut / "run.json").write_bytes((whole / "run.json").read_bytes())
-    rows = pl.read_parquet(whole / "trials.parquet")
-    rows.slice(0, 20).write_parquet(cut / "trials.parquet")  # 10 of 20 trials, of two rows each
-    pl.read_parquet(whole / "frames.parquet").write_parquet(cut / "frames.parquet")
-    with pytest.raises(UsageError, match=r"dsnn\.t_sp"):
-        main.command([*ARGUMENTS[:3], "dsnn.t_sp=0.2,0.02", *ARGUMENTS[4:], "--out", str(cut)])
-    assert main.command([*ARGUMENTS, "--out", str(cut)]) == 0
-    assert (cut / "counts.csv").read_bytes() == (whole / "counts.csv").read_bytes()
-    assert pl.read_parquet(cut / "trials.parquet").drop("wall_s").equals(rows.drop("wall_s"))
-
-
 # --- counting ---------------------------------------------------------------------------------------------------------
 
 

@@ -114,21 +114,6 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
 # --- several training seeds -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("scores", "mean"),
-    [
-        ([7.0, -50.0, 2.0, 3.0, 900.0], 4.0),  # one of five left out at either end
-        ([1.0, 2.0, 3.0, 10.0], 2.5),
-        ([1.0, 2.0, 4.0], 7 / 3),  # of three none
-        ([8.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 4.5),
-    ],
-)
-def test_the_mean_is_of_the_middle_half(scores, mean):
-    estimate = train.interquartile_mean(scores, 0)
-    assert estimate.value == pytest.approx(mean) and estimate.n == len(scores)
-    assert estimate.low <= estimate.value <= estimate.high
-
-
 def test_the_interval_is_that_of_every_resample():
     """Five runs have 3,125 resamples: all of them, not a draw."""
     runs = np.array([0.31, 0.52, 0.55, 0.71, 0.93])
