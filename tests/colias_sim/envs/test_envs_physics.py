@@ -269,3 +269,23 @@ def test_the_state_tells_where_the_others_are():
     still = env.state.others[1]
     assert (still.ahead, still.left) == pytest.approx((-0.035, 0.0), abs=2e-3), "the parked goes back at our speed"
     env.close()
+
+
+def test_the_state_tells_how_a_target_moves_as_its_poses_do():
+    """Its velocity less ours, ahead and to the left of where we look, by differences of poses."""
+    env = bare("colias_sim/Pursuit-v0", observation="state")
+    env.reset(seed=2)
+    for _ in range(12):
+        env.step([0.12, 0.1])
+    aside = []
+    for _ in range(30):
+        before, here = env.poses, env.poses["observer"]
+        env.step([0.12, 0.1])
+        after, target = env.poses, env.state.others[0]
+        x, y = ((getattr(after["target"], axis) - getattr(after["observer"], axis)
+                 - getattr(before["target"], axis) + getattr(before["observer"], axis)) * 30 for axis in "xy")  # fmt: skip
+        cos, sin = math.cos(here.heading), math.sin(here.heading)
+        assert (target.ahead, target.left) == pytest.approx((x * cos + y * sin, y * cos - x * sin), abs=0.01)
+        aside.append(target.left)
+    assert max(map(abs, aside)) > 0.015
+    env.close()
