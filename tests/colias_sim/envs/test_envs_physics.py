@@ -281,11 +281,11 @@ def test_the_state_tells_how_a_target_moves_as_its_poses_do():
     for _ in range(30):
         before, here = env.poses, env.poses["observer"]
         env.step([0.12, 0.1])
-        after, target = env.poses, env.state.others[0]
-        x, y = ((getattr(after["target"], axis) - getattr(after["observer"], axis)
-                 - getattr(before["target"], axis) + getattr(before["observer"], axis)) * 30 for axis in "xy")  # fmt: skip
+        after, other = env.poses, env.state.others[0]
+        moved = {name: (after[name].x - before[name].x, after[name].y - before[name].y) for name in after}
+        x, y = (30 * (there - ours) for there, ours in zip(moved["target"], moved["observer"], strict=True))
         cos, sin = math.cos(here.heading), math.sin(here.heading)
-        assert (target.ahead, target.left) == pytest.approx((x * cos + y * sin, y * cos - x * sin), abs=0.01)
-        aside.append(target.left)
+        assert (other.ahead, other.left) == pytest.approx((x * cos + y * sin, y * cos - x * sin), abs=0.01)
+        aside.append(other.left)
     assert max(map(abs, aside)) > 0.015
     env.close()
