@@ -50,7 +50,7 @@ def draw(result: Any) -> Figure:
         style.headline(figure, finding(result))
         repeats = f", repeats of each condition: {max(plan.repeats)}" if plan.things == "trials" else ""
         judged = ", ".join(filter(None, dict.fromkeys(model for _, model in plan.judged)))
-        what = f"{plan.study.name}{f' of {judged}' if judged else ''}: from seed {plan.seed}{repeats}."
+        what = f"{style.sentence(plan.study.name)}{f' of {judged}' if judged else ''}: from seed {plan.seed}{repeats}."
         style.caption(figure, " ".join(filter(None, (*symbols, what))))
     return figure
 
@@ -58,9 +58,10 @@ def draw(result: Any) -> Figure:
 def finding(result: Any) -> str:
     """Say at how many points all claims hold, or between which values a measure lies."""
     if not result.counts.height:
-        name = result.numbers["measure"][0]
-        low, high = (getattr(result.numbers.filter(measure=name)["value"], end)() for end in ("min", "max"))
-        return f"{titles(result)[name]}: {low:.3g} to {high:.3g}" if low is not None else f"{name} has no value"
+        name, quantity = result.numbers["measure"][0], pl.col("measure").str.split(": ").list.first()
+        known = result.numbers.filter(quantity == name.partition(": ")[0])["value"].drop_nulls().to_list()
+        what = titles(result)[name]
+        return f"{style.sentence(what)}: {min(known):.3g} to {max(known):.3g}" if known else f"{name} has no value"
     claims = [claim.id for claim, _ in result.plan.claims]
     axes = [axis.name for axis in result.plan.axes]
     whole: dict[tuple[Any, ...], bool] = {}
@@ -104,7 +105,7 @@ def place(axis: Axis) -> float | None:
 
 
 def _cells(result: Any) -> pl.DataFrame:
-    """Return a row for each point, model, claim and measure: what is drawn, its interval, the ends of its colours."""
+    """Return a row for each point, model, claim and measure: what is drawn, its interval, the ends of its scales."""
     rows = []
     for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
         if "claim" in row:
@@ -120,7 +121,11 @@ def _cells(result: Any) -> pl.DataFrame:
                      "y": places[1] if len(places) > 1 else 0})  # fmt: skip
     table, measure = pl.DataFrame(rows, infer_schema_length=None), pl.col("what").str.split(": ").list.first()
     least, most = (pl.when("claim").then(end).otherwise(pl.col("value")) for end in (0.0, 1.0))
-    return table.with_columns(least=least.min().over(measure), most=most.max().over(measure))
+    return table.with_columns(
+        least=least.min().over(measure), most=most.max().over(measure),
+        lowest=pl.min_horizontal("value", "low").min().over(measure),
+        highest=pl.max_horizontal("value", "high").max().over(measure),
+    )  # fmt: skip
 
 
 def _panels(result: Any) -> Figure:
@@ -164,8 +169,13 @@ def _curve(panel: Axes, cells: pl.DataFrame) -> None:
                     color=style.INK)  # fmt: skip
     if cells["claim"][0]:
         panel.set(ylim=(-0.05, 1.05), ylabel="share of replicates")
-    elif cells["threshold"][0] is not None:
-        panel.axhline(cells["threshold"][0], color=DEFAULT, lw=1.0)
+    else:  # panels of one quantity have one scale
+        low, high, level = cells.select("lowest", "highest", "threshold").row(0)
+        if level is not None:
+            panel.axhline(level, color=DEFAULT, lw=1.0)
+            low, high = min(low, level), max(high, level)
+        margin = 0.06 * (high - low) or 0.5
+        panel.set_ylim(low - margin, high + margin)
 
 
 def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
