@@ -385,7 +385,7 @@ def conclude(
             word = "not fitted"
         elif counted.kind == "counted" and not counted.fails:
             word = "no word"
-        few = f", which needs {LEAST_JUDGED} replicates" if word == "no word" else ""
+        few = f" (it needs {LEAST_JUDGED} replicates)" if word == "no word" else ""
         low, high = share.interval or (0.0, 1.0)
         lines = [
             f"{word}{few}: {winner} keeps {own['kept']} of {own['claims']}"
