@@ -117,7 +117,7 @@ def box_of(over: Sequence[str], study: Study, experiments: Sequence[Any]) -> Box
         A text is not of these forms, its key is of no experiment or model or is there twice, an end is not legal, or
         ``--set`` settles the key.
     """
-    sections: dict[str, Any] = {model.section: model.chosen.network for model in look_up(study.models)}
+    sections: dict[str, Any] = {model.section: model.network for model in look_up(study.models)}
     networks = set(sections)
     for experiment in experiments:
         _, _, base, _ = next(sweep_plan.part_of(experiment, replace(study, assignments=()), 0).readers())

@@ -207,7 +207,7 @@ def text_of(fit: Fit, setting: Setting) -> str:
     """Return the model of a fit with a setting, as ``--model`` takes it."""
     (model,) = fit.study.models
     parts = ",".join(text.partition(".")[2] for text in assigned(setting))
-    return model if not parts else f"{model},{parts}" if ask(model).settings else f"{model}:{parts}"
+    return model if not parts else f"{model},{parts}" if ask(model)[1] else f"{model}:{parts}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +250,7 @@ def _on_board(
     found: dict[str, dict[str, Any]] = {}
     for row in rows:
         found.setdefault(row["model"], {}).update(row)
-    return {text: found.get(look_up([text])[0].chosen.label, {}) for text in shown}, failures
+    return {text: found.get(look_up([text])[0].label, {}) for text in shown}, failures
 
 
 # The result.

@@ -22,7 +22,7 @@ from experiments.bench.measures import Measure
 from experiments.bench.replicates import MODEL, asked_models
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
@@ -104,17 +104,17 @@ class Part:
     """
 
     declared: Any
-    selected: Sequence[SelectedModel]
+    selected: Sequence[ConfiguredModel]
     models: tuple[ConfiguredModel, ...]
     base: Base
     repeats: int
     render: Callable[[Mapping[str, str]], Rendering]
     described: Mapping[str, Any]
 
-    def readers(self) -> Iterator[tuple[SelectedModel, ConfiguredModel, Base, set[str]]]:
+    def readers(self) -> Iterator[tuple[ConfiguredModel, ConfiguredModel, Base, set[str]]]:
         """Yield each model with the sections of ``--set`` that it reads, and the keys that it has settled itself."""
         for selected, model in zip(self.selected, self.models, strict=True):
-            settled = {f"{selected.section}.{name}" for name in selected.asked.values}  # as dsnn:n_con=5 has
+            settled = {f"{selected.section}.{name}" for name in selected.values}  # as dsnn:n_con=5 has
             yield selected, model, {**self.base, selected.section: (model.network,)}, settled
 
 
@@ -175,12 +175,12 @@ def _clips_part(
 ) -> Part:
     """Return clips. A key of a stimulus is of each of its clips: ``cluttered.grey`` of every ``cluttered`` one."""
     own = look_up(declared.models, "offline")
-    own_texts = [model.asked.text for model in own if needed is None or model.chosen.label in needed]
+    own_texts = [model.text for model in own if needed is None or model.label in needed]
     selected = look_up([*study.models, *own_texts], "offline")
     stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
-    networks = {model.section: model.chosen.network for model in selected}
+    networks = {model.section: model.network for model in selected}
     texts = _applying(study.assignments, networks | stimuli)
-    models, _ = watchers([model.asked.text for model in selected], texts, stimuli)
+    models, _ = watchers([model.text for model in selected], texts, stimuli)
     whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
     base: dict[str, tuple[Any, ...]] = {}
     for clip in whole.clips:
@@ -243,7 +243,7 @@ def planned(
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
-    models = [model.chosen for model in look_up(study.models, "robot" if on_robot else "offline")]
+    models = look_up(study.models, "robot" if on_robot else "offline")
     models = models if on_robot else models[:1]
     labels = [EVERY_MODEL] if models_in else [model.label for model in models]
     claims = _claims(experiments, study, [] if models_in or study.read_off else models)
@@ -423,7 +423,7 @@ def _renderings(
         if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
             pairs.sort(key=lambda pair: members.index(pair[2]))
         for place, (selected, model, base, settled), point in pairs:
-            asked = selected.asked.text
+            asked = selected.text
             if asked in study.models and any(asked not in study.only.get(level, (asked,)) for _, level in point):
                 continue
             moved = [moves(axis, base, settled) for axis in axes]

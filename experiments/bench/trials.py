@@ -158,7 +158,7 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     applied(models_shown, {})  # what is asked of them has to be legal too
     table: dict[str, Any] = {}
     for model in models_shown:
-        table.setdefault(model.section, model.chosen.network)
+        table.setdefault(model.section, model.network)
     table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
     return table if experiment is None else {**table, "experiment": experiment.design}
 

@@ -58,7 +58,7 @@ def _subject(text: str) -> tuple[str, tuple[Any, ...], Any]:
     from experiments.bench.run.user_code import declares, is_file
     from experiments.bench.sources.clips import find_stimulus
 
-    source = ask(text).source
+    source, _ = ask(text)
 
     def declared(name: str) -> bool:
         return is_file(source) and not source.endswith(".xml") and declares(Path(source), name)

@@ -77,7 +77,7 @@ def plan(
     UsageError
         Something cannot be imported: the line and the cell, or the file.
     """
-    declared = {look_up([text])[0].chosen.label: text for text in ran}
+    declared = {look_up([text])[0].label: text for text in ran}
     table = log.read(path, next(iter(declared), "dsnn"))
     labels = [str(label) for label in table["model"].unique(maintain_order=True) if log.channels_of(table, label)]
     if models and frames is None:
@@ -85,7 +85,7 @@ def plan(
     if not labels and not models:
         raise UsageError(f"{path} has no responses (column hs or looming): show its frames to a model by --model dsnn")
     for label in labels:
-        if label not in declared and ask(label).source not in MODELS:
+        if label not in declared and ask(label)[0] not in MODELS:
             (line,) = table.filter(pl.col("model") == label)[log.LINE].head(1)
             raise UsageError(f"{path}, line {line}: no model '{label}' is registered; name its file by --ran FILE.py")
     texts = [*(declared.get(label, label) for label in labels), *models]
@@ -241,6 +241,6 @@ def _import(recorded: Run, out: Path) -> list[str]:
         words += ["--frames", str(out / FRAMES)]
     for key, values in (recorded.description.get("changed") or {}).items():
         name = key.rpartition(".")[2]
-        changed = [value for label, value in values.items() if value is not None and name not in ask(label).values]
+        changed = [value for label, value in values.items() if value is not None and name not in ask(label)[1]]
         words += [word for value in dict.fromkeys(changed) for word in ("--set", *of_mapping({key: value}))]
     return words

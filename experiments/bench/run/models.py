@@ -34,6 +34,15 @@ class ConfiguredModel:
     """Entry that the model's source declared when it was chosen, so that a run has one model even if its file is edited
     meanwhile.
     """
+    text: str = field(default="", compare=False, repr=False)
+    """The model as it was typed after ``--model``, with its settings."""
+    section: str = field(default="", compare=False, repr=False)
+    """Its section of ``--set``."""
+
+    @property
+    def values(self) -> Mapping[str, str]:
+        """The settings that it was typed with, name -> text."""
+        return ask(self.text)[1]
 
     @property
     def declared(self) -> ModelEntry:
@@ -172,26 +181,6 @@ _FILE, _NAME = rf"(?P<file>.+?\.py)(?::(?={_PARAM})(?P<of_file>.*))?", r"(?P<nam
 """A model as it is typed, with or without settings: a file, whose path may have colons, or a name."""
 
 
-@dataclass(frozen=True, slots=True)
-class ModelRequest:
-    """A model as it was typed: ``source``, a name or a path, and the text after the colon, empty without one."""
-
-    text: str
-    source: str
-    settings: str
-    values: Mapping[str, str]
-    """The settings, name -> text."""
-
-
-@dataclass(frozen=True, slots=True)
-class SelectedModel:
-    """A model to show: with its default parameters, its section of ``--set``, and what was asked of it."""
-
-    chosen: ConfiguredModel
-    section: str
-    asked: ModelRequest
-
-
 def shown_models(declared: Sequence[str], given: Sequence[str] | None, only: bool) -> list[str]:
     """Return the models that a command shows, each once: those ``declared``, unless ``only``, then those ``given``."""
     if only and not given:
@@ -199,18 +188,18 @@ def shown_models(declared: Sequence[str], given: Sequence[str] | None, only: boo
     return list(dict.fromkeys([*(() if only else declared), *(given or ())]))
 
 
-def ask(text: str) -> ModelRequest:
-    """Take a text of ``--model`` apart; `UsageError` for settings that are not of the form.
+def ask(text: str) -> tuple[str, dict[str, str]]:
+    """Take a text of ``--model`` apart: a name or a path, and the settings, name -> text.
 
-    A path ends at its ``.py``, so that it may have colons; a comma begins another setting only before ``NAME=``, so
-    that a value may have commas.
+    Raises `UsageError` for settings that are not of the form. A path ends at its ``.py``, so that it may have colons; a
+    comma begins another setting only before ``NAME=``, so that a value may have commas.
     """
     parts = re.fullmatch(f"{_FILE}|{_NAME}", text, re.DOTALL)
     assert parts is not None, "the last alternative takes every text"
     source, settings = (parts["file"], parts["of_file"]) if parts["file"] else (parts["name"], parts["of_name"])
     assignments: dict[str, str] = {}
     if settings is None:
-        return ModelRequest(text, source, "", assignments)
+        return source, assignments
     for part in re.split(rf",(?={_PARAM})", settings):
         name, _, value = part.partition("=")
         if not re.match(_PARAM, part) or not value:
@@ -218,7 +207,7 @@ def ask(text: str) -> ModelRequest:
         if name in assignments:
             raise UsageError(f"--model {text}: {name} is there twice")
         assignments[name] = value
-    return ModelRequest(text, source, settings, assignments)
+    return source, assignments
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
@@ -238,45 +227,41 @@ def beside(declaring: Path, text: str, where: str) -> str:
     UsageError
         There is no such file.
     """
-    asked = ask(text)
-    if not is_file(asked.source):
+    source, _ = ask(text)
+    if not is_file(source):
         return text
-    path = declaring.resolve().parent / asked.source
+    path = declaring.resolve().parent / source
     if not path.is_file():
         raise UsageError(f"{declaring}: {where}: {path}: no such file (a path is relative to the file that has it)")
-    return f"{path}:{asked.settings}" if asked.settings else str(path)
+    return f"{path}{text.removeprefix(source)}"
 
 
-def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[SelectedModel]:
+def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[ConfiguredModel]:
     """Return the models called ``texts``, with their default parameters for these tests.
 
     The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
     that it does not have, two models of one name, and a name that is a section of ``--set``.
     """
-    by_label: dict[str, tuple[ConfiguredModel, ModelRequest]] = {}
+    by_label: dict[str, ConfiguredModel] = {}
     for text in texts:
-        asked = ask(text)
-        chosen = choose(asked.source, tests)
-        _check_names(asked, chosen)
-        if asked.settings:
-            chosen = dataclasses.replace(chosen, label=f"{chosen.label}:{asked.settings}")
-        before = by_label.setdefault(chosen.label, (chosen, asked))[0]
-        if (before.source, before.network) != (chosen.source, chosen.network):
+        source, values = ask(text)
+        chosen = dataclasses.replace(choose(source, tests), text=text)
+        known = [field.name for field in dataclasses.fields(chosen.network)]
+        if hasattr(type(chosen.network), "presets"):
+            known.append(PRESET)
+        for name in values:
+            if name not in known:
+                listed = f"{nearest(name, known, after='; ')}all: colias list parameters --only --model {source}"
+                raise UsageError(f"--model {text}: {chosen.label} has no parameter '{name}' ({listed})")
+        if values:
+            chosen = dataclasses.replace(chosen, label=f"{chosen.label}:{text[len(source) + 1 :]}")
+        before = by_label.setdefault(chosen.label, chosen)
+        if before != chosen:
             raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
-    named = sections([chosen for chosen, _ in by_label.values()])
+    models = list(by_label.values())
     return [
-        SelectedModel(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)
+        dataclasses.replace(model, section=section) for model, section in zip(models, sections(models), strict=True)
     ]
-
-
-def _check_names(asked: ModelRequest, chosen: ConfiguredModel) -> None:
-    known = [field.name for field in dataclasses.fields(chosen.network)]
-    if hasattr(type(chosen.network), "presets"):
-        known.append(PRESET)
-    for name in asked.values:
-        if name not in known:
-            listed = f"{nearest(name, known, after='; ')}all: colias list parameters --only --model {asked.source}"
-            raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
 
 
 def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:

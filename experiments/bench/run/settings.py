@@ -14,7 +14,7 @@ from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET as PRESET
-from experiments.bench.run.models import ConfiguredModel, SelectedModel, family, look_up
+from experiments.bench.run.models import ConfiguredModel, family, look_up
 from scenes.hints import closest
 
 LISTED_BY = "colias list parameters"
@@ -22,14 +22,15 @@ SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
 
 
-def applied(models: Sequence[SelectedModel], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
+def applied(
+    models: Sequence[ConfiguredModel], collected: Mapping[str, Mapping[str, str]]
+) -> tuple[ConfiguredModel, ...]:
     """Return the models with what ``--set`` says of their families, then with what was asked of each of them."""
     configured = []
     for model in models:
-        common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
-        typed = functools.partial("--model {}: {}={}".format, model.asked.text)
-        network = changed(model.section, common, model.asked.values, typed)
-        configured.append(dataclasses.replace(model.chosen, network=network))
+        common = changed(model.section, model.network, collected.get(model.section, {}))
+        typed = functools.partial("--model {}: {}={}".format, model.text)
+        configured.append(dataclasses.replace(model, network=changed(model.section, common, model.values, typed)))
     return tuple(configured)
 
 
@@ -49,8 +50,8 @@ def watchers(
     values = dict(others)
     for model in models_shown:
         if model.section in others:
-            raise UsageError(f"--model {model.asked.text}: that name is a section of --set; give it another")
-        values.setdefault(model.section, model.chosen.network)
+            raise UsageError(f"--model {model.text}: that name is a section of --set; give it another")
+        values.setdefault(model.section, model.network)
     collected = collect(assignments, values, listed_by)
     if fps is not None:
         for section, value in values.items():
