@@ -105,9 +105,9 @@ def passes(row: Row, name: str, sign: float, threshold: float) -> Check:
     return Check(f"{row['clip']}: {name} {row[name]:+.3f}", row[name], sign * threshold, side, scale=threshold)
 
 
-def inside(row: Row, what: str, value: float, threshold: float) -> Check:
-    """Return the check that a potential of a clip stays inside +-T."""
-    return Check(f"{row['clip']}: {what} up to {value:.3f}", value, threshold, "at most", scale=threshold)
+def inside(row: Row, what: str, value: float, threshold: float, needs: Needs = "at most") -> Check:
+    """Return the check that a potential of a clip stays inside +-T, or has what it ``needs`` otherwise."""
+    return Check(f"{row['clip']}: {row['model']} {what} {value:.3f}", value, threshold, needs, scale=threshold)
 
 
 def rises(clips: pl.DataFrame, threshold: float, what: str) -> list[Check]:
@@ -202,7 +202,7 @@ def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
 def c5(clips: pl.DataFrame, threshold: float) -> Outcome:
     """Judge both systems of the DSNN in every clip; of the 2017 model one of both passes T in every clip."""
     checks = [inside(row, "HS and VS", both(row), threshold) for row in rows_of(clips)]
-    of_other = [_beyond(row, "HS or VS", both(row), threshold) for row in rows_of(clips, EARLIER)]
+    of_other = [inside(row, "HS or VS", both(row), threshold, "above") for row in rows_of(clips, EARLIER)]
     return compared(checks, of_other, EARLIER)
 
 
@@ -212,13 +212,8 @@ def c6(clips: pl.DataFrame, threshold: float) -> Outcome:
     rows = rows_of(clips)
     checks = [passes(row, "peak_hs", 1.0, threshold) for row in rows]
     checks += [inside(row, "|VS|", strongest(row, "vs"), threshold) for row in rows]
-    of_other = [_beyond(row, "|VS|", strongest(row, "vs"), threshold) for row in rows_of(clips, EARLIER)]
+    of_other = [inside(row, "|VS|", strongest(row, "vs"), threshold, "above") for row in rows_of(clips, EARLIER)]
     return compared(checks, of_other, EARLIER)
-
-
-def _beyond(row: Row, what: str, value: float, threshold: float) -> Check:
-    """Return the check that an absolute potential of another model passes T."""
-    return Check(f"{row['clip']}: {row['model']} {what} {value:.3f}", value, threshold, scale=threshold)
 
 
 @claim(
@@ -258,11 +253,7 @@ def _spread(clips: pl.DataFrame) -> float:
 )  # fmt: skip
 def c8(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge VS to either side: its trough as well as its peak."""
-    return [
-        Check(f"{row['clip']}: |VS| up to {value:.3f}", value, threshold, "below", scale=threshold)
-        for row in rows_of(clips)
-        for value in [strongest(row, "vs")]
-    ]
+    return [inside(row, "|VS|", strongest(row, "vs"), threshold, "below") for row in rows_of(clips)]
 
 
 @claim("C9", conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)
