@@ -1,5 +1,6 @@
 """Laws of the stimuli: what is painted is what the truth beside it says, to fractions of a pixel."""
 
+import json
 import math
 from itertools import pairwise
 
@@ -10,6 +11,7 @@ import pytest
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
 from dsnn.stimuli.background import panorama
+from tests.conftest import ROOT
 
 SMALL = {"rows": 48, "columns": 80}
 DIRECTIONS = {"rightward": (1, 0), "leftward": (-1, 0), "downward": (0, 1), "upward": (0, -1)}
@@ -63,6 +65,25 @@ def test_the_network_answers_in_the_direction_that_the_truth_names(name):
         along = answer.hs.sum() * x + answer.vs.sum() * y
         across = answer.vs.sum() * x + answer.hs.sum() * y
         assert along > 2 * abs(across)
+
+
+VARIANTS = {
+    **{name: (name, {}) for name in STIMULI},
+    "street, cars": ("street", {"kind": "car", "movers": "group"}),
+    "looming, a disc": ("looming", {"outline": "disc"}),
+    "cluttered, pink": ("cluttered", {"background": "pink"}),
+    "grating, square": ("grating", {"waveform": "square"}),
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_stimulus_is_the_golden_one(variant):
+    """Its length, its mean grey, that of its left half, and its mean change, so that nothing changes unnoticed."""
+    name, changes = VARIANTS[variant]
+    frames = lumas(stimulus(name, 1, fps=10, **SMALL, **changes)).astype(float)
+    numbers = [len(frames), frames.mean(), frames[:, :, :40].mean(), np.abs(np.diff(frames, axis=0)).mean()]
+    golden = json.loads((ROOT / "tests" / "golden" / "stimuli.json").read_text())
+    assert numbers == pytest.approx(golden[variant], rel=1e-6)
 
 
 # --- the object -------------------------------------------------------------------------------------------------------
