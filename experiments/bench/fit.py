@@ -55,11 +55,10 @@ def ask_for(search: Any, plan: FitPlan, number: int) -> list[Any]:
     equal settings, whatever plays them; and a fit that was cut short asks again for what it had, and finds it played.
     """
     from optuna import distributions as kinds
-    from optuna.samplers import RandomSampler, TPESampler
+    from optuna.samplers import TPESampler
 
     state = int(np.random.SeedSequence(plan.seed, spawn_key=(number,)).generate_state(1)[0])
-    tpe = plan.fit.sampler == "tpe"
-    search.sampler = TPESampler(seed=state, constant_liar=True) if tpe else RandomSampler(seed=state)
+    search.sampler = TPESampler(seed=state, constant_liar=True)
     free: dict[str, Any] = {
         part.key: kinds.CategoricalDistribution(part.choices) if part.choices
         else kinds.IntDistribution(int(part.low), int(part.high), log=part.log) if part.whole

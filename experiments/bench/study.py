@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, SkipValidation
 from pydantic.dataclasses import dataclass as validated
@@ -190,8 +190,6 @@ class Fit:
         Settings of the space-filling sample, each with a rendering of its own.
     held_out
         Replicates in which the winner and the ten next best are judged anew.
-    sampler
-        What chooses the settings: Optuna's ``tpe``, or ``random``.
     search_repeats
         Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
         anew always has. Fewer make a search quicker, and its slack rougher.
@@ -220,7 +218,6 @@ class Fit:
     share: AtLeastOne = 10
     sample: AtLeastOne = 64
     held_out: AtLeastOne = 20
-    sampler: Literal["tpe", "random"] = "tpe"
     search_repeats: AtLeastOne | None = None
     maximise: tuple[str, ...] = (SLACK,)
     minimise: tuple[str, ...] = ()
