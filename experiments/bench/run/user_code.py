@@ -35,9 +35,7 @@ PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
 _INSTALLED = frozenset(("site-packages", "dist-packages"))
 """Folders of installed packages."""
 _loaded: dict[Path, tuple[ModuleType, Mapping[str, str]]] = {}
-"""A user's file -> its module, and the SHA-256, by path, of the file and of what it imported of the user's own."""
-_imported: set[str] = set()
-"""Names of the modules of the user's own that those files imported."""
+"""A user's file -> its module, and the SHA-256, by path, of the file and of the modules beside it that it imported."""
 _loading = threading.RLock()
 
 
@@ -58,7 +56,7 @@ def is_own(source: str) -> bool:
 def declared(path: Path, name: str) -> object:
     """Take what the file at ``path`` declares as ``name``.
 
-    A file is executed once in a process, and again when it, or a module of the user's own that it imports, has changed.
+    A file is executed once in a process, and again when it, or a module beside it that it imports, has changed.
     Its folder comes first on ``sys.path``, as a script's does.
 
     Raises
@@ -108,16 +106,14 @@ def _changed(file: str, digest: str) -> bool:
 
 
 def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
-    """Execute a file, with those modules anew that are beside it or were imported by another file of a user's."""
+    """Execute a file, and import the modules beside it anew."""
     name = f"{USER_MODULE}{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None, "its name ends in .py"
     module = importlib.util.module_from_spec(spec)
-    loaded = list(sys.modules.items())  # another thread may import something meanwhile
-    before = {other: there for other, there in loaded if other in _imported or _is_in(there, path.parent)}
-    for other in before:
+    for other in _modules_in(path.parent):
         del sys.modules[other]
-    others, bytecode = set(sys.modules), sys.dont_write_bytecode
+    bytecode = sys.dont_write_bytecode
     sys.path[:] = [str(path.parent), *(entry for entry in sys.path if entry != str(path.parent))]
     importlib.invalidate_caches()
     sys.dont_write_bytecode = True  # by time and size alone, an edit within a second could be taken for what it was
@@ -126,28 +122,23 @@ def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
         spec.loader.exec_module(module)
     finally:
         sys.dont_write_bytecode = bytecode
-        new = {other: _file(sys.modules[other]) for other in sys.modules.keys() - others - {name}}
-        own = {other: file for other, file in new.items() if file is not None and is_users(file)}
-        _imported.update(own)
-        sys.modules.update((other, there) for other, there in before.items() if other not in _imported)
-    return module, {str(file): sha256(file) for file in sorted({path, *own.values()})}
+    return module, {str(file): sha256(file) for file in sorted({path, *_modules_in(path.parent).values()})}
 
 
-def _file(module: ModuleType) -> Path | None:
-    file = getattr(module, "__file__", None)
-    return _place(file) if isinstance(file, str) else None
+def _modules_in(folder: Path) -> dict[str, Path]:
+    """Return the modules that are loaded from a user's folder and below it -> their files."""
+    loaded = list(sys.modules.items())  # another thread may import something meanwhile
+    files = {name: getattr(module, "__file__", None) for name, module in loaded}
+    places = {
+        name: _place(file)
+        for name, file in files.items()
+        if isinstance(file, str) and not name.startswith(("__main__", USER_MODULE))
+    }
+    return {name: place for name, place in places.items() if place.is_relative_to(folder) and is_users(place)}
 
 
-@functools.cache
-def _place(file: str) -> Path | None:
-    """Return the resolved path of a module's file, but of no installed one: there are two thousand of these."""
-    path = Path(file)
-    return None if _INSTALLED & {*path.parts} else path.resolve()
-
-
-def _is_in(module: ModuleType, folder: Path) -> bool:
-    file = None if module.__name__.startswith(("__main__", USER_MODULE)) else _file(module)
-    return file is not None and file.is_relative_to(folder) and is_users(file)
+_place = functools.cache(lambda file: Path(file).resolve())
+"""Resolve a module's path, once: there are two thousand of them."""
 
 
 def sha256(path: Path) -> str:
