@@ -23,6 +23,7 @@ from experiments.bench.report.terminal import count, progress
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.models import choose
 from experiments.bench.run.rows import TrialRecord, drawn_here, recording_of
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts
@@ -73,9 +74,10 @@ class BehaviourPlan:
         """Return every episode; those of equal repeat have equal seeds, so equal worlds."""
         options = tuple(self.options.items())
         settings = [Setting(name, self.env, options, self.steps) for name in self.behaviours]
+        models = [(choose(one.model),) if one.senses == "neural" else () for one in self.loaded()]
         return [
-            EpisodeTrial(place * self.episodes + repeat, repeat, self.seed + repeat, setting)
-            for place, setting in enumerate(settings)
+            EpisodeTrial("behave", place * self.episodes + repeat, repeat, self.seed + repeat, setting, sees_by)
+            for place, (setting, sees_by) in enumerate(zip(settings, models, strict=True))
             for repeat in range(self.episodes)
         ]
 

@@ -9,12 +9,12 @@ are all a `Batch`. Footage is not: it is a stream without a plan.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 import polars as pl
 
@@ -24,8 +24,9 @@ from experiments.bench.report.terminal import count, error_console, progress
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
-from experiments.bench.run.models import ConfiguredModel, rate_notes
+from experiments.bench.run.models import rate_notes
 from experiments.bench.run.parameters import Parameters
+from experiments.bench.run.play import Trial
 from experiments.bench.run.rows import Failure, TrialRecord, in_words
 from experiments.bench.run.workers import Workers, finished, open_workers
 
@@ -78,34 +79,11 @@ def worker_count(given: int | None) -> int:
     return given
 
 
-class Spec(Protocol):
-    """One job, wholly determined: a trial, a clip to show, an episode."""
-
-    @property
-    def index(self) -> int:
-        """Return the job's number in the run."""
-        ...
-
-    @property
-    def seed(self) -> int:
-        """The seed of all its random draws."""
-        ...
-
-    @property
-    def condition(self) -> Any:
-        """Return what it sets; its ``label()`` is its name for people."""
-        ...
-
-    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Return the job's models, each with the rate of the frames that it is shown, 1/s."""
-        ...
-
-
-AnySpec = TypeVar("AnySpec", bound=Spec)
+AnyTrial = TypeVar("AnyTrial", bound=Trial)
 
 
 @dataclass(frozen=True, slots=True)
-class Batch(Generic[AnySpec]):
+class Batch(Generic[AnyTrial]):
     """Jobs whose rows go into one folder.
 
     Parameters
@@ -131,14 +109,14 @@ class Batch(Generic[AnySpec]):
     """
 
     name: str
-    specs: Sequence[AnySpec]
-    work: Callable[[AnySpec], TrialRecord]
+    specs: Sequence[AnyTrial]
+    work: Callable[[AnyTrial], TrialRecord]
     description: Mapping[str, Any]
     schemas: tuple[pl.Schema, pl.Schema]
     parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
     amount: Callable[[], str] | None = None
-    size: Callable[[AnySpec], float] = lambda _: 1.0
+    size: Callable[[AnyTrial], float] = lambda _: 1.0
 
     def open(self, out: Path) -> RunFolder:
         """Make the run's folder, or go on with the run that it holds; the caller closes it.
@@ -203,7 +181,7 @@ class Batch(Generic[AnySpec]):
             yield folder
 
     def _play(
-        self, left: Sequence[AnySpec], folder: RunFolder, pool: Workers, advance: Callable[[float], None]
+        self, left: Sequence[AnyTrial], folder: RunFolder, pool: Workers, advance: Callable[[float], None]
     ) -> None:
         """Do the jobs. Those that are finished stay readable whenever this ends, by an exception or a kill too."""
         work = partial(_by_same_code, self.work, provenance.digest())
@@ -221,7 +199,7 @@ class Batch(Generic[AnySpec]):
         error_console.print(text, soft_wrap=True, markup=False)
 
 
-def _by_same_code(work: Callable[[AnySpec], TrialRecord], digest: str, spec: AnySpec) -> TrialRecord:
+def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, spec: AnyTrial) -> TrialRecord:
     """Do a job in a worker that has the same code."""
     provenance.check(digest)
     return work(spec)

@@ -27,8 +27,8 @@ from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import replacing
-from experiments.bench.run.models import ConfiguredModel, beside, choose
-from experiments.bench.run.play import FIELDS, FRAMES
+from experiments.bench.run.models import ConfiguredModel, beside
+from experiments.bench.run.play import FIELDS, FRAMES, Trial
 from experiments.bench.run.rows import JOB, OBSERVER
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import declared, is_own
@@ -73,19 +73,12 @@ class Setting:
         return f"{self.behaviour} in {short_name(self.env)}{changed}"
 
 
-@dataclass(frozen=True, slots=True)
-class EpisodeTrial:
-    """An episode: its number in the run and among those of equal setting, and the seed of all its draws."""
-
-    index: int
-    repeat: int
-    seed: int
-    condition: Setting
+class EpisodeTrial(Trial):
+    """An episode: its condition is a `Setting`, and its model the one that its behaviour sees by, if it does."""
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Return its behaviour's vision model with the env's frame rate, 1/s; nothing where it senses the state."""
-        behaviour = load_behaviour(self.condition.behaviour)
-        return ((choose(behaviour.model), FPS),) if behaviour.senses == "neural" else ()
+        """Return its behaviour's vision model with the env's frame rate, 1/s."""
+        return ((model, FPS) for model in self.models)
 
 
 def load_behaviour(source: str) -> Behaviour:
