@@ -106,13 +106,14 @@ def _changed(file: str, digest: str) -> bool:
 
 
 def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
-    """Execute a file, and import the modules beside it anew."""
+    """Execute a file; it imports the modules beside it again."""
     name = f"{USER_MODULE}{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None, "its name ends in .py"
     module = importlib.util.module_from_spec(spec)
-    for other in _modules_in(path.parent):
-        del sys.modules[other]
+    for folder in {path.parent, *(other.parent for other in _loaded)}:  # two folders may have a module of one name
+        for other in _modules_in(folder):
+            del sys.modules[other]
     bytecode = sys.dont_write_bytecode
     sys.path[:] = [str(path.parent), *(entry for entry in sys.path if entry != str(path.parent))]
     importlib.invalidate_caches()
