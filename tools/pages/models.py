@@ -63,7 +63,7 @@ def _write_index(folder: Path) -> None:
         "Every model that ships: its equations, its parameters, and what it answers to one clip.\n"
         "`--model NAME` shows it in every command that takes models, and `dsnn.MODELS[NAME]` is its entry.\n"
         "[Add a model](../../how-to/add-a-model.md) writes another,"
-        " and [Looming detectors](../../results-looming.md) compares those of looming.\n",
+        " and [Looming detectors](../../results-looming.md) compares the looming detectors.\n",
         *parts,
         markdown.toctree(MODELS),
     )

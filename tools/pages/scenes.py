@@ -71,7 +71,7 @@ def write(folder: Path) -> None:
         f"Of scenes of {SHAPE[1]}x{SHAPE[0]} px at {len(SEEDS)} seeds: the median, and the least and the largest."
         " The slope is fitted from 0.02 to 0.4 cycles/px.\n",
         _statistics(),
-        "RMS is the standard deviation of grey levels over their mean; log RMS that of their natural logarithm."
+        "RMS is the standard deviation of grey levels over their mean; log RMS uses their natural logarithm, undivided."
         " Michelson is (H - L) / (H + L) of the 99th and the 1st percentile, H and L."
         " The local range is the 97.5th percentile of RMS contrast in patches of 32 px over the 2.5th."
         " The Weber contrast of a black object, grey 0, is -1 before any of them.\n",
@@ -81,9 +81,9 @@ def write(folder: Path) -> None:
         "The contrasts are of 8-bit luma, which a camera has compressed, and those that are published are mostly of"
         " calibrated luminance. So they are not held against each other number by number: the scenes are near the"
         " photograph, by choice.\n"
-        "The local range of noise and leaves is below that of natural images: no region of them lies in shade. That of"
-        " dead leaves is infinite (inf) where a disc fills the flattest patches.\n"
-        "The exponent 3 of dead leaves is that of Lee, Mumford and Huang 2001 (Int. J. Comput. Vision 41:35), the one"
+        "The local range of noise and leaves is below natural images, as no region of them lies in shade. For"
+        " dead leaves it is infinite (inf) where a disc fills the flattest patches.\n"
+        "The exponent 3 of dead leaves is from Lee, Mumford and Huang 2001 (Int. J. Comput. Vision 41:35), the one"
         " that makes a picture alike at every scale. Sizes and greys of leaves and houses are assumptions.\n",
     )  # fmt: skip
 
