@@ -71,7 +71,7 @@ def write(folder: Path) -> None:
         f"Of scenes of {SHAPE[1]}x{SHAPE[0]} px at {len(SEEDS)} seeds: the median, and the least and the largest."
         " The slope is fitted from 0.02 to 0.4 cycles/px.\n",
         _statistics(),
-        "RMS is the standard deviation of grey levels over their mean; log RMS uses their natural logarithm, undivided."
+        "RMS is the standard deviation of grey levels over their mean, log RMS the standard deviation of ln(grey)."
         " Michelson is (H - L) / (H + L) of the 99th and the 1st percentile, H and L."
         " The local range is the 97.5th percentile of RMS contrast in patches of 32 px over the 2.5th."
         " The Weber contrast of a black object, grey 0, is -1 before any of them.\n",
