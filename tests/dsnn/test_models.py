@@ -20,6 +20,8 @@ from dsnn import (
     Flow,
     FlowParams,
     FrameError,
+    Hybrid,
+    HybridParams,
     LGMD1Params,
     LGMD2Params,
     ResponseSeries,
@@ -241,6 +243,17 @@ def test_blocked_pathways_sum_to_the_intact_model():
     np.testing.assert_allclose(on.hs + off.hs, intact.hs, atol=1e-6)
     np.testing.assert_allclose(on.vs + off.vs, intact.vs, atol=1e-6)
     assert 0.4 < on.hs.max() / intact.hs.max() < 0.6
+
+
+def test_the_hybrid_s_looming_spikes_silence_the_others_for_the_time_of_its_gate():
+    """6 frames of 200 ms after each; only the approach passes so high a threshold."""
+    frames = np.concatenate([oblique()[:20], approach()[90:], oblique()])
+    params = HybridParams.robot(lgmd_t_sp=0.9999)
+    hybrid, dsnn = Hybrid(SHAPE, params).run(frames), MODELS["dsnn"].build(SHAPE, MODELS["dsnn"].robot).run(frames)
+    held = np.array([hybrid.looming_spikes[max(0, i - 6) : i + 1].any() for i in range(len(frames))])
+    assert 0.1 < held.mean() < 0.6 and dsnn.hs_spikes[held].any()
+    np.testing.assert_array_equal(hybrid.hs_spikes, np.where(held, 0, dsnn.hs_spikes))
+    assert hybrid.hs_spikes.any()
 
 
 def test_lgmd1_takes_dark_and_light_alike():
