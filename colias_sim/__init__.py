@@ -18,7 +18,7 @@ from colias_sim.envs import register_envs
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import OpenLoop, PathFollower, Route, Schedule, Stretch, Tracker
 from colias_sim.pose import Pose, WheelSpeeds, bearing
-from colias_sim.robot import Parked, Robot
+from colias_sim.robot import ParkedRobot, Robot
 
 try:
     __version__ = version("colias-sim")
@@ -33,7 +33,7 @@ __all__ = [
     "Frame",
     "GLUnavailable",
     "OpenLoop",
-    "Parked",
+    "ParkedRobot",
     "PathFollower",
     "Pose",
     "Robot",

@@ -258,7 +258,7 @@ class Robot:
         return (wheels.left + wheels.right) / 2, (wheels.right - wheels.left) / self._track
 
 
-class Parked:
+class ParkedRobot:
     """A robot that is fixed to the floor, as an obstacle.
 
     Parameters

@@ -136,7 +136,7 @@ _MOST_SLOTS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class _Drawn:
+class _Band:
     """A band that OpenGL has drawn, and nobody has read."""
 
     render: Render
@@ -162,7 +162,7 @@ class Strips:
     def __init__(self, offscreen: Offscreen, config: CameraConfig, slots: int) -> None:
         self._offscreen, self._slots = offscreen, slots
         self._height, self._width, self._scale = config.height, config.width, config.supersample
-        self._drawn: list[_Drawn] = []
+        self._drawn: list[_Band] = []
 
     @staticmethod
     def slots(config: CameraConfig) -> int:
@@ -182,7 +182,7 @@ class Strips:
             self.collect(light, ahead)
             slot = 0
         self._offscreen.draw(data, camera, option, self._rows(render.top, render.bottom), slot)
-        self._drawn.append(_Drawn(render, slot))
+        self._drawn.append(_Band(render, slot))
 
     def collect(self, light: Floats, ahead: Floats) -> None:
         """Read what was drawn, and add it to the exposures.

@@ -17,7 +17,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.exposure import FramePlan, Render
 from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
-from colias_sim.robot import Parked, Robot
+from colias_sim.robot import ParkedRobot, Robot
 from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150
@@ -93,8 +93,8 @@ class Simulation:
         self.obstacles = obstacles(self.model)
         parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
-        self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
-        self.everyone: dict[str, Robot | Parked] = {**self.robots, **self.parked}
+        self.parked = {name: ParkedRobot(self.model, name) for name in variants if name in parked}
+        self.everyone: dict[str, Robot | ParkedRobot] = {**self.robots, **self.parked}
         self._queuing = tuple(robot for robot in self.robots.values() if robot.queues)
         self.frame_interval = 1.0 / camera.fps
         self._clock = FrameClock(camera.fps)

@@ -1,4 +1,4 @@
-"""Vision models: the DSNN of Fu, Bellotto and Yue (2018), its rivals, and what any model must offer beside them.
+"""Vision models: the DSNN of Fu, Bellotto and Yue (2018), the models it is compared with, and their common interface.
 
 >>> from dsnn import DSNN, DSNNParams
 >>> model = DSNN((72, 99), DSNNParams.robot())
@@ -8,7 +8,6 @@
 
 from typing import TYPE_CHECKING, Any
 
-from dsnn.answers import AnswerError, checked_answer
 from dsnn.direction.emd import EMD, EMDParams
 from dsnn.direction.emd_normalised import EMDNormalised, EMDNormalisedParams
 from dsnn.direction.flow import Flow, FlowParams
@@ -30,6 +29,7 @@ from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 from dsnn.registry import MODELS, ModelEntry, model_entry
+from dsnn.responses import ResponseError, checked_response
 
 if TYPE_CHECKING:
     from dsnn.video import read_video
@@ -48,7 +48,6 @@ __all__ = [
     "SILGMD1",
     "SILGMD2",
     "T4T5",
-    "AnswerError",
     "DSNNParams",
     "EMDNormalised",
     "EMDNormalisedParams",
@@ -70,6 +69,7 @@ __all__ = [
     "PONLGMDParams",
     "ReferenceDSNN",
     "Response",
+    "ResponseError",
     "ResponseSeries",
     "SILGMD1Params",
     "SILGMD2Params",
@@ -77,14 +77,14 @@ __all__ = [
     "ThreeArm",
     "ThreeArmParams",
     "VisionModel",
-    "checked_answer",
+    "checked_response",
     "model_entry",
     "read_video",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the reader of videos when it is first asked for: FFmpeg takes half as long to load as all the rest."""
+    """Import the reader of videos at its first use: FFmpeg takes half as long to load as everything else."""
     if name == "read_video":
         from dsnn.video import read_video
 

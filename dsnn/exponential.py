@@ -1,4 +1,4 @@
-"""The exponential, with equal bits on every machine: a C library's may differ in the last one.
+"""The exponential function with equal bits on every machine; C libraries may differ in the last bit.
 
 `dsnn/native/exponential.c` is the same in C, operation for operation.
 """
@@ -14,7 +14,7 @@ _INVERSE_FACTORIAL = tuple(1.0 / math.factorial(i) for i in range(13, -1, -1))
 
 
 def exp(x: float) -> float:
-    """Return e to the power ``x``.
+    """Compute e to the power ``x``, with equal bits on every machine.
 
     Parameters
     ----------
@@ -28,10 +28,10 @@ def exp(x: float) -> float:
 
     Notes
     -----
-    Four roundings count, here in units of the last place of a result below 1, where they are largest: 0.20 of ``r``,
-    0.24 of the series without its first term, 0.25 of its product with ``r``, 0.50 of the last sum; 1.19 together.
-    The largest of 500,000 random arguments was 1.11. A sum with a correction would come nearer, and would change the
-    last bits of every recorded run.
+    Four roundings count, here in units of the last place of a result below 1, where they are largest. They are 0.20 for
+    ``r``, 0.24 for the series without its first term, 0.25 for its product with ``r``, and 0.50 for the last sum: 1.19
+    together. The largest of 500,000 random arguments was 1.11. A sum with a correction would come nearer, and would
+    change the last bits of every recorded run.
     """
     if not x >= -708.0:
         return 0.0 if x < -708.0 else x

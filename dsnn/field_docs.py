@@ -1,4 +1,4 @@
-"""Parameters: frozen, validated dataclasses whose fields say their unit, and whose docstring lists them for `help`."""
+"""Make parameter classes: frozen, validated dataclasses whose fields have units and appear in `help`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BOUNDS = (("ge", "[{:g}"), ("gt", "({:g}")), (("le", "{:g}]"), ("lt", "{:g})"))
 
 @dataclass_transform(frozen_default=True, field_specifiers=(Field,))
 def parameters(cls: Class) -> Class:
-    """Make a class of parameters: a frozen pydantic dataclass without other fields, infinities and NaN.
+    """Turn a class into a frozen pydantic dataclass that refuses unknown fields, infinities and NaN.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ def unit(name: str) -> Any:
     Parameters
     ----------
     name
-        The unit, or the name of the parameter that says it.
+        The unit, or the name of the parameter that holds it.
 
     Returns
     -------
     pydantic.fields.FieldInfo
-        Metadata of the annotation. The unit stands in the field's JSON schema, from which lists and tables read it.
+        Metadata of the annotation. Lists and tables read the unit from the field's JSON schema.
     """
     return Field(json_schema_extra={"unit": name})
 
@@ -59,9 +59,9 @@ Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
 
 
 def meaning(cls: type[Any], name: str) -> str:
-    """Return what a field means, in one line: the string below it, or its ``description``, of the class that has one.
+    """Return a field's documentation in one line: the string below it, or its ``description``.
 
-    Pydantic gives the strings of a class to its own fields alone, not to those that a subclass inherits.
+    It searches the base classes too, because pydantic documents only the fields that a class declares itself.
     """
     infos = (vars(base).get("__pydantic_fields__", {}).get(name) for base in cls.__mro__)
     text = next((info.description for info in infos if info is not None and info.description), "")
@@ -69,7 +69,7 @@ def meaning(cls: type[Any], name: str) -> str:
 
 
 def kind(info: FieldInfo) -> str:
-    """Return type and range of a field, such as ``float in [0, 1)``."""
+    """Describe type and range of a field, such as ``float in [0, 1)``."""
     legal = _range(info.metadata) or _range_within(info.annotation)
     return f"{_type(info.annotation)}{f' in {legal}' if legal else ''}"
 
@@ -85,8 +85,8 @@ def with_field_docs(cls: Class) -> Class:
     Returns
     -------
     type
-        The same class. The section has type, range, default, description and unit of each field, those of its bases
-        too; a section ``Raises`` follows it.
+        The same class. The section lists type, range, default, description and unit of each field, inherited ones too.
+        A section ``Raises`` follows it.
     """
     fields: dict[str, FieldInfo] = cls.__pydantic_fields__
     lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Parameters", "----------"]
@@ -103,7 +103,7 @@ def _sentence(text: str) -> str:
 
 
 def _unit(info: FieldInfo) -> str:
-    """Return the unit of a field, or of the entries of a tuple, as a sentence; empty where it has none."""
+    """Return the unit of a field, or of a tuple's entries, as a sentence; empty without a unit."""
     entries = [part.__metadata__ for part in get_args(info.annotation) if get_origin(part) is Annotated]
     for field in (info, *(item for metadata in entries for item in metadata)):
         extra = getattr(field, "json_schema_extra", None)
@@ -129,7 +129,7 @@ def _type(annotation: Any) -> str:
 
 
 def _range(metadata: Any) -> str:
-    """Return an interval such as ``[0, 1)``; empty where either end is open to infinity."""
+    """Return an interval such as ``[0, 1)``; empty if it is unbounded."""
     ends = [
         next((form.format(getattr(m, sign)) for m in metadata for sign, form in side if _has(m, sign)), "")
         for side in _BOUNDS
@@ -142,7 +142,7 @@ def _has(constraint: Any, sign: str) -> bool:
 
 
 def _range_within(annotation: Any) -> str:
-    """Return the interval of a tuple's entries, where all have the same."""
+    """Return the interval of a tuple's entries, if all share it."""
     ranges = {
         _range([n for m in part.__metadata__ for n in (m, *getattr(m, "metadata", ()))])
         for part in get_args(annotation)

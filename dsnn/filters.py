@@ -1,4 +1,4 @@
-"""Parts that the models are made of: the retina, first-order low-passes, Gaussian blurs, sums, states that fade."""
+"""Building blocks of the models: the retina, first-order low-passes, Gaussian blurs, exact sums, decaying states."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = npt.NDArray[np.float32]
 
 
 class Retina:
-    """Change of luminance (`high-pass`): the layer that every model of this library but the DSNN begins with."""
+    """Compute the change of luminance (`high-pass`), the first layer of every model here except the DSNN."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self._before: npt.NDArray[Any] = np.zeros(shape, np.uint8)
@@ -27,7 +27,7 @@ class Retina:
         self._first = True
 
     def step(self, luminance: npt.NDArray[Any]) -> Floats:
-        """Return P of this frame, 0 on the first: a buffer that stays valid until the next step."""
+        """Return P of this frame, 0 on the first. The buffer is valid until the next step."""
         before = luminance if self._first else self._before
         cv2.subtract(luminance, before, self._change, None, cv2.CV_32F)
         if luminance.dtype == self._before.dtype:
@@ -39,9 +39,9 @@ class Retina:
 
 
 def alpha(tau: float, dt: float, *, exact: bool = False) -> float:
-    """Gain of a first-order low-pass ``y += alpha (x - y)`` for ``tau`` and frame interval ``dt``, both ms.
+    """Compute the gain of a first-order low-pass ``y += alpha (x - y)``, with ``tau`` and frame interval ``dt`` in ms.
 
-    By backward Euler, or of the ``exact`` solution for an input that is constant between two frames.
+    The default is backward Euler; ``exact`` solves for an input that is constant between two frames.
     """
     if exact:
         return 1.0 - exp(-dt / tau) if tau > 0.0 else 1.0
@@ -49,13 +49,13 @@ def alpha(tau: float, dt: float, *, exact: bool = False) -> float:
 
 
 def residue(u: float, i: int) -> float:
-    """Share ``a_i`` of the luminance change ``i`` frames ago that is left: ``1 / (1 + exp(u i))`` (`high-pass`)."""
+    """Compute the residue ``a_i`` of the luminance change ``i`` frames ago: ``1 / (1 + exp(u i))`` (`high-pass`)."""
     decay = exp(-u * i)  # written so that it cannot overflow
     return decay / (1.0 + decay)
 
 
 def gaussian_kernel(sigma: float) -> npt.NDArray[np.float64]:
-    """Column (2 r + 1, 1) of a Gaussian of ``sigma`` px cut at ``r = ceil(4 sigma)``, sum 1 (`gauss-function`)."""
+    """Make a Gaussian column (2 r + 1, 1) of sum 1, cut at ``r = ceil(4 sigma)`` px (`gauss-function`)."""
     radius = math.ceil(4.0 * sigma)
     return np.asarray(cv2.getGaussianKernel(2 * radius + 1, sigma, cv2.CV_64F), np.float64)
 
@@ -69,34 +69,34 @@ def blur(image: FloatArray, kernel: FloatArray) -> FloatArray:
 
 
 def total(values: npt.NDArray[Any]) -> float:
-    """Return the sum of an array, in double precision, with equal bits on each call.
+    """Sum an array in double precision, with equal bits on each call.
 
-    The order in which OpenCV adds depends on where the array lies in memory, and so do the last bits of its sums.
+    OpenCV's order of additions depends on the array's place in memory, and so do the last bits of its sums.
     """
     return float(np.add.reduce(values, axis=None, dtype=np.float64))
 
 
 FACTOR = 1e-9
-"""Floor of states that are multiplied with one another: nothing below it is kept: products of less are subnormal."""
+"""Floor of states that are multiplied with one another. Products of smaller values are subnormal."""
 FADED = np.float32(1e-6)
-"""Floor of a signal in grey levels that keeps a residue of its last value: nothing is left of what is smaller."""
+"""Floor of a signal in grey levels that retains a residue of its last value. Smaller values are set to 0."""
 
 
 class States:
-    """Arrays that fade: all 0 after a reset, and what has decayed below a floor is set to 0 every so many frames.
+    """Decaying arrays: all 0 after a reset, and periodically cleared of values below a floor.
 
-    In a still scene a low-pass decays into subnormal numbers, on which a processor takes many times longer; this keeps
-    them out and costs next to nothing.
+    In a still scene a low-pass decays into subnormal numbers, which slow a processor many times. Clearing them costs
+    almost nothing.
 
     Parameters
     ----------
     arrays
         The states.
     every
-        Frames from one time to the next; 16 for low-passes of 40 ms and less, which fade from 1e-30 to subnormal
+        Frames between two clearings. Use 16 for low-passes of 40 ms and less, which decay from 1e-30 to subnormal
         numbers in under 64 frames.
     floor
-        The floor; `FACTOR` for states that are multiplied with one another.
+        Values below it are cleared; `FACTOR` for states that are multiplied with one another.
     """
 
     def __init__(self, *arrays: Floats, every: int = 64, floor: float = 1e-30) -> None:
@@ -110,7 +110,7 @@ class States:
         self.frames = 0
 
     def count(self) -> None:
-        """Count a frame, and clear what has faded when it is time."""
+        """Count a frame, and clear values below the floor when it is time."""
         self.frames += 1
         if self.frames % self._every == 0:
             for array in self._arrays:

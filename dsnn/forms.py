@@ -1,7 +1,7 @@
-"""The form of the networks that runs: in C (``native``) where that is built, else the ``reference`` in NumPy.
+"""Choose the form of the networks: in C (``native``) where it is built, otherwise the ``reference`` in NumPy.
 
-The forms agree within 1e-5 in HS and VS, not to the bit (`CONTRIBUTING.md`). So a run notes its form and is never
-gone on with by another.
+The forms agree within 1e-5 in HS and VS, but not to the bit (`CONTRIBUTING.md`). So a run records its form, and another
+form never resumes it.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from dsnn import native
 
 FORMS = ("native", "reference")
 VARIABLE = "DSNN_FORM"
-"""The environment variable that chooses the form of every model that is not told one."""
+"""The environment variable with the default form of every model."""
 
 
 class FormError(ValueError):
-    """A form that is not known, or not built."""
+    """The form of a model is unknown, or is not built."""
 
 
 def chosen(form: str | None = None) -> str:
-    """Return the form that runs.
+    """Choose the form that runs.
 
     Parameters
     ----------
     form
-        One of `FORMS`; ``None`` for what the environment variable ``DSNN_FORM`` says, and without that for the native
-        form where it is built.
+        One of `FORMS`. ``None`` means the environment variable ``DSNN_FORM``, or else the native form where it is
+        built.
 
     Returns
     -------
@@ -36,22 +36,20 @@ def chosen(form: str | None = None) -> str:
     Raises
     ------
     FormError
-        Of another word, and of ``native`` where it is not built.
+        The form is unknown, or is ``native`` where that is not built.
     """
     source = "form"
     if form is None:
         form, source = os.environ.get(VARIABLE) or ("reference" if native.missing() else "native"), VARIABLE
     if form not in FORMS:
-        raise FormError(f"{source}={form!r}: legal are {' and '.join(FORMS)}")
+        raise FormError(f"{source} must be {' or '.join(FORMS)}, got {form!r}")
     if form == "native" and (reason := native.missing()):
         raise FormError(f"{source}={form!r}: the native form {reason}: 'make setup' builds it")
     return form
 
 
 def note() -> str:
-    """Return what a person should know of the form that runs, in one line; empty where it is the native one, or asked
-    for.
-    """
+    """Explain in one line why the slow form runs; empty for the native form or an explicit choice."""
     reason = native.missing()
     if not reason or os.environ.get(VARIABLE):
         return ""

@@ -1,4 +1,4 @@
-"""Frames that may enter a model: the one gate every frame passes."""
+"""Check the frames, shapes and parameters that models receive."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _TO_GREY = {"bgr": cv2.COLOR_BGR2GRAY, "rgb": cv2.COLOR_RGB2GRAY}
 
 
 class FrameError(ValueError):
-    """A frame the model cannot take; the message names what is wrong and what is legal."""
+    """The model cannot process this frame or shape. The message names the value and its bound."""
 
 
 def frozen(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return a copy of a frame (R, C) that nobody can write to; of a frame that is read-only already, another view.
+    """Return a read-only copy of a frame (R, C), or a view of one that is already read-only.
 
-    Several models, a recording and an agent are shown one frame. The copy lies in an immutable object, so that no
-    model can make it writable again; with a view of its own for each, none can give the others' another shape or type.
+    Several models, a recording and an agent receive the same frame. The copy lies in an immutable object, so that no
+    model can make it writable again. Each gets its own view, so that none can change the others' shape or type.
     """
     if not luma.flags.writeable:
         return luma.view()
@@ -30,34 +30,34 @@ def frozen(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
 
 
 def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return ``shape`` as two ints (R, C), or raise `FrameError` if it is no image shape."""
+    """Return ``shape`` as two ints (R, C); `FrameError` if it is not an image shape."""
     try:
         rows, columns = (int(n) for n in shape)
     except (TypeError, ValueError):
-        raise FrameError(f"shape is {shape!r}: expected two whole numbers (rows, columns)") from None
+        raise FrameError(f"shape must be two whole numbers (rows, columns), got {shape!r}") from None
     if rows < 2 or columns < 2:
-        raise FrameError(f"shape is {shape!r}: expected at least 2 rows and 2 columns")
+        raise FrameError(f"shape must be at least 2 rows and 2 columns, got {shape!r}")
     return rows, columns
 
 
 def checked_params(params: Params | None, kind: type[Params]) -> Params:
-    """Return a model's ``params``; for ``None`` the defaults of ``kind``. Raises ``ValueError`` for another kind."""
+    """Return a model's ``params``, or the defaults of ``kind`` for ``None``; ``ValueError`` for another class."""
     if not isinstance(params, kind | None):
         raise ValueError(f"params must be a {kind.__name__}, got a {type(params).__name__}")
     return params or kind()
 
 
 def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "grey") -> npt.NDArray[Any]:
-    """Check one frame, and return its grey levels. Every model that ships passes its frames through this.
+    """Check a frame and return its grey levels, as every built-in model does.
 
     Parameters
     ----------
     frame
         Grey levels from 0 to 255, uint8 or floating point, (R, C); or a colour image, uint8 of (R, C, 3).
     shape
-        (R, C) that it is to have.
+        (R, C) that the frame must have.
     channels
-        What the frame has: grey levels, or the order of its colours.
+        ``grey``, or the order of its colours: ``bgr`` or ``rgb``.
 
     Returns
     -------
@@ -70,29 +70,27 @@ def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "
         The frame has another shape or type, or values that are not finite or outside 0 to 255.
     """
     if not isinstance(frame, np.ndarray):
-        raise FrameError(f"frame is a {type(frame).__name__}: expected a numpy array of shape {shape}")
+        raise FrameError(f"frame must be a numpy array of shape {shape}, got a {type(frame).__name__}")
     if channels != "grey":
         return _from_colour(frame, shape, channels)
     if frame.shape != shape:
-        raise FrameError(f"frame has shape {frame.shape}: this model was made for {shape}{_colour_hint(frame)}")
+        raise FrameError(f"frame must have the model's shape {shape}, got {frame.shape}{_colour_hint(frame)}")
     if frame.dtype == np.uint8:
         return frame
     if not np.issubdtype(frame.dtype, np.floating):
-        raise FrameError(f"frame has type {frame.dtype}: expected uint8, or floating point in 0..255")
+        raise FrameError(f"frame must be uint8, or floating point in 0..255, got {frame.dtype}")
     # min and max propagate NaN, and a comparison with NaN is false, so one test covers both.
     if not (frame.min() >= 0.0 and frame.max() <= 255.0):
-        raise FrameError(
-            f"frame holds values from {frame.min():g} to {frame.max():g}: expected finite values in 0..255"
-        )
+        raise FrameError(f"frame must hold values between 0 and 255, got {frame.min():g} to {frame.max():g}")
     # OpenCV knows two floating types, in this machine's byte order; anything else it misreads.
     return frame if frame.dtype in (np.float32, np.float64) else frame.astype(np.float64)
 
 
 def _from_colour(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels) -> npt.NDArray[Any]:
     if not isinstance(channels, str) or channels not in _TO_GREY:
-        raise FrameError(f"channels is {channels!r}: expected 'grey', 'bgr' or 'rgb'")
+        raise FrameError(f"channels must be 'grey', 'bgr' or 'rgb', got {channels!r}")
     if frame.shape != (*shape, 3) or frame.dtype != np.uint8:
-        raise FrameError(f"frame has shape {frame.shape} and type {frame.dtype}: expected uint8 {(*shape, 3)}")
+        raise FrameError(f"frame must be uint8 of shape {(*shape, 3)}, got {frame.dtype} of shape {frame.shape}")
     return cv2.cvtColor(frame, _TO_GREY[channels])
 
 

@@ -1,4 +1,4 @@
-"""The DSNN and the LGMD1 on one retina's input: which way, how near, and where."""
+"""The hybrid model: DSNN and LGMD1 on the same frames, for direction, looming and position."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dsnn.params import DSNNParams
 
 @parameters
 class HybridParams(DSNNParams):
-    """The DSNN's parameters, those of `dsnn.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
+    """Parameters of the DSNN, of the LGMD1 (``lgmd_...``, see `dsnn.LGMD1Params`) and of the gate."""
 
     lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0)
     """Weight of inhibition in the LGMD1."""
@@ -32,21 +32,21 @@ class HybridParams(DSNNParams):
 
     @property
     def lgmd(self) -> LGMD1Params:
-        """The parameters of its LGMD1."""
+        """Make the parameters of the LGMD1."""
         return LGMD1Params(w_i=self.lgmd_w_i, t_g=self.lgmd_t_g, t_ffi=self.lgmd_t_ffi, t_sp=self.lgmd_t_sp)
 
 
 class Hybrid(Model[HybridParams]):
-    """DSNN and LGMD1 see the same frames, and looming gates direction: the paper's proposal for further work.
+    """DSNN and LGMD1 on the same frames, where looming gates direction, as the paper proposes for further work.
 
-    Assumed, as the paper only proposes it: how the two are joined.
+    Assumed, because the paper only proposes it: The way in which the two are joined.
 
     - ``looming`` and its spikes are the LGMD1's, ``hs`` and ``vs`` the DSNN's potentials.
-    - The spikes of HS and VS mean translation. In a frame with a looming spike, and for ``gate`` ms after it, there
-      are none: what moves then comes nearer, and the sign of ``hs`` tells which way it drifts across the view.
-    - ``azimuth`` tells where the motion is: the mean column of the squared ON and OFF activity after FDSR, -1 at the
-      left edge, 1 at the right; 0 where nothing moves. Flies fixate by such a dependence on position (Reichardt and
-      Poggio 1976).
+    - The spikes of HS and VS mean translation. In a frame with a looming spike, and for ``gate`` ms after it, there are
+      none. The moving object then approaches, and the sign of ``hs`` gives its drift across the view.
+    - ``azimuth`` is the position of the motion: the mean column of the squared ON and OFF activity after FDSR. It runs
+      from -1 at the left edge to 1 at the right, and is 0 if nothing moves. Flies fixate by such a dependence on
+      position (Reichardt and Poggio 1976).
 
     Costs about 1.4 steps of the DSNN at 99x72.
 
@@ -55,9 +55,9 @@ class Hybrid(Model[HybridParams]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``HybridParams()`` if left out.
+        The constants; by default ``HybridParams()``.
     form
-        ``native`` (in C) or ``reference``, as of `dsnn.DSNN`.
+        ``native`` (in C) or ``reference``, as in `dsnn.DSNN`.
 
     Raises
     ------

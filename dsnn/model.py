@@ -1,4 +1,4 @@
-"""The interface of every vision model, and the value it answers with."""
+"""The interface of every vision model, and the response that it returns."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ FloatMap = npt.NDArray[np.floating]
 Clip = Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]]
 """A (T, R, C) array, or any iterable of frames, or of pairs of a frame's time in s and the frame."""
 USUAL_FPS = 30.0
-"""Frames per second that the models' constants belong to."""
+"""Frame rate for which the models' constants were chosen."""
 P = TypeVar("P")
 
 CHANNELS = ("hs", "vs", "looming", "azimuth")
-"""The potentials and positions that a model may answer by: fields of `Response`."""
+"""The potentials and positions that a model may return: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
-"""Channels, of `CHANNELS`, that have spikes, in the order in which a trial's spikes are taken from a model's own."""
+"""The channels with spikes. The first one that a model declares gives a trial's spikes."""
 
 
 MAP_SCALES = {"p": (0.25, 128.0), "la": (1.0, 128.0), "f_on": (128.0, -16.0), "f_off": (128.0, -16.0)}
-"""Layer map -> (gain, grey of zero) of its picture: signed maps stand about mid grey, and all saturate.
+"""Layer map -> (gain, grey of zero) of its picture. Signed maps are centred on mid grey, and all saturate.
 
-F is some thirty times smaller than LA, hence its gain; its offset clips the noise, which would fill a recording.
+F is about thirty times smaller than LA, hence its gain. Its offset clips the noise, which would fill a recording.
 """
 
 
@@ -45,7 +45,7 @@ class LayerMaps:
     la
         Lamina: the difference of Gaussians of ``p``, signed.
     f_on, f_off
-        The signals of the ON and the OFF pathway after FDSR, never negative.
+        The signals of the ON and OFF pathways after FDSR, never negative.
     """
 
     p: FloatMap
@@ -54,7 +54,7 @@ class LayerMaps:
     f_off: FloatMap
 
     def pictures(self) -> npt.NDArray[np.uint8]:
-        """Return the maps as 8-bit images, in the order and at the scales of `MAP_SCALES`.
+        """Convert the maps to 8-bit images, in the order and at the scales of `MAP_SCALES`.
 
         Returns
         -------
@@ -70,25 +70,25 @@ class LayerMaps:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """A model's answer to one frame; a channel that the model does not have stays at its default.
+    """A model's response to one frame. Channels that the model lacks stay at their defaults.
 
     Parameters
     ----------
     hs
-        A direction model's horizontal membrane potential: rightward motion positive, in (-1, 1) unless the model names
-        another unit.
+        Horizontal membrane potential of a direction model, rightward motion positive. It is in (-1, 1) unless the model
+        documents another unit.
     vs
-        Its vertical one: downward motion positive.
+        Vertical membrane potential of a direction model, downward motion positive.
     hs_spikes, vs_spikes
-        Their spikes in this frame, with the potential's sign.
+        Spikes of HS and VS in this frame, with the potential's sign.
     maps
-        The layers' activity, if it was asked for and the model has these layers.
+        The layers' activity, if it was requested and the model has these layers.
     looming
-        A looming detector's membrane potential, from 0.5 at rest up to 1.
+        Membrane potential of a looming detector, from 0.5 at rest up to 1.
     looming_spikes
-        Its spikes in this frame, 0 or more.
+        Spikes of the looming detector in this frame, 0 or more.
     azimuth
-        Where in the view the motion is, from -1 at its left edge to 1 at its right.
+        Position of the motion in the view, from -1 at the left edge to 1 at the right.
     """
 
     hs: float = 0.0
@@ -103,22 +103,22 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseSeries:
-    """Answers to T frames as columns of length T. A channel that the model does not have is 0 throughout.
+    """The responses to T frames as columns of length T. Channels that the model lacks are 0.
 
     Parameters
     ----------
     hs, vs
         Membrane potentials of a direction model, (T,); see `Response`.
     hs_spikes, vs_spikes
-        Their spikes in each frame, (T,), with the potentials' signs.
+        Spikes of HS and VS in each frame, (T,), with the potentials' signs.
     looming
         Membrane potential of a looming detector, (T,).
     looming_spikes
-        Its spikes in each frame, (T,).
+        Spikes of the looming detector in each frame, (T,).
     azimuth
-        Where the motion is, (T,), from -1 at the left edge to 1 at the right.
+        Position of the motion, (T,), from -1 at the left edge to 1 at the right.
     time_s
-        Time of each frame, (T,), in s: that of a film, otherwise 1/30 s a frame, to which the models' constants belong.
+        Time of each frame, (T,), in s, from the video; otherwise frames are 1/30 s apart.
     """
 
     hs: npt.NDArray[np.float64]
@@ -147,26 +147,26 @@ class ResponseSeries:
 
     @classmethod
     def from_responses(cls, responses: Iterable[Response], time_s: Sequence[float] | None = None) -> ResponseSeries:
-        """Stack single answers in time order.
+        """Stack single responses in time order.
 
         Parameters
         ----------
         responses
-            The answers to T frames.
+            The responses to T frames.
         time_s
-            Their times in s; otherwise 1/30 s a frame.
+            Their times in s; by default frames are 1/30 s apart.
 
         Returns
         -------
         ResponseSeries
-            The same as columns.
+            The responses as columns of length T.
         """
-        answers = list(responses)
-        times = np.arange(len(answers)) / USUAL_FPS if time_s is None else time_s
+        each = list(responses)
+        times = np.arange(len(each)) / USUAL_FPS if time_s is None else time_s
         columns: dict[str, Any] = {"time_s": np.array(times, np.float64)}
         for field in fields(cls)[:-1]:
             kind = np.int64 if field.name.endswith("_spikes") else np.float64
-            columns[field.name] = np.array([getattr(answer, field.name) for answer in answers], kind)
+            columns[field.name] = np.array([getattr(response, field.name) for response in each], kind)
         return cls(**columns)
 
 
@@ -174,8 +174,8 @@ class ResponseSeries:
 class VisionModel(Protocol):
     """A causal model of motion vision: one frame in, one `Response` out.
 
-    It is a protocol: a class that has these is a model, whatever it inherits from. The shape of its frames is fixed
-    when it is made.
+    It is a protocol: any class with these methods is a model, whatever it inherits from. The shape of the frames is
+    fixed when you make the model.
     """
 
     @property
@@ -184,7 +184,7 @@ class VisionModel(Protocol):
         ...
 
     def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
+        """Respond to the next frame.
 
         Parameters
         ----------
@@ -192,15 +192,14 @@ class VisionModel(Protocol):
             Grey levels from 0 to 255, uint8 or floating point, (R, C) as ``shape`` says; or a colour image, uint8 of
             (R, C, 3), which is reduced to its luma (ITU-R BT.601).
         channels
-            What the frame has: grey levels, or the order of its colours.
+            ``grey``, or the order of the colours: ``bgr`` or ``rgb``.
         maps
-            Whether to copy the layers' activity into the response. Only the DSNN's family has such layers; other
-            models leave ``maps`` empty.
+            Whether to copy the layers' activity into the response. Only the DSNN's family has such layers.
 
         Returns
         -------
         Response
-            The answer to this frame, of this frame and those before it.
+            The response, computed from this frame and the frames before it.
 
         Raises
         ------
@@ -215,7 +214,7 @@ class VisionModel(Protocol):
 
 
 class Model(ABC, Generic[P]):
-    """Base class of the models that ship: it checks shape, parameters and frames, and runs clips.
+    """Base class of the built-in models: it checks shape, parameters and frames, and runs clips.
 
     Parameters
     ----------
@@ -244,10 +243,10 @@ class Model(ABC, Generic[P]):
 
     @abstractmethod
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
-        """Return the response to the next frame, (R, C) grey levels; copy the layers' maps into it if asked to."""
+        """Compute the response to the next frame, (R, C) grey levels, with copied layer maps if ``maps`` is set."""
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame.
+        """Respond to the next frame.
 
         Parameters, returns and errors are those of `dsnn.VisionModel.step`.
         """
@@ -258,13 +257,13 @@ class Model(ABC, Generic[P]):
         """Return to the state before the first frame."""
 
     def run(self, frames: Clip, *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a clip.
+        """Reset the model, then respond to every frame of a clip.
 
         Parameters
         ----------
         frames
-            (T, R, C), or any iterable of frames as `step` takes them, or of pairs of a time in s and a frame, such as
-            `dsnn.read_video` yields.
+            (T, R, C), or an iterable of frames for `step`. Pairs of a time in s and a frame, such as `dsnn.read_video`
+            yields, work too.
         channels
             As of `step`.
 
@@ -280,15 +279,15 @@ class Model(ABC, Generic[P]):
         """
         self.reset()
         timed = (one if isinstance(one, tuple) else (index / USUAL_FPS, one) for index, one in enumerate(frames))
-        answers = [(time_s, self.step(frame, channels=channels)) for time_s, frame in timed]
-        return ResponseSeries.from_responses([answer for _, answer in answers], [time_s for time_s, _ in answers])
+        responses = [(time_s, self.step(frame, channels=channels)) for time_s, frame in timed]
+        return ResponseSeries.from_responses([each for _, each in responses], [time_s for time_s, _ in responses])
 
     def _luma(self, frame: npt.NDArray[Any], channels: Channels) -> npt.NDArray[Any]:
-        """Return the grey levels of a frame, checked by `luma`; warn once where they go from 0 to 1, not to 255."""
+        """Return the grey levels of a frame, checked by `luma`; warn once if they span 0 to 1 instead of 255."""
         grey = luma(frame, self.shape, channels)
         if grey.dtype != np.uint8 and not self._scale_known:
             highest = grey.max()
-            # Masks of two levels are left alone: 0 and 1 may be meant.
+            # No warning for masks of two levels: 0 and 1 may be intended.
             fractions = highest <= 1 and bool(((grey > grey.min()) & (grey < highest)).any())
             self._scale_known = bool(highest > 1) or fractions
             if fractions:

@@ -1,4 +1,4 @@
-"""The DSNN's parameters, named as the paper names them (Fu, Bellotto and Yue 2018, table ``tableParams``)."""
+"""Parameters of the DSNN, with the paper's names (Fu, Bellotto and Yue 2018, table ``tableParams``)."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from dsnn.filters import alpha
 
 @parameters
 class DSNNParams:
-    """Every constant of the network. The defaults are the paper's off-line setting.
+    """Parameters of the DSNN. The defaults are the paper's off-line setting.
 
-    Time constants are in milliseconds, lengths in pixels. Legal ranges are wider than the paper's, which each
-    description gives.
+    Time constants are in milliseconds, lengths in pixels. Ranges are wider than the paper's, which each description
+    gives.
 
     References
     ----------
@@ -56,16 +56,16 @@ class DSNNParams:
     off: bool = True
     """Whether the OFF pathway is intact; false blocks it."""
     dog: bool = True
-    """Whether the lamina has its difference of Gaussians; false passes P on as it is."""
+    """Whether the lamina has its difference of Gaussians; false passes P on unchanged."""
     fdsr: bool = True
     """Whether fast-depolarising-slow-repolarising adaptation acts; false removes it."""
     polarity: Literal["common", "centre"] = "common"
-    """Whose sign LA takes: the one that both Gaussians have in common, and LA is 0 where they differ; or the centre's
-    everywhere, as the plain difference has it where they differ (the paper leaves this open)."""
+    """Sign of LA (the paper leaves it open). common: the sign that both Gaussians share, and LA is 0 where they differ.
+    centre: the centre's sign everywhere."""
     rectified: bool = True
     """Whether F = LA - A is half-wave rectified; false passes it on with its sign (the paper names no rectifier)."""
     lowpass: Literal["backward-euler", "exact"] = "backward-euler"
-    """Gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper: neither)."""
+    """Gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper gives neither)."""
 
     @classmethod
     def offline(cls, **changes: Any) -> Self:
@@ -84,7 +84,7 @@ class DSNNParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
+            A value is out of range, or the parameter is unknown.
         """
         return dataclasses.replace(cls(), **changes)
 
@@ -105,7 +105,7 @@ class DSNNParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
+            A value is out of range, or the parameter is unknown.
         """
         return dataclasses.replace(cls(t_sp=0.2, k_sp=1.0), **changes)
 
@@ -125,7 +125,7 @@ class DSNNParams:
         Returns
         -------
         float
-            The share of the distance to its input that the low-pass goes in a frame, 0 to 1.
+            The share of the distance to its input that the low-pass covers in a frame, 0 to 1.
         """
         return alpha(tau, self.dt, exact=self.lowpass == "exact")
 

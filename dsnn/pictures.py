@@ -1,4 +1,4 @@
-"""Picture files as grey levels: the one reader of every picture that a user names."""
+"""Read picture files as grey levels."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ def read_picture(path: str | Path, *, raw: bool = False) -> npt.NDArray[np.uint8
     Parameters
     ----------
     path
-        A file that OpenCV decodes: PNG, JPEG, TIFF, BMP, PGM, ... of 8 or 16 bits, turned as its EXIF data say.
+        A file that OpenCV decodes: PNG, JPEG, TIFF, BMP, PGM, ... of 8 or 16 bits. It is rotated by its EXIF data.
     raw
-        Whether to take nothing but grey levels of 8 bits, as a camera measured them.
+        Whether to accept only grey levels of 8 bits, as a camera measured them.
 
     Returns
     -------
     numpy.ndarray
-        (R, C): the luma of Rec. 601 where it has colours, and of 16 bits the upper 8.
+        (R, C): the luma of Rec. 601 of a colour picture; the upper 8 bits of 16.
 
     Raises
     ------
     ValueError
-        There is no such file, it is no picture, it is transparent, its file does not say what white is, or ``raw`` is
-        wanted of another picture. In one line that begins with the path.
+        The file is missing, is not a picture, is transparent, or does not define white; or ``raw`` is set for another
+        kind of picture. The message is one line that begins with the path.
     """
     try:
         data = Path(path).read_bytes()
@@ -41,18 +41,16 @@ def read_picture(path: str | Path, *, raw: bool = False) -> npt.NDArray[np.uint8
         raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
     stored = _decoded(data, cv2.IMREAD_UNCHANGED)
     if stored is None:
-        raise ValueError(f"{path}: no picture that can be read")
+        raise ValueError(f"{path}: not a picture that OpenCV can read")
     if raw and (stored.ndim != 2 or stored.dtype != np.uint8):
-        raise ValueError(f"{path}: expected grey levels of 8 bits, got {stored.dtype} of shape {stored.shape}")
+        raise ValueError(f"{path}: grey levels must have 8 bits, got {stored.dtype} of shape {stored.shape}")
     if stored.dtype not in (np.uint8, np.uint16):
-        raise ValueError(
-            f"{path}: its values are {stored.dtype}, of which no file says what is white; save it with 8 bits"
-        )
+        raise ValueError(f"{path}: the white level of {stored.dtype} values is unknown; save it with 8 bits")
     white = np.iinfo(stored.dtype).max
-    # OpenCV leaves out the one transparent level of a grey PNG.
+    # OpenCV ignores the one transparent level of a grey PNG.
     key = stored.ndim == 2 and b"tRNS" in data[: data.find(b"IDAT")]
     if key or (stored.ndim == 3 and stored.shape[2] == 4 and stored[:, :, 3].min() < white):
-        raise ValueError(f"{path}: parts of it are transparent, and nothing says what is behind; save it without")
+        raise ValueError(f"{path}: the picture is transparent in places; save it without transparency")
     if header := _NETPBM.match(data):
         levels = cv2.cvtColor(stored, cv2.COLOR_BGR2GRAY) if stored.ndim == 3 else stored
         return np.rint(levels * (255 / int(header[3]))).astype(np.uint8)
@@ -66,5 +64,5 @@ def read_picture(path: str | Path, *, raw: bool = False) -> npt.NDArray[np.uint8
 def _decoded(data: bytes, flags: int) -> npt.NDArray[Any] | None:
     try:
         return cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None
-    except cv2.error:  # a header that tells of more pixels than OpenCV takes
+    except cv2.error:  # a header with more pixels than OpenCV accepts
         return None

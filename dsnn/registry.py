@@ -1,4 +1,4 @@
-"""The models by name. A new one is a file with its class and a line in `_ENTRIES` below."""
+"""Look up models by name. To add one, write a file with its class and a line in `_ENTRIES` below."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from dsnn.params import DSNNParams
 
 Entry = TypeVar("Entry")
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
-"""A name that tables, figures and folders can show."""
+"""A name that fits tables, figures and folders."""
 Channel = Annotated[str, Field(pattern=f"^({'|'.join(CHANNELS)})$")]
 DIRECTION = ("hs", "vs")
 LOOMING = ("looming",)
 
 
 def _frozen(value: Any) -> Any:
-    """Refuse what is no instance of a frozen dataclass: what a model changed in its parameters would last."""
+    """Refuse parameters that are not frozen: a model could change them for all later runs."""
     params = getattr(value, "__dataclass_params__", None)
     if isinstance(value, type) or params is None or not params.frozen:
         raise ValueError("must be an instance of a frozen dataclass")
@@ -50,7 +50,7 @@ Parameters = Annotated[Any, AfterValidator(_frozen)]
 
 @dataclass(frozen=True)
 class ModelEntry:
-    """A registered model: how to build it for frames of shape (R, C), and its parameters on the robot.
+    """A registered model: how to build it, its parameters and its channels.
 
     Parameters
     ----------
@@ -61,19 +61,19 @@ class ModelEntry:
     build
         Makes the model from the shape (R, C) of its frames and from parameters.
     robot
-        The parameters of the on-board trials: a frozen, validated dataclass.
+        Parameters for robot trials: a frozen, validated dataclass.
     channels
-        Fields of a `Response` that the model fills in, some of ``hs``, ``vs``, ``looming``, ``azimuth``. Others are
+        Fields of a `Response` that the model fills in: any of ``hs``, ``vs``, ``looming``, ``azimuth``. Others are
         ignored.
     offline
-        The parameters of the off-line tests; None where they are those of the robot.
+        Parameters for off-line clips; ``None`` for the robot's.
     thresholds
-        Channel -> the name of the parameter that is its spiking threshold, where it is another than ``t_sp``.
+        Channel -> the name of the parameter that is its spike threshold, if it is not ``t_sp``.
 
     Raises
     ------
     pydantic.ValidationError
-        Tables and figures cannot show the name, no `dsnn.Response` has the channels, or a value is of another kind.
+        The name has other characters, a channel is unknown, or a value has the wrong type.
     """
 
     name: Name
@@ -87,14 +87,14 @@ class ModelEntry:
     @model_validator(mode="after")
     def _consistent(self) -> ModelEntry:
         if len(set(self.channels)) < len(self.channels):
-            raise ValueError(f"channels must be there once each, got {self.channels}")
+            raise ValueError(f"channels must be one or more, each once, got {self.channels}")
         for channel, name in self.thresholds.items():
             if channel not in SPIKING or channel not in self.channels or not hasattr(self.robot, name):
                 raise ValueError(f"thresholds must name channels that spike and parameters, got {channel}: {name}")
         return self
 
     def threshold(self, channel: str, params: Any) -> float | None:
-        """Find the spiking threshold of a channel.
+        """Find the spike threshold of a channel.
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class ModelEntry:
         Returns
         -------
         float or None
-            The threshold on the channel's potential; ``None`` where the channel does not spike.
+            The threshold on the channel's potential; ``None`` if the channel does not spike.
         """
         if channel not in SPIKING:
             return None
@@ -114,23 +114,23 @@ class ModelEntry:
         return None if value is None else float(value)
 
     def preset(self, tests: Literal["robot", "offline"]) -> Any:
-        """Return the parameters for a kind of tests.
+        """Return the parameters for robot trials or for off-line clips.
 
         Parameters
         ----------
         tests
-            Trials with the robot, or off-line clips.
+            ``robot`` or ``offline``.
 
         Returns
         -------
         object
-            The parameters: ``robot``, or ``offline`` where the model has some for clips.
+            The parameters. Without parameters for clips, both kinds use the robot's.
         """
         return self.robot if tests == "robot" or self.offline is None else self.offline
 
 
 def _dsnn(name: str, summary: str, build: type[DSNN] = DSNN, **changes: Any) -> ModelEntry:
-    """Return a member of the DSNN's family, ``changes`` made to both of its presets."""
+    """Make an entry of the DSNN's family, with ``changes`` to both presets."""
     return ModelEntry(name, summary, build, DSNNParams.robot(**changes), DIRECTION, DSNNParams.offline(**changes))
 
 
@@ -218,11 +218,11 @@ _ENTRIES = (
 
 
 MODELS: Mapping[str, ModelEntry] = {entry.name: entry for entry in _ENTRIES}
-"""The models that ship: name -> `ModelEntry`."""
+"""The built-in models: name -> `ModelEntry`."""
 
 
 def model_entry(name: str) -> ModelEntry:
-    """Look up a model that ships.
+    """Look up a built-in model.
 
     Parameters
     ----------
@@ -237,13 +237,13 @@ def model_entry(name: str) -> ModelEntry:
     Raises
     ------
     ValueError
-        There is no such model; the message has the nearest known name.
+        The model is unknown; the message suggests the most similar name.
     """
     return look_up("model", name, MODELS)
 
 
 def look_up(kind: str, name: str, known: Mapping[str, Entry]) -> Entry:
-    """Return the entry of a name; ``ValueError`` with the nearest known name where there is none of this ``kind``."""
+    """Return the entry of a name; for an unknown name, a ``ValueError`` that suggests the most similar one."""
     if name not in known:
         near = difflib.get_close_matches(name.lower(), known, 1)
         hint = f" (nearest: {near[0]})" if near else ""

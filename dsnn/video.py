@@ -1,4 +1,4 @@
-"""Video files as they are shown: PyAV decodes them, and what they say of orientation, fields and pixels is obeyed."""
+"""Read video files as a player shows them, with their orientation, fields and pixel shape, by PyAV."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from dsnn.model import USUAL_FPS
 Image = npt.NDArray[np.uint8]
 
 FASTEST = 1000.0
-"""Frames per second above which the rate that a file says is none: absent ones come as absurd numbers."""
+"""Highest credible frame rate. Files without a rate report absurd numbers."""
 TRANSPARENT = "parts of it are transparent, and nothing says what is behind; put it onto a background first"
 SIDE_DATA = {
     "STEREO3D": ((0, 8), "it has a picture for each eye; take one, for example by ffmpeg's filter stereo3d"),
     "SPHERICAL": ((4,), "it shows a sphere; cut a flat view out of it, for example by ffmpeg's filter v360"),
 }
-"""What a frame may say of its kind -> the kinds that are flat pictures, and why others are refused with the way out."""
+"""Kind of a frame's side data -> its values for flat pictures, and the message for others."""
 
 
 def read_video(path: str | os.PathLike[str]) -> Video:
-    """Open a video file for its grey frames, each with its time.
+    """Open a video file and iterate over its grey frames with their times.
 
-    A film is read as a player shows it: turned, mirrored and cut as the file says, with its range of grey levels. The
-    two fields of an interlaced frame become one picture.
+    A video is read as a player shows it: rotated, mirrored and cut as the file specifies, with its range of grey
+    levels. The two fields of an interlaced frame become one picture.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def read_video(path: str | os.PathLike[str]) -> Video:
     Returns
     -------
     Video
-        Iterating it, once, yields pairs: the time in s since the first frame, and the frame, (R, C) uint8. A model's
-        ``run`` takes it as it is, and its series then has the film's times.
+        You can iterate over it once. It yields pairs: the time in s since the first frame, and the frame, (R, C) uint8.
+        Pass it to a model's ``run``, and the series has the video's times.
 
     Raises
     ------
     ValueError
-        The file is no video, or it is transparent, stereoscopic, spherical or turned by an odd angle.
+        The file is not a video, or it is transparent, stereoscopic, spherical or rotated by an odd angle.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def read_video(path: str | os.PathLike[str]) -> Video:
 
 
 class Video:
-    """An open video file; see `read_video`.
+    """An open video file, made by `read_video`.
 
     Parameters
     ----------
@@ -73,13 +73,13 @@ class Video:
     shape
         (R, C) of the first frame, px.
     size
-        (width, height) of the latest frame as it is shown, px: pixels need not be square.
+        (width, height) of the latest frame as displayed, px. Pixels need not be square.
     fps
-        Mean number of frames per second; ``None`` where the file does not say.
+        Mean number of frames per second; ``None`` if the file does not specify it.
     length_s
-        Time that the file says its pictures last, s; 0 where it does not.
+        Duration of the pictures according to the file, s; 0 if it does not specify it.
     interlaced, damaged
-        Numbers of frames up to now: of two fields, and such as could not be decoded.
+        Number of frames so far that had two fields, and that could not be decoded.
 
     Raises
     ------
@@ -97,13 +97,13 @@ class Video:
         stream = self._container.streams.best("video")
         if not isinstance(stream, VideoStream) or stream.codec_context is None:
             self._refuse("not a video that FFmpeg can decode (it has no pictures, or an unknown codec)")
-        if stream.metadata.get("alpha_mode") == "1":  # WebM: FFmpeg's own decoders leave the transparency out
+        if stream.metadata.get("alpha_mode") == "1":  # WebM: FFmpeg's own decoders ignore the transparency
             self._refuse(TRANSPARENT)
         stream.thread_type = "AUTO"
         self._stream, self._pixel_aspect = stream, float(stream.sample_aspect_ratio or 1)
         rate = float(stream.average_rate or stream.guessed_rate or 0)
         self.fps = rate if 0.0 < rate <= FASTEST else None
-        # In MOV and MP4 edit lists leave frames out.
+        # In MOV and MP4 edit lists skip frames.
         count = 0 if self._container.format.name.startswith("mov") else stream.frames
         self.length_s = count / (self.fps or USUAL_FPS) or float((stream.duration or 0) * (stream.time_base or 0))
         self._frames = self._upright()
@@ -122,7 +122,7 @@ class Video:
             yield now_s, image
 
     def _upright(self) -> Iterator[tuple[float | None, Image]]:
-        """Yield the time stamp of each frame in s, where there is one, and its grey levels, turned as it is shown."""
+        """Yield the time stamp of each frame in s, or None, and its grey levels in display orientation."""
         graph: Graph | None = None
         form: tuple[object, ...] = ()
         for frame in self._decoded():
@@ -147,7 +147,7 @@ class Video:
         self._container.close()
 
     def _filtered(self, graph: Graph | None, frame: VideoFrame | None) -> Iterator[tuple[float | None, Image]]:
-        """Push a frame, or the end, and yield what the graph has ready."""
+        """Push a frame, or the end, and yield the frames that the graph has ready."""
         if graph is None:
             return
         graph.vpush(frame)
@@ -159,7 +159,7 @@ class Video:
             yield grey.time, self._turned(grey)
 
     def _turned(self, frame: VideoFrame) -> Image:
-        """Return the picture of a grey frame, turned and mirrored as its display matrix says."""
+        """Rotate and mirror the picture of a grey frame by its display matrix."""
         for name, (flat, problem) in SIDE_DATA.items():
             if any(kind not in flat for kind in _side_data(frame, name)[:1]):
                 self._refuse(problem)
@@ -178,13 +178,13 @@ class Video:
 
 
 def _side_data(frame: VideoFrame, name: str) -> list[int]:
-    """Return what a frame says beside its picture, as whole numbers; empty if it has no data of this name."""
+    """Read a frame's side data of this name as whole numbers; empty if there are none."""
     data: Any = frame.side_data.get(name)
     return [] if data is None else np.frombuffer(bytes(data), "<i4").tolist()
 
 
 def _to_grey(frame: VideoFrame) -> Graph:
-    """Return a graph of FFmpeg's filters that makes grey levels from 0 to 255 of frames like this one."""
+    """Make a graph of FFmpeg's filters that converts frames like this one to grey levels from 0 to 255."""
     graph = Graph()
     filters = [
         graph.add_buffer(width=frame.width, height=frame.height, format=frame.format, time_base=frame.time_base),
@@ -193,7 +193,7 @@ def _to_grey(frame: VideoFrame) -> Graph:
         graph.add("format", "pix_fmts=gray"),
     ]
     if frame.format.name.startswith("gray") and frame.color_range == ColorRange.MPEG:
-        # FFmpeg widens the range of every format with colours, and takes that of pure grey for wide already.
+        # FFmpeg widens the range of every format with colours, and assumes that pure grey is wide already.
         filters.append(graph.add("lut", "c0=round((val-16)*255/219)"))
     graph.link_nodes(*filters, graph.add("buffersink"))
     graph.configure()

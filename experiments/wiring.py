@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
+from dsnn import CHANNELS, ModelEntry, Response, ResponseError, checked_response, model_entry
 from dsnn.frames import frozen
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import load_model
@@ -19,7 +19,7 @@ from experiments.bench.run.user_code import declared, is_file
 class CheckedModel:
     """A model, ``inner``, whose answers are checked, and which sees frames that it cannot change.
 
-    ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises.
+    ``step`` raises `dsnn.ResponseError` for an answer that is none, naming the model, and whatever the model raises.
     """
 
     def __init__(
@@ -33,9 +33,9 @@ class CheckedModel:
         """Answer the next frame (R, C)."""
         answer = self.inner.step(frozen(frame))
         try:
-            return checked_answer(answer, self.channels)
-        except AnswerError as error:
-            raise AnswerError(f"model {self.name}: {error}") from None
+            return checked_response(answer, self.channels)
+        except ResponseError as error:
+            raise ResponseError(f"model {self.name}: {error}") from None
 
     def reset(self) -> None:
         """Forget every frame."""

@@ -69,5 +69,5 @@ def arena_path(name: str) -> Path:
     if not Path(name).is_file():
         raise ValueError(f"arena {name}: there is no such file")
     if not name.endswith(ARENA_ENDINGS):
-        raise ValueError(f"arena {name}: legal is an .xml file (MJCF), or a .py file that declares ARENA")
+        raise ValueError(f"arena must be an .xml file (MJCF), or a .py file that declares ARENA, got {name}")
     return Path(name).resolve()

@@ -272,7 +272,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._wheels = self._steer(self._wheels_of(action))
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
         self._command = WheelSpeeds(left * self._fastest * left_gain, right * self._fastest * right_gain)
-        self._answers: list[Response] = []
+        self._responses: list[Response] = []
         self._driven = 0.0
         terms: dict[str, float] = {}
         skip = self.options.frame_skip
@@ -331,9 +331,9 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         return self._model
 
     @property
-    def answer(self) -> Response | None:
+    def response(self) -> Response | None:
         """The vision model's answer to the last frame; ``None`` without a model."""
-        return self._answers[-1] if self._answers else None
+        return self._responses[-1] if self._responses else None
 
     @property
     def wheels(self) -> Wheels:
@@ -384,7 +384,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Set what an episode changes back to what it is before the first one."""
         self._rest()
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), (1.0, 1.0)
-        self._answers = []
+        self._responses = []
 
     def _frame(self, look: bool) -> None:
         """Advance the world by one frame; with ``look``, take the camera's frame and ask the model."""
@@ -392,18 +392,18 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         if look and self._sim.seeing:
             self._luma = self._sim.camera.develop(self._film, self._sim.data.time).luma
             if self._model is not None:
-                self._answers.append(self._model.step(self._luma))
+                self._responses.append(self._model.step(self._luma))
 
     def _observation(self) -> Any:
         match self.options.observation:
             case "state":
                 return self.state.vector()
             case "neural":
-                return neural_observation(self._answers)
+                return neural_observation(self._responses)
         pixels = self._luma[..., None].copy()  # a copy, which the agent may write to
         if self.options.observation == "pixels":
             return pixels
-        return {"pixels": pixels, "neural": neural_observation(self._answers)}
+        return {"pixels": pixels, "neural": neural_observation(self._responses)}
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """Return the reward's terms as ``reward_...``, and the measures; their names end in their units."""

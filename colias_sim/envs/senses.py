@@ -26,7 +26,7 @@ MANOEUVRES: Mapping[str, tuple[float, float]] = {
 
 MOST_SPIKES = 10.0
 NEURAL = ("hs", "vs", "hs_spikes", "vs_spikes", "looming", "looming_spikes", "azimuth")
-"""The entries of a neural observation, in order: fields of the model's answer to a frame."""
+"""The entries of a neural observation, in order: fields of the model's response to a frame."""
 _LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0, -1.0], np.float32)
 _HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0], np.float32)
 
@@ -44,7 +44,7 @@ class Model(Protocol):
 
 
 def build_model(model: Any, shape: tuple[int, int]) -> Model:
-    """Build the vision model of the neural observations. Its answers are checked at every frame.
+    """Build the vision model of the neural observations. Its responses are checked at every frame.
 
     Parameters
     ----------
@@ -68,28 +68,28 @@ def build_model(model: Any, shape: tuple[int, int]) -> Model:
     return built
 
 
-def neural_observation(answers: Sequence[Response]) -> npt.NDArray[np.float32]:
-    """Encode the model's answers to the frames of one step as the observation ``neural``.
+def neural_observation(responses: Sequence[Response]) -> npt.NDArray[np.float32]:
+    """Encode the model's responses to the frames of one step as the observation ``neural``.
 
     Parameters
     ----------
-    answers
-        One answer for each frame of the step, in order; at least one.
+    responses
+        One response for each frame of the step, in order; at least one.
 
     Returns
     -------
     ndarray
-        (7,) float32, the entries of `NEURAL`: potentials and azimuth of the last answer, and the sums of the spikes
-        of all answers, clipped to the observation space.
+        (7,) float32, the entries of `NEURAL`: potentials and azimuth of the last response, and the sums of the spikes
+        of all responses, clipped to the observation space.
     """
-    last = answers[-1]
+    last = responses[-1]
     values = (
         last.hs,
         last.vs,
-        sum(a.hs_spikes for a in answers),
-        sum(a.vs_spikes for a in answers),
+        sum(a.hs_spikes for a in responses),
+        sum(a.vs_spikes for a in responses),
         last.looming,
-        sum(a.looming_spikes for a in answers),
+        sum(a.looming_spikes for a in responses),
         last.azimuth,
     )
     return np.minimum(np.maximum(np.array(values, np.float32), _LOWEST), _HIGHEST)

@@ -1,4 +1,4 @@
-"""The elementary motion detectors (EMDs) that the DSNN is compared with."""
+"""Elementary motion detectors (EMDs), the classical model that the DSNN is compared with."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ FULL_SCALE = 255.0**2
 
 @parameters
 class EMDParams:
-    """Every constant of the array. Iida's own could not be read: these are assumed."""
+    """Parameters of the EMD array. Iida's own constants were not available, so these are assumed."""
 
     tau_hp: Milliseconds = 250.0
-    """Time constant of the luminance's temporal high-pass; 0 leaves it out (assumed)."""
+    """Time constant of the luminance's temporal high-pass; 0 switches it off (assumed)."""
     tau_lp: Milliseconds = 50.0
     """Time constant of the low-pass that delays a detector's arm (assumed)."""
     spacing: Annotated[int, unit("px")] = Field(default=1, ge=1, le=64)
@@ -31,7 +31,7 @@ class EMDParams:
     log: bool = True
     """Whether potentials are logarithmic, as the paper plots them; false: linear."""
     gain: float = Field(default=1.0, gt=0.0, le=1e3)
-    """Gain of the output, behind the logarithm where there is one."""
+    """Gain of the output, applied after the logarithm if ``log`` is set."""
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
     """Frame rate."""
 
@@ -39,15 +39,15 @@ class EMDParams:
 class EMD(Model[EMDParams]):
     """Array of full Hassenstein-Reichardt correlators along x and y, its opponent output averaged over the field.
 
-    The arrangement is that of Iida and Lambrinos (a bee's odometer): one pathway for both polarities, each detector's
-    two arms subtracted. With H the high-passed luminance and D its
-    delayed copy, ``R = D(x) H(x+s) - H(x) D(x+s)``; pairs that leave the image are dropped. Channels: ``hs`` and
-    ``vs``, the mean r of R in squared grey levels as a share of the full scale F = 255^2 (linear) or, by default,
-    ``sgn(r) ln(1 + |r|) / ln(1 + F)``, times ``gain``. Neither has spikes: the paper reads the potential's peak.
+    The arrangement follows Iida and Lambrinos (a bee's odometer): one pathway serves both polarities, and each
+    detector's two arms are subtracted. With H the high-passed luminance and D its delayed copy, ``R = D(x) H(x+s) -
+    H(x) D(x+s)``. Pairs that leave the image are dropped. Channels: ``hs`` and ``vs``. Let r be the mean of R in
+    squared grey levels, and F = 255^2 the full scale. The potential is ``sgn(r) ln(1 + |r|) / ln(1 + F)`` by default,
+    or r / F if ``log`` is false, times ``gain``. Neither channel has spikes, as the paper reads the potential's peak.
 
-    Assumed, because the paper only speaks of "the logarithmic output" and Iida's constants could not be read: both
-    time constants and the spacing; a first-order high-pass, ``H(t) = (1 - alpha) (H(t-1) + L(t) - L(t-1))``; the 1
-    added under the logarithm, which keeps rest at 0 and the sign; filters that start settled on the first frame.
+    Assumed, because the paper only mentions "the logarithmic output" and Iida's constants were not available: Both time
+    constants and the spacing. The high-pass is first order: ``H(t) = (1 - alpha) (H(t-1) + L(t) - L(t-1))``. The 1
+    added under the logarithm keeps rest at 0 and preserves the sign. Filters start settled on the first frame.
 
     Costs about 0.6 of a DSNN step at 99x72.
 
@@ -56,7 +56,7 @@ class EMD(Model[EMDParams]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``EMDParams()`` if left out.
+        The constants; by default ``EMDParams()``.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class EMD(Model[EMDParams]):
         return Response(hs, vs)
 
     def _opponent(self, shift: int) -> float:
-        """Mean over the field of both arms' difference, for cells ``shift`` apart in flat memory."""
+        """Average the difference of both arms over the field, for cells ``shift`` apart in flat memory."""
         h, d = self._h.ravel(), self._d.ravel()
         # No dot products: in which order BLAS adds depends on the processor and on the threads that are free.
         products = d[:-shift] * h[shift:]

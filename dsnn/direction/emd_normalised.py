@@ -1,4 +1,4 @@
-"""Elementary motion detectors behind a normalisation by local contrast."""
+"""Elementary motion detectors whose input is normalised by local contrast."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dsnn.model import Model, Response
 
 @parameters
 class EMDNormalisedParams:
-    """Every constant of the array; those that are assumed say so."""
+    """Parameters of the array. Assumed values are marked."""
 
     tau_hp: Milliseconds = 250.0
     """Time constant of the luminance's temporal high-pass."""
@@ -35,18 +35,17 @@ class EMDNormalisedParams:
 class EMDNormalised(Model[EMDNormalisedParams]):
     """Array of full Hassenstein-Reichardt correlators along x and y, their input divided by the contrast around it.
 
-    With H the high-passed luminance, ``c = tanh(H / (kappa + sum w |H|))``, w uniform over a square of ``pool`` px and
-    of the sum 1, and D the delayed copy of c: ``R = D(x) c(x+1) - c(x) D(x+1)``; pairs that leave the image are
-    dropped. Channels: ``hs`` and ``vs``, the mean of R over the field times ``gain``. No
-    spikes.
+    With H the high-passed luminance, ``c = tanh(H / (kappa + sum w |H|))``. The weights w are uniform over a square of
+    ``pool`` px and sum to 1. With D the delayed copy of c, ``R = D(x) c(x+1) - c(x) D(x+1)``. Pairs that leave the
+    image are dropped. Channels: ``hs`` and ``vs``, the mean of R over the field times ``gain``. There are no spikes.
 
-    Assumed: ``kappa``, a twenty-fifth of the grey scale, and w, as the published network learned them and its weights
-    are not public; of that network there are the side of the pool and the tanh. The signal is normalised once, ahead of
-    the delay, where the network normalises each arm behind that arm's filter; beyond the border the last row and column
-    go on; high-pass and delay are first order, as those of `dsnn.EMD`, and start settled on the first frame; ``gain``
-    is the power of ten with which the crossing of the conformance tests passes 0.1, and no other clip chose it.
+    Assumed: ``kappa``, a twenty-fifth of the grey scale, and w, because the weights that the published network learned
+    are not public. Only the side of the pool and the tanh come from that network. The signal is normalised once, before
+    the delay, whereas the network normalises each arm after its own filter. The border is replicated. High-pass and
+    delay are first order, as in `dsnn.EMD`, and start settled on the first frame. ``gain`` is the power of ten with
+    which the crossing of the conformance tests passes 0.1; no other clip was used to choose it.
 
-    A grating that fills the frame gives up to 16.
+    A grating that fills the frame gives potentials up to 16.
 
     Costs about 2 DSNN steps at 99x72.
 
@@ -55,7 +54,7 @@ class EMDNormalised(Model[EMDNormalisedParams]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``EMDNormalisedParams()`` if left out.
+        The constants; by default ``EMDNormalisedParams()``.
 
     Raises
     ------
@@ -99,6 +98,6 @@ class EMDNormalised(Model[EMDNormalisedParams]):
         return np.asarray(np.tanh(self._h / (around + np.float32(self.params.kappa))), np.float32)
 
     def _mean(self, d_here: Floats, c_there: Floats, c_here: Floats, d_there: Floats) -> float:
-        """Mean over the field of both arms' difference, times the gain."""
+        """Average the difference of both arms over the field, times the gain."""
         opponent = d_here * c_there - c_here * d_there
         return self.params.gain * float(opponent.sum(dtype=np.float64)) / (self.shape[0] * self.shape[1])

@@ -1,4 +1,4 @@
-"""Dense optical flow, averaged: what an engineer would try first."""
+"""Mean dense optical flow, an engineer's baseline."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ quarter size).
 
 @parameters
 class FlowParams:
-    """Choice among OpenCV's settings of DIS."""
+    """Parameters of the optical flow: OpenCV's preset for dense inverse search (DIS)."""
 
     preset: Literal["ultrafast", "fast", "medium"] = "ultrafast"
     """OpenCV's preset of DIS, from coarse and quick to fine and slow."""
 
 
 class Flow(Model[FlowParams]):
-    """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
+    """Mean of the dense flow between this frame and the one before, by dense inverse search (DIS).
 
-    In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over all
-    pixels in px per frame, right and down positive; they are not potentials, have no bound and no spikes. 0 on the
-    first frame. Floating frames are rounded to 8 bits, which DIS works on. Its patches lie on a grid from the upper
-    left corner, so a mirrored clip gives the mirrored answer only nearly.
+    The flow is computed by OpenCV with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over
+    all pixels in px per frame, right and down positive. They are not membrane potentials, are unbounded, and have no
+    spikes. Both are 0 on the first frame. Floating-point frames are rounded to 8 bits, which DIS requires. Its patches
+    lie on a grid from the upper left corner, so a mirrored clip gives only approximately the mirrored response.
 
-    Assumed: the mean over all pixels for HS and VS, which is our own; OpenCV's constants in place of the paper's.
+    Assumed: HS and VS are the means over all pixels, which is our choice. OpenCV's constants replace the paper's.
 
     Costs about 1.6 DSNN steps at 99x72 with the preset ``ultrafast``.
 
@@ -50,7 +50,7 @@ class Flow(Model[FlowParams]):
     shape
         (R, C) of the frames, 32 or more each.
     params
-        The constants; those of ``FlowParams()`` if left out.
+        The constants; by default ``FlowParams()``.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Flow(Model[FlowParams]):
     def __init__(self, shape: tuple[int, int], params: FlowParams | None = None) -> None:
         super().__init__(shape, params, FlowParams)
         if min(self.shape) < MIN_SIZE:
-            raise FrameError(f"shape is {self.shape}: optical flow needs at least {MIN_SIZE} rows and columns")
+            raise FrameError(f"shape must be at least {MIN_SIZE} rows and columns for optical flow, got {self.shape}")
         self._dis = cv2.DISOpticalFlow.create(PRESETS[self.params.preset])
         self._before, self._now = np.zeros((2, *self.shape), np.uint8)
         self._flow = np.zeros((*self.shape, 2), np.float32)

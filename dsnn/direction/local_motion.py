@@ -1,7 +1,7 @@
 """T4 and T5 cells: local motion in four directions from contrast-normalised ON and OFF signals at several spacings.
 
-Both polarities lie in one flat buffer. Rows end in as many zeros as the widest spacing and planes in as many rows of
-zeros, so that a pair along x or y is one offset in flat memory, and a pair that leaves the image meets a zero.
+Both polarities share one flat buffer. Rows end in as many zeros as the widest spacing, and planes in as many rows of
+zeros. A pair along x or y is then one offset in flat memory, and a pair that leaves the image meets a zero.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from dsnn.filters import FACTOR, FADED, Floats, Retina, States, alpha, blur
 RIGHT, LEFT, DOWN, UP = range(4)
 """The order of directions in arrays of four."""
 NO_CHANGE = np.float32(1e-3)
-"""Grey levels, below which a sum of changes is a rounding error."""
+"""A sum of changes below this many grey levels is a rounding error."""
 
 
 @parameters
 class LocalMotionParams:
-    """The constants of T4 and T5 cells; the defaults are the literature's."""
+    """Parameters of T4 and T5 cells. The defaults are the literature's."""
 
     width_exc: Annotated[int, unit("px")] = Field(default=3, ge=1, le=63)
     """Side of the excitatory field, odd."""
@@ -76,7 +76,7 @@ class LocalMotionParams:
 
 
 class LocalMotion:
-    """The layers from luminance to local motion. ``shape`` is (R, C)."""
+    """Layers that compute local motion from luminance, for frames of ``shape`` (R, C)."""
 
     def __init__(self, shape: tuple[int, int], q: LocalMotionParams) -> None:
         rows, columns = shape
@@ -108,7 +108,7 @@ class LocalMotion:
         self._states.reset()
 
     def step(self, luminance: npt.NDArray[Any]) -> Floats:
-        """Local motion of the next frame, (4, R, C): right, left, down, up. Valid until the next step."""
+        """Compute the next frame's local motion, (4, R, C): right, left, down, up. Valid until the next step."""
         self._normalise(self._retina.step(luminance))
         for state, gain in zip(self._delayed, self._alphas, strict=True):
             cv2.accumulateWeighted(self._c, state, gain)
@@ -121,7 +121,7 @@ class LocalMotion:
         return self._motion
 
     def _normalise(self, p: Floats) -> None:
-        """Difference of Gaussians by sign, residue, normalisation by the neighbourhood: into `_c`."""
+        """Write the signed difference of Gaussians, with its residue, normalised by the neighbourhood, into `_c`."""
         q = self._q
         centre, around = blur(p, self._excitatory), blur(p, self._inhibitory)
         contrast = np.abs(centre - np.float32(q.coe_inh) * around)
@@ -158,16 +158,16 @@ class LocalMotion:
 def split(centre: Floats, around: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """Return where both fields brighten, and where both darken, each (R, C).
 
-    What cancels but for rounding has no sign: it would depend on the order of the additions.
+    A sum that is zero up to rounding has no sign, since its sign would depend on the order of the additions.
     """
     low, high = np.minimum(centre, around), np.maximum(centre, around)
     return low > NO_CHANGE, high < -NO_CHANGE
 
 
 def power(values: Floats, exponent: float) -> Floats:
-    """Return the values, none negative, to a power; 0 stays within 1e-13 of it.
+    """Raise values, none negative, to a power. A 0 stays within 1e-13 of 0.
 
-    By logarithm and exponential: the libraries' own powers take forty times as long where most values are 0.
+    It uses logarithm and exponential. The libraries' own powers take forty times as long where most values are 0.
     """
     if exponent == 0.5:
         return np.sqrt(values)

@@ -1,4 +1,4 @@
-"""The DSNN, in the form that is there: in C (`dsnn.native`), or its reference (`dsnn.direction.reference`)."""
+"""The DSNN as a vision model, computed in C (`dsnn.native`) or by its reference (`dsnn.direction.reference`)."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from dsnn.params import DSNNParams
 class DSNN(Model[DSNNParams]):
     """The directionally selective neural network, fast enough to close the loop.
 
-    Assumed where the paper leaves it open: LA is 0 where the two Gaussians differ in sign (``polarity``); F keeps no
-    negative part (``rectified``); the gain of a low-pass is dt / (dt + tau) (``lowpass``); Gaussians are cut at 4
-    sigma; beyond the border the last row and column go on; pairs of cells that leave the image are dropped. Of the
-    model of 2017 no constant could be read: it is taken for this one with ``fdsr`` false.
+    Assumed where the paper leaves it open: LA is 0 where the two Gaussians differ in sign (``polarity``). F has no
+    negative part (``rectified``). The gain of a low-pass is dt / (dt + tau) (``lowpass``). Gaussians are cut at 4
+    sigma. The border is replicated. Pairs of cells that leave the image are dropped. The constants of the 2017 model
+    were not available, so it is taken to be this model with ``fdsr`` false.
 
-    Not safe to share between threads: make one per thread.
+    A model is not safe to share between threads. Make one per thread.
 
     Parameters
     ----------
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants of the network; the paper's off-line ones, ``DSNNParams()``, if left out.
+        The constants of the network; by default the paper's off-line setting, ``DSNNParams()``.
     form
-        ``native`` or ``reference``: in C, or as `ReferenceDSNN`, which agree within 1e-5 in HS and VS. By default the
-        native one where it is built, unless the environment variable ``DSNN_FORM`` says another.
+        ``native`` (in C) or ``reference`` (as `ReferenceDSNN`), which agree within 1e-5 in HS and VS. The default is
+        the environment variable ``DSNN_FORM``, or else the native form where it is built.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class DSNN(Model[DSNNParams]):
 
     References
     ----------
-    Fu, Bellotto and Yue 2018, arXiv 1808.07692; without FDSR, Fu and Yue 2017, IJCNN, as that paper tells of it.
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692; without FDSR, Fu and Yue 2017, IJCNN, as described there.
 
     Examples
     --------
@@ -72,28 +72,28 @@ class DSNN(Model[DSNNParams]):
         return self._network.step(luminance, maps=maps)
 
     def azimuth(self) -> float:
-        """Return where in the view the motion of the last frame was.
+        """Locate the motion of the last frame in the view.
 
         Returns
         -------
         float
-            The mean column of the squared ON and OFF activity after FDSR, from -1 at the left edge to 1 at the right;
-            0 where nothing moved.
+            The mean column of the squared ON and OFF activity after FDSR, from -1 (left edge) to 1 (right edge). It is
+            0 if nothing moved.
         """
         return self._network.azimuth()
 
 
 class ReferenceDSNN(DSNN):
-    """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
+    """The DSNN written as its equations, to test `dsnn.DSNN` against. It is 17 times slower.
 
-    Assumed: what `dsnn.DSNN` assumes.
+    Assumed: The same as in `dsnn.DSNN`.
 
     Parameters
     ----------
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``DSNNParams()`` if left out.
+        The constants; by default ``DSNNParams()``.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""The DSNN in its plain form: its layers as plain functions, in the order light takes them, and the network of them.
+"""The reference DSNN: its layers as plain functions, in the order of processing, and the network made of them.
 
-Each function is one layer, and each line that carries an equation names it by its label in the paper (Fu, Bellotto and
-Yue 2018, arXiv 1808.07692). Arrays are (R, C), float64; x is the column and grows rightward, y the row and grows
-downward. This form is for reading and for testing against; `dsnn.native` is the fast one.
+Each function is one layer. Each line with an equation names its label in the paper (Fu, Bellotto and Yue 2018, arXiv
+1808.07692). Arrays are (R, C), float64; x is the column and grows rightward, y is the row and grows downward. Read this
+form and test against it; `dsnn.native` is the fast one.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from dsnn.params import DSNNParams
 
 Map = npt.NDArray[np.float64]
 Polarity = Literal["common", "centre"]
-"""Whose sign LA takes."""
+"""Which sign LA takes."""
 LEAST_ENERGY = 1.0
-"""Least energy of the azimuth, as ``DSNN_LEAST_ENERGY`` of the C form: noise alone, of less energy, points nowhere."""
+"""Least energy for an azimuth, as ``DSNN_LEAST_ENERGY`` in C. Noise alone has less energy and gives no direction."""
 
 
 def retina(luminance: Map, previous: Map, residues: Sequence[Map], u: float) -> Map:
-    """Change of luminance, with what is left of the last ``len(residues)`` changes, newest first."""
+    """Compute the change of luminance, plus the residues of the last ``len(residues)`` changes, newest first."""
     p = luminance - previous  # high-pass
     for i, change in enumerate(residues, start=1):
         p = p + residue(u, i) * change
@@ -35,7 +35,7 @@ def retina(luminance: Map, previous: Map, residues: Sequence[Map], u: float) -> 
 
 
 def lamina(p: Map, kernel_e: Map, kernel_i: Map, polarity: Polarity = "common") -> Map:
-    """Difference of Gaussians, signed by the common polarity of centre and surround, or by that of the centre."""
+    """Compute the difference of Gaussians, signed by the common polarity of centre and surround, or by the centre's."""
     p_e, p_i = blur(p, kernel_e), blur(p, kernel_i)  # two-gauss
     la = np.abs(p_e - p_i)  # polar-dogs
     if polarity == "centre":
@@ -44,7 +44,7 @@ def lamina(p: Map, kernel_e: Map, kernel_i: Map, polarity: Polarity = "common") 
 
 
 def on_off(la: Map, on_before: Map, off_before: Map, sigma_l: float) -> tuple[Map, Map]:
-    """Split into the ON and OFF pathways by half-wave rectification."""
+    """Split LA into the ON and OFF pathways by half-wave rectification."""
     on = np.maximum(la, 0.0) + sigma_l * on_before  # halfwave
     off = np.maximum(-la, 0.0) + sigma_l * off_before
     return on, off
@@ -53,7 +53,7 @@ def on_off(la: Map, on_before: Map, off_before: Map, sigma_l: float) -> tuple[Ma
 def fdsr(
     la: Map, la_before: Map, adaptation: Map, alpha_fast: float, alpha_slow: float, rectified: bool = True
 ) -> tuple[Map, Map]:
-    """Fast depolarising, slow repolarising: return the signal F and the new adaptation state."""
+    """Apply fast-depolarising, slow-repolarising adaptation; return the signal F and the new adaptation state."""
     gain = np.where(la >= la_before, alpha_fast, alpha_slow)
     adaptation = adaptation + gain * (la - adaptation)  # fdsr-lowpass
     f = la - adaptation  # fdsr-subtraction
@@ -61,12 +61,12 @@ def fdsr(
 
 
 def delayed(f: Map, states: Sequence[Map], alphas: Sequence[float]) -> list[Map]:
-    """Return the delayed signal of each spacing."""
+    """Compute the delayed signal of each spacing."""
     return [state + a * (f - state) for state, a in zip(states, alphas, strict=True)]  # dynamic-lowpass
 
 
 def correlate(f: Map, delays: Sequence[Map], d: int, w_i: float, axis: int) -> float:
-    """Excitation less weighted inhibition of every pair along ``axis`` (1: HS, 0: VS), summed over the field."""
+    """Sum excitation minus weighted inhibition of all pairs along ``axis`` (1: HS, 0: VS) over the field."""
     total = 0.0
     for j, delay in enumerate(delays, start=1):
         (near_f, far_f), (near_d, far_d) = _ends(f, j * d, axis), _ends(delay, j * d, axis)
@@ -77,19 +77,19 @@ def correlate(f: Map, delays: Sequence[Map], d: int, w_i: float, axis: int) -> f
 
 
 def sigmoid(x: float, scale: float) -> float:
-    """Odd sigmoid into (-0.5, 0.5); ``scale`` is C R K_sig."""
+    """Compute the odd sigmoid, with values in (-0.5, 0.5); ``scale`` is C R K_sig."""
     return math.copysign(1.0 / (1.0 + exp(-abs(x) / scale)) - 0.5, x)  # sigmoid
 
 
 def spikes(potential: float, k_sp: float, t_sp: float) -> int:
-    """Return spikes of one frame, with the sign of ``potential``; none below the threshold, and none at rest."""
+    """Count the spikes of one frame, with the sign of ``potential``; 0 below the threshold and at rest."""
     if potential == 0.0 or abs(potential) < t_sp:
         return 0
     return int(math.copysign(math.floor(exp(k_sp * (abs(potential) - t_sp))), potential))  # spiking
 
 
 def _ends(image: Map, spacing: int, axis: int) -> tuple[Map, Map]:
-    """Take the cells at the near and far end of each pair ``spacing`` px apart; pairs that leave the image drop out."""
+    """Return the cells at both ends of each pair ``spacing`` px apart, without pairs that leave the image."""
     size = max(image.shape[axis] - spacing, 0)
     near, far = [slice(None)] * 2, [slice(None)] * 2
     near[axis], far[axis] = slice(0, size), slice(spacing, spacing + size)
@@ -97,7 +97,7 @@ def _ends(image: Map, spacing: int, axis: int) -> tuple[Map, Map]:
 
 
 class Pathway:
-    """ON or OFF: adaptation, delayed signals and the two low-passed tangential sums."""
+    """The ON or OFF pathway: adaptation, delayed signals and the two low-passed tangential sums."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
         self._params = params
@@ -109,7 +109,7 @@ class Pathway:
         self.lp_hs = self.lp_vs = 0.0
 
     def step(self, la: npt.NDArray[np.float64]) -> None:
-        """Take this pathway's signal of one frame."""
+        """Process this pathway's signal of one frame."""
         p = self._params
         before, self.la = self.la, la
         if p.fdsr:
@@ -124,7 +124,7 @@ class Pathway:
 
 
 class ReferenceNetwork:
-    """The DSNN's layers as its equations read; see `dsnn.DSNN`, which checks what goes in."""
+    """The DSNN's layers written as its equations; `dsnn.DSNN` checks the input."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
         self._shape, self._params = shape, params
@@ -138,7 +138,7 @@ class ReferenceNetwork:
         self._on, self._off = Pathway(self._shape, self._params), Pathway(self._shape, self._params)
 
     def step(self, luma: npt.NDArray[Any], *, maps: bool) -> Response:
-        """Answer the next frame, (R, C) uint8 or floating."""
+        """Respond to the next frame, (R, C) uint8 or floating."""
         q = self._params
         luminance = luma.astype(np.float64)
         before = luminance if self._luminance is None else self._luminance
@@ -159,13 +159,13 @@ class ReferenceNetwork:
         )
 
     def azimuth(self) -> float:
-        """Return where in the view the motion of the last frame was, as `dsnn.DSNN.azimuth` does."""
+        """Locate the motion of the last frame in the view, as `dsnn.DSNN.azimuth` does."""
         energy = np.sum(self._on.f**2 + self._off.f**2, axis=0)
         place = np.linspace(-1.0, 1.0, self._shape[1])
         return float(np.sum(energy * place) / (np.sum(energy) + LEAST_ENERGY))
 
     def _lobula_plate(self) -> tuple[float, float]:
-        """HS and VS: each intact pathway's sigmoid potential, added."""
+        """Compute HS and VS: the sum of the intact pathways' sigmoid potentials."""
         scale = self._shape[0] * self._shape[1] * self._params.k_sig
         intact = [p for p, on in ((self._on, self._params.on), (self._off, self._params.off)) if on]
         hs = sum((sigmoid(p.lp_hs, scale) for p in intact), 0.0)  # HS-VS

@@ -1,4 +1,4 @@
-"""T4 and T5 cells as a model of direction: their opponent outputs, summed over the field."""
+"""T4 and T5 cells as a direction model: their opponent outputs, summed over the field."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from dsnn.model import Model, Response
 
 @parameters
 class T4T5Params(LocalMotionParams):
-    """The constants of the T4 and T5 cells, and the scale of the sum over the field."""
+    """Parameters of the T4 and T5 cells, and the scale of their sum over the field."""
 
     k_sig: float = Field(default=0.01, gt=0.0, le=1e3)
     """Scale of the sigmoid, as a share of the number of cells (assumed)."""
 
 
 class T4T5(Model[T4T5Params]):
-    """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
+    """Contrast-normalised motion detectors at five spacings, with one array for each of four directions.
 
-    These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two
-    small Gaussian fields, ``S = G_exc * P - coe_inh G_inh * P``, split by the sign that both share as in the DSNN; ON
-    and OFF keep ``remain_rec`` of their last values. ``c = tanh(X / (coe_cn + G_cn * X))``, 0 below ``cn_threshold``.
-    With D_j the low-pass of c by the delay of spacing j, a cell's answer to motion to the right is ``sum over j of
-    max(D_j(x) D_j(x+j) [c(x+j) - b c(x)], 0)``, low-passed by ``tau_t``; likewise for the three other directions. ``M =
-    T4^exp_on + T5^exp_off``. Channels: ``hs`` and ``vs``, right less left and down less up, summed over the field and
-    put through the DSNN's odd sigmoid with the scale ``k_sig R C``: in (-0.5, 0.5). No spikes.
+    These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, passes two small
+    Gaussian fields: ``S = G_exc * P - coe_inh G_inh * P``. S is split by the sign that both fields share, as in the
+    DSNN. ON and OFF retain ``remain_rec`` of their last values. ``c = tanh(X / (coe_cn + G_cn * X))``, and 0 below
+    ``cn_threshold``. Let D_j be the low-pass of c by the delay of spacing j. To motion to the right a cell responds
+    with ``sum over j of max(D_j(x) D_j(x+j) [c(x+j) - b c(x)], 0)``, low-passed by ``tau_t``. The three other
+    directions are computed likewise. ``M = T4^exp_on + T5^exp_off``. Channels: ``hs`` and ``vs``, right minus left and
+    down minus up. Their sum over the field passes the DSNN's odd sigmoid with the scale ``k_sig R C``, which gives
+    values in (-0.5, 0.5). There are no spikes.
 
-    Assumed where the source as read leaves it open: the sign rule and border of the DSNN's difference of Gaussians, but
-    what cancels to within a thousandth of a grey level has no sign; the low-passes are recursive; what is summed over
-    the field, and its sigmoid, as the DSNN's; time constants in ms hold at any frame rate. The published form was shown
-    videos of 30 frames/s. No published number was found that could be reproduced without its clips.
+    Assumed where the source leaves it open: Sign rule and border are the ones of the DSNN's difference of Gaussians,
+    but a sum below a thousandth of a grey level has no sign. The low-passes are recursive. The sum over the field and
+    its sigmoid are as in the DSNN. Time constants in ms hold at any frame rate; the published form received videos of
+    30 frames/s.
+
+    No published number was found that could be reproduced without the authors' clips.
 
     Costs about 15 DSNN steps (0.5 ms) at 99x72.
 
@@ -45,7 +48,7 @@ class T4T5(Model[T4T5Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``T4T5Params()`` if left out.
+        The constants; by default ``T4T5Params()``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Motion detectors of three arms: one enhances along the preferred direction, one suppresses along the null one."""
+"""Motion detectors with three arms: enhancement in the preferred direction and suppression in the null direction."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ FULL_SCALE = 255.0
 
 @parameters
 class ThreeArmParams:
-    """Every constant of the array; those that are assumed say so."""
+    """Parameters of the array. Assumed values are marked."""
 
     tau_hp: Milliseconds = 250.0
     """Time constant of the luminance's temporal high-pass."""
     tau_lp: Milliseconds = 50.0
     """Time constant of the low-pass that delays a detector's arm."""
     baseline: float = Field(default=0.1, gt=0.0, le=10.0)
-    """Baseline of the suppressing arm, of a luminance of 0..1."""
+    """Baseline of the suppressing arm, for a luminance of 0..1."""
     quadrants: Literal[2, 4] = 2
     """2: ON meets ON, and OFF meets OFF; 4: both polarities meet either."""
     gain: float = Field(default=10.0, gt=0.0, le=1e4)
@@ -36,19 +36,19 @@ class ThreeArmParams:
 
 
 class ThreeArm(Model[ThreeArmParams]):
-    """T4 and T5 cells of three neighbours A, B, C: B times the delayed A, divided by the delayed C.
+    """T4 and T5 cells with three neighbours A, B, C: B times the delayed A, divided by the delayed C.
 
     H, the high-passed luminance of 0..1, is split into ``ON = max(H, 0)`` and ``OFF = max(-H, 0)``, each with its
-    low-pass LP. For each polarity X a cell that prefers motion from A to C answers ``R(A, B, C) = LP(Y_A) X_B /
+    low-pass LP. For each polarity X a cell that prefers motion from A to C responds with ``R(A, B, C) = LP(Y_A) X_B /
     (baseline + LP(X_C)) - Y_A LP(X_B) / (baseline + X_C)``. With two quadrants Y is X. With four it is H, with its sign
-    turned for OFF, so that ON meets OFF as well, with a minus. ``R(A, B, C) - R(C, B, A)`` is summed over polarities
-    and averaged over the field; cells without both neighbours are dropped. Channels: ``hs`` and ``vs``, that mean times
-    ``gain``. No spikes.
+    reversed for OFF, so that ON also meets OFF with a minus sign. ``R(A, B, C) - R(C, B, A)`` is summed over polarities
+    and averaged over the field. Cells without both neighbours are dropped. Channels: ``hs`` and ``vs``, this mean times
+    ``gain``. There are no spikes.
 
-    Assumed: the neighbours are next pixels; the arm C of four quadrants has the polarity of B; HS and VS are the
-    opponent cells' difference, so that a mirrored clip gives the mirrored answer; filters are first order, and start
+    Assumed: The neighbours are adjacent pixels. The arm C of four quadrants has the polarity of B. HS and VS are the
+    opponent cells' difference, so that a mirrored clip gives the mirrored response. Filters are first order, and start
     settled on the first frame. ``gain`` is the power of ten with which the crossing of the conformance tests passes
-    0.1, and no other clip chose it.
+    0.1; no other clip was used to choose it.
 
     Costs about 5 DSNN steps at 99x72.
 
@@ -57,7 +57,7 @@ class ThreeArm(Model[ThreeArmParams]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``ThreeArmParams()`` if left out.
+        The constants; by default ``ThreeArmParams()``.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class ThreeArm(Model[ThreeArmParams]):
         return Response(hs, vs)
 
     def _opponent(self, axis: int) -> float:
-        """Mean over the field of what cells that prefer either way along an axis answer, one less the other."""
+        """Average the difference of the two opponent cells along an axis over the field."""
         q, total = self.params, 0.0
         first, second, third = (
             tuple(slice(start, stop) if along == axis else slice(None) for along in range(2))
@@ -107,7 +107,7 @@ class ThreeArm(Model[ThreeArmParams]):
         for number in range(2):
             x, lp = self._x[number], self._delayed[number]
             y, y_lp = x, lp
-            if q.quadrants == 4:  # of ON - OFF, or OFF - ON, the low-pass is that of each less the other
+            if q.quadrants == 4:  # the low-pass is linear: LP(ON - OFF) = LP(ON) - LP(OFF)
                 y, y_lp = x - self._x[1 - number], lp - self._delayed[1 - number]
             by_x, by_lp = (np.float32(1.0) / (np.float32(q.baseline) + signal) for signal in (x, lp))
             r = x[second] * (y_lp[first] * by_lp[third] - y_lp[third] * by_lp[first])

@@ -1,1 +1,1 @@
-"""Models of looming: the locust's LGMDs and the fly's LPLC2 cells, and what they share."""
+"""Models of looming: the locust's LGMDs, the fly's LPLC2 cells, and their common layers."""

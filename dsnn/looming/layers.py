@@ -1,4 +1,4 @@
-"""Parts that looming detectors share: spikes counted to a collision, adaptation, grouping, quadrants."""
+"""Layers that looming detectors share: the collision count, adaptation, grouping and quadrants."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ REST = 0.5
 """An LGMD's membrane potential while nothing excites it."""
 
 
-class _Counting(Protocol):
+class _CollisionParams(Protocol):
     @property
     def n_sp(self) -> int: ...
 
 
-D = TypeVar("D", bound=_Counting)
+D = TypeVar("D", bound=_CollisionParams)
 
 
 class Detector(Model[D]):
-    """A looming detector of one potential: its layers give potential and spikes of a frame, in `_answer`.
+    """Base class of looming detectors. A subclass computes potential and spikes of a frame in `_detect`.
 
     Parameters and errors are those of `dsnn.model.Model`. ``params.n_sp`` spikes without a silent frame between them
-    mean a collision.
+    signal a collision.
     """
 
     def __init__(self, shape: tuple[int, int], params: D | None, kind: type[D]) -> None:
@@ -39,12 +39,12 @@ class Detector(Model[D]):
         self._count = 0
 
     @abstractmethod
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         """Return the potential, from 0.5 at rest up to 1, and the spikes of the next frame, (R, C) grey levels."""
 
     @abstractmethod
     def _forget(self) -> None:
-        """Bring the layers to the state before the first frame."""
+        """Return the layers to the state before the first frame."""
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
@@ -53,20 +53,20 @@ class Detector(Model[D]):
 
     @property
     def collision(self) -> bool:
-        """Tell whether the frames up to the last one mean a collision."""
+        """Whether the frames so far signal a collision."""
         return self._count >= self.params.n_sp
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
-        potential, spikes = self._answer(luminance)
+        potential, spikes = self._detect(luminance)
         self._count = self._count + spikes if spikes else 0
         return Response(looming=potential, looming_spikes=spikes)
 
 
 class Adaptation:
-    """Spike-frequency adaptation: a potential that does not rise fades, and spikes are those of what is left.
+    """Spike-frequency adaptation: a potential that does not rise decays, and the remainder gives the spikes.
 
-    With ``h = tau / (tau + dt)`` and dk the change of k, ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else
-    ``h k``; at least `REST`. There are ``floor(exp(k_sp (s - t_sp)))`` spikes in a frame.
+    Let ``h = tau / (tau + dt)`` and dk the change of k. Then ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``,
+    otherwise ``h k``; it is at least `REST`. There are ``floor(exp(k_sp (s - t_sp)))`` spikes in a frame.
     """
 
     def __init__(self, tau: float, dt: float, t_sfa: float, k_sp: float, t_sp: float) -> None:
@@ -86,10 +86,10 @@ class Adaptation:
 
 
 class Grouping:
-    """Favours excitation that comes in clusters, then gives the potential of what is left (Yue and Rind 2006).
+    """Enhance clustered excitation, and compute the potential of the result (Yue and Rind 2006).
 
-    ``Ce`` is the 3x3 mean of S, cells outside the field counting as 0; ``G = S Ce / (delta_c + max Ce / c_w)``,
-    kept where it reaches ``t_g``; ``k = 1 / (1 + exp(-sum G / N))`` for N cells.
+    ``Ce`` is the 3x3 mean of S, with 0 outside the field. ``G = S Ce / (delta_c + max Ce / c_w)``, and 0 below ``t_g``.
+    ``k = 1 / (1 + exp(-sum G / N))`` for N cells.
     """
 
     def __init__(self, shape: tuple[int, int], c_w: float, delta_c: float, t_g: float) -> None:
@@ -97,7 +97,7 @@ class Grouping:
         self._ce, self._g = np.zeros((2, *shape), np.float32)
 
     def potential(self, s: Floats) -> float:
-        """Return the membrane potential k, from `REST` up to 1, for the summed cells S, (R, C), none negative."""
+        """Compute the membrane potential k, from `REST` up to 1, of the summed cells S, (R, C), none negative."""
         cv2.blur(s, (3, 3), dst=self._ce, borderType=cv2.BORDER_CONSTANT)
         scale = self._delta_c + float(self._ce.max()) / self._c_w
         cv2.multiply(s, self._ce, dst=self._g, scale=1.0 / scale)
@@ -106,22 +106,22 @@ class Grouping:
 
 
 def below(threshold: float) -> float:
-    """Return the number just below a threshold: OpenCV keeps what is above its own, the sources what reaches it."""
+    """Return the number just below a threshold: the papers pass a value equal to it, OpenCV does not."""
     return float(np.nextafter(np.float32(threshold), np.float32(-1.0)))
 
 
 def sigmoid(drive: float) -> float:
-    """Return the membrane potential of a drive of 0 or more: `REST` at 0, 1 at infinity."""
+    """Compute the membrane potential of a drive of 0 or more: `REST` at 0, 1 at infinity."""
     return 1.0 / (1.0 + exp(-drive))
 
 
 def ring(side: float, corner: float, centre: float = 0.0) -> Floats:
-    """Return a 3x3 kernel of its centre's, its sides' and its corners' weights."""
+    """Make a 3x3 kernel with the given weights of centre, sides and corners."""
     return np.array([[corner, side, corner], [side, centre, side], [corner, side, corner]], np.float32)
 
 
 def convolve(image: Floats, kernel: Floats, out: Floats) -> Floats:
-    """(R, C) by a symmetric 3x3 ``kernel``, cells outside the field counting as 0; written to ``out``."""
+    """Convolve (R, C) with a symmetric 3x3 ``kernel`` into ``out``, with 0 outside the field."""
     cv2.filter2D(image, -1, kernel, dst=out, borderType=cv2.BORDER_CONSTANT)
     return out
 
@@ -129,14 +129,15 @@ def convolve(image: Floats, kernel: Floats, out: Floats) -> Floats:
 def by_quadrant(
     x: Sequence[Floats], y: Sequence[Floats], rows: npt.NDArray[np.float64], columns: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """Return the sums over the quadrants, in a fixed order of additions.
+    """Sum over the four quadrants, in a fixed order of additions.
 
     Parameters
     ----------
     x, y
-        What counts as outward to the left and to the right; upward and downward. Each two of (R, C).
+        Outward motion to the left and to the right, and upward and downward: two arrays (R, C) each.
     rows, columns
-        The share of each row in the upper and in the lower half, (2, R); of each column in the left and right, (2, C).
+        The share of each row in the upper and lower half, (2, R), and of each column in the left and right half, (2,
+        C).
 
     Returns
     -------

@@ -19,7 +19,7 @@ from dsnn.native import NativeLGMD1
 
 @parameters
 class LGMD1Params:
-    """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels."""
+    """Parameters of the LGMD1. The defaults are the literature's, and thresholds are in 8-bit grey levels."""
 
     w_i: float = Field(default=0.6, ge=0.0, le=10.0)
     """Weight of inhibition."""
@@ -38,16 +38,17 @@ class LGMD1Params:
     t_sp: float = Field(default=0.78, gt=0.5, le=1.0)
     """Spike threshold on the potential k."""
     n_sp: Annotated[int, unit("frames")] = Field(default=5, ge=1, le=1000)
-    """Number of frames in a row with a spike that mean a collision."""
+    """Number of consecutive frames with a spike that signal a collision."""
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD1Params]:
         """Make the presets.
 
         ``paper`` has the literature's constants. ``firmware`` has the thresholds of the public firmware of Colias for
-        this detector's successor, which is the LGMD1 where self-inhibition is switched off: T_s 0.72 is ``t_sp``,
-        4 spikes in a row are ``n_sp``, and a mean change of 10, which that firmware takes of halved changes, is a
-        ``t_ffi`` of 20. ``arena`` has its T_s for the arena, 0.65. Its other constants belong to other layers.
+        this detector's successor, which is the LGMD1 once self-inhibition is switched off. Its T_s of 0.72 is ``t_sp``,
+        and its 4 consecutive spikes are ``n_sp``. Its mean change of 10 is a ``t_ffi`` of 20, because the firmware
+        halves changes. ``arena`` has the firmware's T_s for the arena, 0.65. The firmware's other constants belong to
+        other layers.
 
         Returns
         -------
@@ -64,15 +65,15 @@ class LGMD1Params:
 class LGMD1(Detector[LGMD1Params]):
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
-    With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of a cell's eight neighbours.
-    S is grouped: with Ce its 3x3 mean, ``G = S Ce / (delta_c + max Ce / c_w)``, kept where it reaches ``t_g``, and ``k
-    = 1 / (1 + exp(-sum G / N))`` for N cells. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose
-    k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all had one. Feed-forward inhibition: no
-    spike where the mean of ``|P(t-1)|`` reaches ``t_ffi``.
+    With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, where W is the ring of a cell's eight
+    neighbours. S is grouped: with Ce its 3x3 mean, ``G = S Ce / (delta_c + max Ce / c_w)``, and 0 below ``t_g``. The
+    potential is ``k = 1 / (1 + exp(-sum G / N))`` for N cells. Channel: ``looming``, k from 0.5 up to 1, with one spike
+    in a frame whose k reaches ``t_sp``. ``collision`` is true if the last ``n_sp`` frames all had a spike. Feed-forward
+    inhibition: there is no spike where the mean of ``|P(t-1)|`` reaches ``t_ffi``.
 
-    Assumed where the source as read leaves it open: no residue of older changes in P; cells outside the field are 0;
-    feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and
-    P, so every threshold, goes with frame rate and image size.
+    Assumed where the source leaves it open: P has no residue of older changes. Cells outside the field are 0.
+    Feed-forward inhibition stops the spike and leaves k unchanged. There is no time constant: the model works frame by
+    frame. P, and so every threshold, depends on frame rate and image size.
 
     Costs about 0.2 of a DSNN step at 99x72.
 
@@ -81,9 +82,9 @@ class LGMD1(Detector[LGMD1Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``LGMD1Params()`` if left out.
+        The constants; by default ``LGMD1Params()``.
     form
-        ``native`` (in C) or ``reference`` (in NumPy), as of `dsnn.DSNN`.
+        ``native`` (in C) or ``reference`` (in NumPy), as in `dsnn.DSNN`.
 
     Raises
     ------
@@ -111,7 +112,7 @@ class LGMD1(Detector[LGMD1Params]):
     def _forget(self) -> None:
         self._layers.reset()
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         return self._layers.step(luminance)
 
 

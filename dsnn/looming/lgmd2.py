@@ -20,9 +20,9 @@ Delays = tuple[Milliseconds, Milliseconds, Milliseconds]
 
 @parameters
 class LGMD2Params:
-    """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels.
+    """Parameters of the LGMD2. The defaults are the literature's, and thresholds are in 8-bit grey levels.
 
-    Triples are of a cell itself, each of its four sides, each of its four corners.
+    Triples hold the values of a cell itself, of each of its four sides and of each of its four corners.
     """
 
     sigma: float = Field(default=0.1, ge=0.0, lt=1.0)
@@ -38,7 +38,7 @@ class LGMD2Params:
     tau_pm: Milliseconds = 90.0
     """Time constant of the low-pass of the mean change PM."""
     t_pm: Annotated[float, unit("grey levels")] = Field(default=8.0, gt=0.0, le=255.0)
-    """Mean change PM from which it weighs inhibition up."""
+    """Mean change PM above which it increases inhibition."""
     least_on: float = Field(default=1.0, ge=0.0, le=10.0)
     """Least weight of inhibition in the ON pathway."""
     least_off: float = Field(default=0.5, ge=0.0, le=10.0)
@@ -60,7 +60,7 @@ class LGMD2Params:
     t_sp: float = Field(default=0.78, gt=0.5, le=1.0)
     """Spike threshold on the adapted potential."""
     n_sp: int = Field(default=8, ge=1, le=1000)
-    """Number of spikes without a silent frame between them that mean a collision."""
+    """Number of spikes without a silent frame between them that signal a collision."""
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
     """Frame rate."""
 
@@ -68,8 +68,8 @@ class LGMD2Params:
     def presets(cls) -> Mapping[str, LGMD2Params]:
         """Make the presets.
 
-        ``paper`` has the literature's constants. ``firmware`` has the two published of the ON/OFF-competing LGMD2 on
-        Colias: its spike threshold 0.63 is ``t_sp``, its T_pm 8 is ``t_pm``, which the paper has too.
+        ``paper`` has the literature's constants. ``firmware`` has the two published constants of the ON/OFF-competing
+        LGMD2 on Colias: its spike threshold 0.63 is ``t_sp``, and its T_pm 8, also the paper's, is ``t_pm``.
 
         Returns
         -------
@@ -80,7 +80,7 @@ class LGMD2Params:
 
 
 class Pathway:
-    """ON or OFF: its signal, and the inhibition of centre, sides and corners, each by its own delay."""
+    """The ON or OFF pathway: its signal, and the inhibition by centre, sides and corners, each with its own delay."""
 
     def __init__(self, shape: tuple[int, int], weights: Ring, taus: Ring, sigma: float, dt: float) -> None:
         self._sigma, self._centre = sigma, weights[0]
@@ -96,7 +96,7 @@ class Pathway:
         self._states.reset()
 
     def step(self, rectified: Floats, weight: float) -> Floats:
-        """Take max(P, 0) or max(-P, 0); return what ``weight`` times its inhibition leaves, valid until the next."""
+        """Return max(P, 0) or max(-P, 0) minus ``weight`` times its inhibition; valid until the next step."""
         cv2.scaleAdd(self.signal, self._sigma, rectified, self.signal)
         for state, a in zip(self._delayed, self._alphas, strict=True):
             cv2.accumulateWeighted(self.signal, state, a)
@@ -109,20 +109,20 @@ class Pathway:
 
 
 class LGMD2(Detector[LGMD2Params]):
-    """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
+    """Separate inhibition of ON and OFF, so strong in ON that bright looming is lost, then grouping and adaptation.
 
-    Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last signal) and loses ``w`` times
+    Each pathway takes one sign of the change of luminance P, plus ``sigma`` of its last signal. It loses ``w`` times
     its inhibition: itself and its eight neighbours, low-passed. The weights follow the low-passed mean change PM, ``w =
-    max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` is grouped as in `dsnn.LGMD1`, with ``c_g G`` to reach
-    ``t_g``: this gives k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the change of k: ``s
-    = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else ``h k``; at least 0.5. Channel: ``looming``, that s from 0.5
-    up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes; ``collision`` says whether ``n_sp`` spikes have come since the
-    last silent frame.
+    max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` is grouped as in `dsnn.LGMD1`, except that ``c_g G`` must
+    reach ``t_g``. This gives k. Spike-frequency adaptation follows, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the
+    change of k: ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, otherwise ``h k``; s is at least 0.5. Channel:
+    ``looming``, s from 0.5 up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes. ``collision`` is true if there were
+    ``n_sp`` spikes since the last silent frame.
 
-    Assumed where the source as read leaves it open: no spatial filter before the split, and no residue of older
-    changes in P; cells outside the field are 0; a delayed signal holds this frame's part already; PM holds this
-    frame's P; the decay ``c_g`` is for the threshold alone, k sums G; a silent frame ends the count of a collision.
-    P is by frames, so thresholds go with frame rate and image size.
+    Assumed where the source leaves it open: There is no spatial filter before the split, and no residue of older
+    changes in P. Cells outside the field are 0. A delayed signal includes this frame. PM includes this frame's P. The
+    decay ``c_g`` only affects the threshold; k sums G. A silent frame ends the count of a collision. P is computed
+    frame by frame, so thresholds depend on frame rate and image size.
 
     Costs about 1.7 DSNN steps at 99x72.
 
@@ -131,7 +131,7 @@ class LGMD2(Detector[LGMD2Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``LGMD2Params()`` if left out.
+        The constants; by default ``LGMD2Params()``.
 
     Raises
     ------
@@ -161,7 +161,7 @@ class LGMD2(Detector[LGMD2Params]):
             part.reset()
         self._pm = 0.0
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         p = self._retina.step(luminance)
         rises = np.maximum(p, self._zeros, out=self._rises)

@@ -1,4 +1,4 @@
-"""The LPLC2 of Hua and others: looming from the centre of the view, by four directions of radial motion."""
+"""The LPLC2 of Hua and others: looming from radial motion in four directions about the centre of the view."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dsnn.looming.layers import Detector, by_quadrant, ring, sigmoid
 
 @parameters
 class LPLC2Params:
-    """Every constant of the detector; those that are assumed, or in the authors' program alone, say so."""
+    """Parameters of the LPLC2. Values that are assumed, or only in the authors' program, are marked."""
 
     sigma_e: Annotated[float, unit("px")] = Field(default=1.0, gt=0.0, le=100.0)
     """Sigma of the excitatory field, 3x3 px (the authors' program)."""
@@ -49,7 +49,7 @@ class LPLC2Params:
     t_sp: float = Field(default=0.7, gt=0.5, le=1.0)
     """Spike threshold on the potential."""
     n_sp: int = Field(default=7, ge=1, le=1000)
-    """Number of spikes in a row that mean a collision."""
+    """Number of consecutive spikes that signal a collision."""
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
     """Frame rate."""
 
@@ -57,23 +57,23 @@ class LPLC2Params:
 class LPLC2(Detector[LPLC2Params]):
     """Correlated motion outward from the centre of the view, in all four quadrants at once.
 
-    This is the ultra-selective LPLC2. P, the change of luminance, goes through a difference of Gaussians, split into ON
-    and OFF; ``c = tanh(X / (c_base + G * X))``; D is its low-pass by ``tau_lp``. For a neighbour y one px away in each
-    of four directions ``T = B c(x) c(y) [D(x) - D(y)]``, B a radial bias, the highest at the centre, low-passed by
-    ``tau_t``. The change of contrast, ``|c - mean of its 8 neighbours|`` less its last value, is subtracted, nothing
-    below 0 is left, and ``M = ON^exp_on + OFF^exp_off``. Each quadrant sums ``GELU(outward - inward)`` over its cells
+    This is the ultra-selective LPLC2. P, the change of luminance, passes a difference of Gaussians, split into ON and
+    OFF. ``c = tanh(X / (c_base + G * X))``, and D is its low-pass by ``tau_lp``. For a neighbour y one px away in each
+    of four directions, ``T = B c(x) c(y) [D(x) - D(y)]``, low-passed by ``tau_t``. B is a radial bias, highest at the
+    centre. The change of contrast, ``|c - mean of its 8 neighbours|`` minus its last value, is subtracted, and the
+    result is rectified. ``M = ON^exp_on + OFF^exp_off``. Each quadrant sums ``GELU(outward - inward)`` over its cells
     and both axes. The output is the product of the four, 0 unless all are above 0, averaged over ``length`` frames.
-    Channel: ``looming``, from 0.5 up to 1, with one spike in a frame where it reaches ``t_sp``; ``collision`` says
-    whether the last ``n_sp`` frames all had one.
+    Channel: ``looming``, from 0.5 up to 1, with one spike in a frame where it reaches ``t_sp``. ``collision`` is true
+    if the last ``n_sp`` frames all had a spike.
 
-    Assumed where the source as read leaves it open: the DSNN's sign rule for ON and OFF and its border; B, a Gaussian
-    about the centre of ``spread`` of either side; a running mean in place of the first ten frames that the authors'
-    program takes; a column or row in the middle counts half to both sides. The source gives the product no scale: its
-    fourth root, the geometric mean of the quadrants, goes through the sigmoid of the LGMDs. ``k_sig`` is the power of
-    ten with which the approach of the conformance tests passes ``t_sp``, and no other clip chose it.
+    Assumed where the source leaves it open: The sign rule for ON and OFF and the border are the DSNN's. B is a Gaussian
+    about the centre, with ``spread`` of either side as sigma. A running mean replaces the first ten frames that the
+    authors' program uses. A column or row in the middle counts half to both sides. The source gives the product no
+    scale, so its fourth root, the geometric mean of the quadrants, passes the sigmoid of the LGMDs. ``k_sig`` is the
+    power of ten with which the approach of the conformance tests passes ``t_sp``; no other clip was used to choose it.
 
-    The three fields, ``residue``, ``t_sp`` and ``n_sp`` are those of the authors' public program, as its own table of
-    constants and its kernels have them. No published number was found that could be reproduced without its clips.
+    The three fields, ``residue``, ``t_sp`` and ``n_sp`` are taken from the authors' public program: its table of
+    constants and its kernels. No published number was found that could be reproduced without the authors' clips.
 
     Costs about 9 DSNN steps (0.3 ms) at 99x72.
 
@@ -82,7 +82,7 @@ class LPLC2(Detector[LPLC2Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``LPLC2Params()`` if left out.
+        The constants; by default ``LPLC2Params()``.
 
     Raises
     ------
@@ -120,7 +120,7 @@ class LPLC2(Detector[LPLC2Params]):
         self._contrast[:] = 0.0
         self._outputs.clear()
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         self._split(self._retina.step(luminance))
         motion = self._pathway(0, q.exp_on) + self._pathway(1, q.exp_off)
@@ -132,7 +132,7 @@ class LPLC2(Detector[LPLC2Params]):
         return k, int(k >= q.t_sp)
 
     def _split(self, p: Floats) -> None:
-        """ON and OFF by the sign that centre and surround share."""
+        """Split P into ON and OFF by the sign that centre and surround share."""
         centre, around = blur(p, self._kernels[0]), blur(p, self._kernels[1])
         contrast = np.abs(centre - around)
         self._signals *= np.float32(self.params.residue)
@@ -141,7 +141,7 @@ class LPLC2(Detector[LPLC2Params]):
         self._signals[self._signals < FADED] = 0.0
 
     def _pathway(self, number: int, exponent: float) -> Floats:
-        """Motion in four directions of ON (0) or OFF (1), (4, R, C): right, left, down, up."""
+        """Compute the motion of ON (0) or OFF (1), (4, R, C): right, left, down, up."""
         signal, d, cells, drive = (state[number] for state in (self._signals, self._delayed, self._cells, self._drive))
         c = np.tanh(signal / (blur(signal, self._kernels[2]) + np.float32(self.params.c_base)))
         cv2.accumulateWeighted(c, d, self._delay)
@@ -156,7 +156,7 @@ class LPLC2(Detector[LPLC2Params]):
         return power(np.maximum(cells - change, np.float32(0.0)), exponent)
 
     def _quadrants(self, motion: Floats) -> npt.NDArray[np.float64]:
-        """Return the four quadrants' sums of outward motion, (2, 2): upper and lower, left and right."""
+        """Sum outward motion over the four quadrants, (2, 2): upper and lower, left and right."""
         along_x, along_y = motion[0] - motion[1], motion[2] - motion[3]
         x, y = _gelu(along_x), _gelu(along_y)
         against_x, against_y = x - along_x, y - along_y  # GELU(-x) = GELU(x) - x
@@ -164,13 +164,13 @@ class LPLC2(Detector[LPLC2Params]):
 
 
 def _gelu(x: Floats) -> Floats:
-    """Return the Gaussian error linear unit in its usual fast form, with sqrt(2 / pi) (x + 0.044715 x^3) inside."""
+    """Compute the Gaussian error linear unit in its usual fast form, with sqrt(2 / pi) (x + 0.044715 x^3) inside."""
     inner = x * (np.float32(0.7978845608) + np.float32(0.0356774081) * (x * x))
     return np.asarray(np.float32(0.5) * x * (np.float32(1.0) + np.tanh(inner)), np.float32)
 
 
 def _bell(size: int, spread: float) -> npt.NDArray[np.float64]:
-    """Return a Gaussian about the middle of ``size`` cells, of ``spread`` times their number, 1 at its top."""
+    """Make a Gaussian about the middle of ``size`` cells, with a sigma of ``spread * size`` and a peak of 1."""
     return np.asarray(np.exp(-0.5 * ((np.arange(size) + 0.5 - size / 2) / (spread * size)) ** 2))
 
 

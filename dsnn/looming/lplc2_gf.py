@@ -1,4 +1,4 @@
-"""EMDs, an array of LPLC2 cells, and a giant fibre that integrates and fires."""
+"""LPLC2 cells and the giant fibre: EMDs, an array of LPLC2 cells, and an integrate-and-fire neuron."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from dsnn.filters import FACTOR, Floats, Retina, States, alpha
 from dsnn.looming.layers import REST, Detector
 
 PAPER_FOCAL_PX, ROBOT_FOCAL_PX = 60.0, 70.7
-"""Pixels per unit of tangent: of the paper's 200x150 frames (240 on a screen of 800x600), and of the robot's camera."""
+"""Focal lengths in px: the paper's 200x150 frames (240 on a screen of 800x600), and the robot's camera."""
 FITTING_SIDE = 60
-"""Side of the paper's receptive fields, 40 to 100 px of its frames, the largest that fits into the robot's 72 rows."""
+"""Largest side of the paper's receptive fields (40 to 100 px of its frames) that fits into the robot's 72 rows."""
 
 
 @parameters
 class LPLC2GFParams:
-    """Every constant of the detector; the defaults are the literature's, for frames of 200x150 px."""
+    """Parameters of the LPLC2 with giant fibre. The defaults are the literature's, for frames of 200x150 px."""
 
     tau_hp: Milliseconds = 250.0
     """Time constant of the luminance's temporal high-pass."""
     tau_lp: Milliseconds = 50.0
     """Delay of a detector's arm."""
     t_off: float = Field(default=0.05, ge=0.0, le=1.0)
-    """Threshold of the OFF signal, of a luminance of 0..1."""
+    """Threshold of the OFF signal, for a luminance of 0..1."""
     side: Annotated[int, unit("px")] = Field(default=100, ge=2, le=1000)
     """Side of a receptive field, an even number; two arms long."""
     width: Annotated[int, unit("px")] = Field(default=40, ge=2, le=1000)
@@ -56,22 +56,21 @@ class LPLC2GFParams:
     substeps: int = Field(default=20, ge=1, le=10_000)
     """Steps of the membrane's equation in 10 ms."""
     n_sp: int = Field(default=1, ge=1, le=1000)
-    """Number of spikes that mean a collision."""
+    """Number of spikes that signal a collision."""
     fps: Annotated[float, unit("frames/s")] = Field(default=100.0, gt=0.0, le=10_000.0)
     """Frame rate."""
 
     def __post_init__(self) -> None:
         if not self.v_rest < self.v_th < self.v_spike:
-            raise ValueError(
-                f"v_th={self.v_th:g}: legal is between v_rest, {self.v_rest:g}, and v_spike, {self.v_spike:g}"
-            )
+            between = f"v_rest, {self.v_rest:g}, and v_spike, {self.v_spike:g}"
+            raise ValueError(f"v_th must be between {between}, got {self.v_th:g}")
 
     @classmethod
     def robot(cls, **changes: Any) -> LPLC2GFParams:
-        """Make the constants in angles for the robot's camera: 99x72 px of 70 degrees, 30 frames/s.
+        """Make the parameters for the robot's camera (99x72 px, 70 degrees, 30 frames/s) with equal angles.
 
-        Lengths in px go with the focal length. The receptive field is the largest of the paper's
-        that fits into the camera's view, 53 degrees.
+        Lengths in px scale with the focal length. The receptive field is the largest of the paper's that fits into the
+        camera's view, 53 degrees.
 
         Parameters
         ----------
@@ -86,7 +85,7 @@ class LPLC2GFParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal, or there is no such parameter.
+            A value is out of range, or the parameter is unknown.
         """
         across = ROBOT_FOCAL_PX / PAPER_FOCAL_PX
         side, width = (2 * round(px * across / 2) for px in (FITTING_SIDE, cls().width))
@@ -95,40 +94,41 @@ class LPLC2GFParams:
 
     @property
     def n_max(self) -> float:
-        """The most cells that a centred square can make active, which count as 1: 2500 with arms of 50 px."""
+        """Number of active cells with a share of 1: the most that a centred square activates, 2500 for 50 px arms."""
         return (self.side / 2) ** 2
 
     @property
     def t_sp(self) -> float:
-        """The spiking threshold on the answered potential: that of ``v_th``."""
+        """The spike threshold on the potential of the response, which corresponds to ``v_th``."""
         return REST + 0.5 * (self.v_th - self.v_rest) / (self.v_spike - self.v_rest)
 
 
 class LPLC2GF(Detector[LPLC2GFParams]):
-    """Cells that multiply outward motion on their four arms; a giant fibre driven by how many are active, and rising.
+    """Cells that multiply outward motion on four arms, and a giant fibre driven by the active cells' number and rise.
 
-    Luminance from 0 to 1 is high-passed by ``tau_hp``; ``ON = max(h, 0)``, ``OFF = max(-h - t_off, 0)``; for neighbours
-    x, y one px apart and D the low-pass by ``tau_lp``, motion from x to y is ``D(x) X(y)``, from y to x ``X(x) D(y)``,
-    ON and OFF added. A cell at each corner between four pixels sums opponent motion, outward less inward, over four
-    arms ``side / 2`` px long and ``width`` px wide; it is active where all four exceed ``t_arm`` (the product of the
-    arms is above 0). With n the share of active cells (of the most that a centred square can make active, ``(side /
-    2)^2``: 2500 in the paper), the giant fibre takes ``I = gain n (dn/dt) / rate``, 0 where the last n was 0: ``tau_m
-    dV/dt = v_rest - V + r_m I``, a spike at ``v_th``, then ``v_reset``. Channel: ``looming``, V linear from 0.5 at
-    ``v_rest`` and below to 1 at ``v_spike``, which is answered in a frame with spikes, and their number; ``collision``
-    says whether ``n_sp`` spikes have come since the last frame without one.
+    Luminance from 0 to 1 is high-passed by ``tau_hp``: ``ON = max(h, 0)``, ``OFF = max(-h - t_off, 0)``. Let x and y be
+    neighbours one px apart, and D the low-pass by ``tau_lp``. Motion from x to y is ``D(x) X(y)``, and from y to x
+    ``X(x) D(y)``, with ON and OFF added. A cell at each corner between four pixels sums opponent motion, outward minus
+    inward, over four arms. The arms are ``side / 2`` px long and ``width`` px wide. The cell is active if all four
+    exceed ``t_arm`` (the product of the arms is above 0). Let n be the number of active cells as a share of the most
+    that a centred square can activate, ``(side / 2)^2`` (2500 in the paper). The giant fibre receives ``I = gain n
+    (dn/dt) / rate``, and 0 where the last n was 0. ``tau_m dV/dt = v_rest - V + r_m I``, with a spike at ``v_th``, then
+    ``v_reset``. Channel: ``looming``, V mapped linearly from 0.5 at ``v_rest`` and below to 1 at ``v_spike``, and the
+    number of spikes. The potential is 1 in a frame with spikes. ``collision`` is true if there were ``n_sp`` spikes
+    since the last frame without one.
 
-    Its published form takes 100 frames/s; at 30 the same constants in ms hold, and the rise of n is taken over a longer
-    step. The defaults are that form; the preset ``robot`` has the same angles for the robot's camera at 30 frames/s.
+    The defaults are the published form for 100 frames/s. The preset ``robot`` has the same angles for the robot's
+    camera at 30 frames/s, with the same constants in ms. The rise of n is then measured over a longer step.
 
-    Reproduced: for a black square of l / v = 5 ms at 100 frames/s the authors count 676 and 2116 active cells, squares
-    of 26 and 46, in the last two frames. From these two the authors' public program computes what it divides dn/dt by,
-    ``rate``: (2116 - 676) / 2500 in 10 ms, the rise at the end of that approach. Here they are 625 and 2025, squares of
-    25 and 45: between two pixels there is one corner less than there are pixels (tests/dsnn/test_looming_models.py).
+    Reproduced: the authors show a black square of l / v = 5 ms at 100 frames/s. They count 676 and 2116 active cells,
+    squares of 26 and 46, in the last two frames. From these numbers their public program computes the divisor of dn/dt,
+    ``rate``: (2116 - 676) / 2500 in 10 ms, the rise at the end of the approach. Here the counts are 625 and 2025,
+    squares of 25 and 45, as a row has one corner less than pixels (tests/dsnn/test_looming_models.py).
 
-    Assumed where the source leaves it open: cells lie at the corners between pixels, so that a mirrored picture gives
-    the mirrored answer; ``t_off`` is subtracted (one of the authors' programs adds it, with which their 676 becomes
-    417); beyond the border nothing moves; the threshold of an arm goes with the length of an edge, for another focal
-    length; a negative current acts, as in the source; the membrane is integrated exactly over each substep.
+    Assumed where the source leaves it open: Cells lie at the corners between pixels, so that a mirrored picture gives
+    the mirrored response. ``t_off`` is subtracted; one of the authors' programs adds it, which turns their 676 into
+    417. Nothing moves beyond the border. For another focal length the threshold of an arm scales with the length of an
+    edge. A negative current acts, as in the source. The membrane is integrated exactly over each substep.
 
     Costs about 7 DSNN steps at 99x72.
 
@@ -137,7 +137,7 @@ class LPLC2GF(Detector[LPLC2GFParams]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``LPLC2GFParams()`` if left out.
+        The constants; by default ``LPLC2GFParams()``.
 
     Raises
     ------
@@ -168,7 +168,7 @@ class LPLC2GF(Detector[LPLC2GFParams]):
         self._share_before = 0.0
         self._v = self.params.v_rest
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         share = self.active_cells(luminance) / q.n_max
         rise = (share - self._share_before) / self._dt * 1000.0 / q.rate
@@ -179,7 +179,7 @@ class LPLC2GF(Detector[LPLC2GFParams]):
         return REST + 0.5 * max(v - q.v_rest, 0.0) / (q.v_spike - q.v_rest), spikes
 
     def active_cells(self, luminance: npt.NDArray[Any]) -> int:
-        """Count the cells that are active after the next frame. It is a step of the layers.
+        """Process the next frame and count the active cells.
 
         Parameters
         ----------
@@ -205,9 +205,7 @@ class LPLC2GF(Detector[LPLC2GFParams]):
         return int(np.count_nonzero(self._arms(horizontal) & self._arms(vertical.T).T))
 
     def _arms(self, motion: Floats) -> npt.NDArray[np.bool_]:
-        """Return where both arms along the rows of opponent motion, (R, C - 1), exceed their threshold, (R - 1, C
-        - 1).
-        """
+        """Find cells, (R - 1, C - 1), whose two arms along opponent motion, (R, C - 1), exceed the threshold."""
         q = self.params
         length, width = q.side // 2, q.width // 2
         rows, columns = motion.shape
@@ -223,7 +221,7 @@ class LPLC2GF(Detector[LPLC2GFParams]):
         return np.asarray((outward[0] > q.t_arm) & (outward[1] > q.t_arm))
 
     def _integrate(self, current: float) -> int:
-        """Return the giant fibre over one frame; the number of its spikes."""
+        """Integrate the giant fibre over one frame; return the number of its spikes."""
         q, spikes = self.params, 0
         aim = q.v_rest + q.r_m * current
         for _ in range(self._substeps):
@@ -237,5 +235,5 @@ class LPLC2GF(Detector[LPLC2GFParams]):
 def _clipped(
     places: npt.NDArray[np.int_], before: int, after: int, most: int
 ) -> tuple[npt.NDArray[np.int_], npt.NDArray[np.int_]]:
-    """Return both ends of a stretch about each place, inside 0 .. most."""
+    """Return both ends of an interval about each place, clipped to 0 .. most."""
     return np.clip(places + before, 0, most), np.clip(places + after, 0, most)

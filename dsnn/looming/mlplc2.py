@@ -1,4 +1,4 @@
-"""The attention LPLC2: four quadrants of outward motion about where the motion is."""
+"""The attention LPLC2: outward motion in four quadrants about the centroid of motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dsnn.looming.layers import Detector, by_quadrant, sigmoid
 
 @parameters
 class MLPLC2Params(LocalMotionParams):
-    """The constants of the T4 and T5 cells, and those of the quadrants."""
+    """Parameters of the T4 and T5 cells, and of the quadrants."""
 
     leak: float = Field(default=0.01, ge=0.0, le=1.0)
     """Share of inward motion that counts (assumed)."""
@@ -26,13 +26,13 @@ class MLPLC2Params(LocalMotionParams):
     length: Annotated[int, unit("frames")] = Field(default=5, ge=1, le=1000)
     """Number of frames that the output is summed over."""
     t_collision: float = Field(default=1000.0, gt=0.0, le=1e9)
-    """Summed output that means a collision."""
+    """Summed output that signals a collision."""
     n_sp: int = Field(default=1, ge=1, le=1000)
-    """Number of spikes in a row that mean a collision."""
+    """Number of consecutive spikes that signal a collision."""
 
     @property
     def t_sp(self) -> float:
-        """The spiking threshold on the potential: where the summed output is ``t_collision``."""
+        """The spike threshold on the potential, at a summed output of ``t_collision``."""
         return sigmoid(1.0)
 
 
@@ -41,17 +41,18 @@ class MLPLC2(Detector[MLPLC2Params]):
 
     This is the attention LPLC2 (mLPLC2). Local motion is as in `dsnn.T4T5`. Attention: the centre is the centroid of
     ``sqrt((right + left)^2 + (down + up)^2)``. Each of the four quadrants about it sums ``LeakyReLU(outward - inward)``
-    of its two axes; where all four reach ``t_lplc2`` the output is their sum, else 0, summed over the last ``length``
+    of its two axes. If all four reach ``t_lplc2`` the output is their sum, otherwise 0, summed over the last ``length``
     frames. Channel: ``looming``, ``1 / (1 + exp(-output / t_collision))`` from 0.5 up to 1, with one spike in a frame
-    whose output reaches ``t_collision``; ``collision`` says whether the last ``n_sp`` frames all had one.
+    whose output reaches ``t_collision``. ``collision`` is true if the last ``n_sp`` frames all had a spike.
 
-    Assumed where the source as read leaves it open: one attention field, not several, its quadrants as large as the
-    field; a column or row that the centre lies in counts to both sides by its share; the slope ``leak``; the output is
-    the sum of the quadrants, by which four quadrants at 50 in five frames make just the published 1000; the sigmoid.
-    Sums go with the size of the image, of which the source has larger ones. The normalisation lifts whatever stands out
-    by a few tenths of a grey level to its full height: camera noise of a standard deviation of 1.3 grey levels, as the
-    robot's has, makes it spike in every frame; the source's videos have none. No published number was found that could
-    be reproduced without its clips.
+    Assumed where the source leaves it open: There is one attention field, and its quadrants are as large as the field.
+    A column or row that contains the centre counts to both sides by its share. The slope ``leak`` and the sigmoid are
+    our choice. The output is the sum of the quadrants: four quadrants at 50 in five frames make exactly the published
+    1000. Sums scale with the size of the image, and the source has larger images.
+
+    The normalisation amplifies anything that stands out by a few tenths of a grey level to its full height. With the
+    robot's camera noise, of 1.3 grey levels standard deviation, the model spikes in every frame; the source's videos
+    have no noise. No published number was found that could be reproduced without the authors' clips.
 
     Costs about 16 DSNN steps (0.6 ms) at 99x72.
 
@@ -60,7 +61,7 @@ class MLPLC2(Detector[MLPLC2Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``MLPLC2Params()`` if left out.
+        The constants; by default ``MLPLC2Params()``.
 
     Raises
     ------
@@ -84,7 +85,7 @@ class MLPLC2(Detector[MLPLC2Params]):
         self._local.reset()
         self._outputs.clear()
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         quadrants = self._quadrants(self._local.step(luminance))
         self._outputs.append(float(quadrants.sum()) if quadrants.min() >= q.t_lplc2 else 0.0)
@@ -92,7 +93,7 @@ class MLPLC2(Detector[MLPLC2Params]):
         return sigmoid(summed / q.t_collision), int(summed >= q.t_collision)
 
     def _quadrants(self, motion: Floats) -> npt.NDArray[np.float64]:
-        """Outward motion of the quadrants about the centroid of motion, (2, 2): upper and lower, left and right."""
+        """Sum outward motion in the quadrants about the centroid of motion, (2, 2): upper and lower, left and right."""
         across, down = motion[RIGHT] + motion[LEFT], motion[DOWN] + motion[UP]
         size = np.sqrt(across * across + down * down)  # OpenCV's magnitude differs in its last bits from call to call
         weight = total(size)

@@ -1,4 +1,4 @@
-"""The P-ON/OFF LGMD: motion harmonised with contrast."""
+"""The P-ON/OFF LGMD: looming detection with motion normalised by contrast."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dsnn.looming.layers import REST, Detector, below, ring, sigmoid
 
 @parameters
 class PONLGMDParams:
-    """Every constant of the detector; the defaults are the literature's, but for the spiking thresholds."""
+    """Parameters of the P-ON/OFF LGMD. The defaults are the literature's, except for the spike thresholds."""
 
     alpha_1: Annotated[float, unit("grey levels")] = Field(default=3.0, gt=0.0, le=255.0)
     """Baseline of the normalisation."""
@@ -31,7 +31,7 @@ class PONLGMDParams:
     w_corner: float = Field(default=0.125, ge=0.0, le=10.0)
     """Weight of the inhibition from each of a cell's four corners."""
     alpha_c: float = Field(default=1.0, ge=0.0, le=10.0)
-    """Weight of contrast, taken off motion."""
+    """Weight of contrast, which is subtracted from motion."""
     theta_3: float = Field(default=1.0, ge=0.0, le=10.0)
     """Weight of the product of ON and OFF."""
     c_w: float = Field(default=4.0, gt=0.0, le=1e3)
@@ -47,27 +47,28 @@ class PONLGMDParams:
     t_sp: float = Field(default=0.55, gt=0.5, le=1.0)
     """Spike threshold on the potential (assumed)."""
     n_sp: int = Field(default=5, ge=1, le=1000)
-    """Number of spikes in a row that mean a collision (assumed: LGMD1's)."""
+    """Number of consecutive spikes that signal a collision (assumed: LGMD1's)."""
 
 
 class PONLGMD(Detector[PONLGMDParams]):
-    """Normalised changes of luminance, less delayed lateral inhibition, less local contrast; then grouping.
+    """Normalised changes of luminance, minus delayed lateral inhibition and local contrast, then grouping.
 
-    For each polarity X of the change of luminance, with G a Gaussian: ``M = tanh(X / (G * X + alpha_1))``; ``C = |M -
-    mean of its 8 neighbours|``; ``S_x = max(M - beta K * M(t-1) - alpha_c C, 0)``, K the ring of the eight neighbours.
-    ``S = S_on + S_off + theta_3 S_on S_off``; with Ce the 3x3 mean of S, ``G = S Ce / (delta_c + max Ce / c_w)``, kept
-    where ``c_de G`` reaches ``t_de``; ``k = 1 / (1 + exp(-sum G / (k_sig N)))`` for N cells. Channel: ``looming``, k
-    from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp``
-    frames all had one.
+    For each polarity X of the change of luminance, with G a Gaussian, ``M = tanh(X / (G * X + alpha_1))``. The contrast
+    is ``C = |M - mean of its 8 neighbours|``. ``S_x = max(M - beta K * M(t-1) - alpha_c C, 0)``, where K is the ring of
+    the eight neighbours. ``S = S_on + S_off + theta_3 S_on S_off``. With Ce the 3x3 mean of S, ``G = S Ce / (delta_c +
+    max Ce / c_w)``, and 0 where ``c_de G`` is below ``t_de``. ``k = 1 / (1 + exp(-sum G / (k_sig N)))`` for N cells.
+    Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``. ``collision`` is true
+    if the last ``n_sp`` frames all had a spike.
 
-    Each polarity is divided by the Gaussian of itself, as in the authors' public program. A reading of their text has
-    the Gaussian of the whole change, ``|P|``, there; the text itself could not be read. The two differ where ON and OFF
-    are within ``gauss_size / 2`` px of each other, and not for an object on an even ground.
+    Each polarity is divided by its own Gaussian, as in the authors' public program. A secondary account of their text
+    uses the Gaussian of the whole change, ``|P|``; the text itself was not available. The two differ where ON and OFF
+    are within ``gauss_size / 2`` px of each other, and agree for an object on an even ground.
 
-    Assumed where the source leaves it open: beyond the border the picture is mirrored, as the filters of its authors do
-    by default; a spike where the potential has risen by a tenth of its range, as the source gives no threshold. All is
-    by frames: there is no time constant, and P, so every threshold, goes with the frame rate. No published number was
-    found that could be reproduced without its clips.
+    Assumed where the source leaves it open: The picture is mirrored at the border, which is the default of the authors'
+    filters. The source gives no threshold, so a spike occurs where the potential has risen by a tenth of its range.
+
+    There is no time constant: the model works frame by frame. P, and so every threshold, depends on the frame rate. No
+    published number was found that could be reproduced without the authors' clips.
 
     Costs about 2.6 DSNN steps at 99x72.
 
@@ -76,7 +77,7 @@ class PONLGMD(Detector[PONLGMDParams]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``PONLGMDParams()`` if left out.
+        The constants; by default ``PONLGMDParams()``.
 
     Raises
     ------
@@ -103,7 +104,7 @@ class PONLGMD(Detector[PONLGMDParams]):
         self._retina.reset()
         self._motion_before[:] = 0.0
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         p = self._retina.step(luminance)
         on, off = (self._pathway(np.maximum(x, np.float32(0.0)), self._motion_before[i]) for i, x in enumerate((p, -p)))
@@ -111,9 +112,7 @@ class PONLGMD(Detector[PONLGMDParams]):
         return k, int(k >= q.t_sp)
 
     def _pathway(self, change: Floats, before: Floats) -> Floats:
-        """Return what is left of one polarity's change; ``before`` is its motion signal of the last frame, and
-        renewed.
-        """
+        """Compute one polarity's signal S_x; ``before`` is its last motion signal, and is updated in place."""
         q = self.params
         motion = np.tanh(change / (cv2.sepFilter2D(change, -1, self._surround, self._surround) + np.float32(q.alpha_1)))
         contrast = np.abs(cv2.filter2D(motion, -1, self._neighbours))

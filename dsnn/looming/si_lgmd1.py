@@ -17,7 +17,7 @@ from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
 
 @parameters
 class SILGMD1Params:
-    """Every constant of the detector; all are its firmware's. Changes of luminance are halved."""
+    """Parameters of the SI-LGMD1, all taken from its firmware. Changes of luminance are halved."""
 
     tau_e: Milliseconds = 6.0
     """Delay of the excitation that inhibits laterally."""
@@ -40,7 +40,7 @@ class SILGMD1Params:
     t_sp: float = Field(default=0.72, gt=0.5, le=1.0)
     """Spike threshold on the potential (arena: 0.65)."""
     n_sp: int = Field(default=4, ge=1, le=1000)
-    """Number of spikes in a row that mean a collision."""
+    """Number of consecutive spikes that signal a collision."""
     integer: bool = False
     """Whether numbers are bytes, truncated at every step; false: floating point."""
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
@@ -50,8 +50,8 @@ class SILGMD1Params:
     def presets(cls) -> Mapping[str, SILGMD1Params]:
         """Make the presets.
 
-        ``paper`` has the equations as they read, in floating point; ``firmware`` has the same constants in the public
-        firmware's arithmetic, and ``arena`` its T_s for the arena besides, 0.65.
+        ``paper`` computes the equations in floating point. ``firmware`` has the same constants in the public firmware's
+        arithmetic. ``arena`` also has the firmware's T_s for the arena, 0.65.
 
         Returns
         -------
@@ -62,25 +62,28 @@ class SILGMD1Params:
 
 
 class SILGMD1(Detector[SILGMD1Params]):
-    """Lateral inhibition, then inhibition of each cell by itself and its block, which spares blocks that move much.
+    """Lateral inhibition, then inhibition of each cell by itself and its block, which spares blocks with much motion.
 
-    It is written from the public firmware for Colias; the paper itself could not be read. With P the change of
-    luminance, halved and without its sign, E and Q its low-passes by ``tau_e`` and ``tau_p``, W the ring of eight
-    neighbours (1/4, 1/8): ``S' = max(P - beta_1 W * E, 0)``; ``SI`` is Q plus 1/4 of its sides and 1/8 of its corners
-    within a block of 3x3 cells, times ``beta_2`` where P summed over the block exceeds ``t_az``; ``S = S' - beta_3
-    SI``, 0 below ``t_s``; ``k = 1 / (1 + exp(-sum S / (k_spi N)))`` for N cells, 0.5 where the mean P of the last frame
-    exceeds ``t_ffi``. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``;
-    ``collision`` says whether the last ``n_sp`` frames all had one.
+    The model follows the public firmware for Colias; the paper itself was not available. P is the change of luminance,
+    halved and without its sign. E and Q are its low-passes by ``tau_e`` and ``tau_p``, and W is the ring of eight
+    neighbours (1/4, 1/8). ``S' = max(P - beta_1 W * E, 0)``. ``SI`` is Q plus 1/4 of its sides and 1/8 of its corners
+    within a block of 3x3 cells. It is multiplied by ``beta_2`` where P summed over the block exceeds ``t_az``. ``S = S'
+    - beta_3 SI``, and 0 below ``t_s``. ``k = 1 / (1 + exp(-sum S / (k_spi N)))`` for N cells, and 0.5 where the mean P
+    of the last frame exceeds ``t_ffi``. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k
+    reaches ``t_sp``. ``collision`` is true if the last ``n_sp`` frames all had a spike.
 
     Presets: ``paper``, the default, computes the equations in floating point. ``firmware`` truncates every state to a
-    byte, as the robot does: there the factor ``beta_2`` is cast to a whole number before it multiplies, so that 0.04 is
-    0, and self-inhibition is left only where next to nothing moves. It is another model in all but its name.
+    byte, as the robot does. There the factor ``beta_2`` is cast to a whole number before it multiplies, so that 0.04
+    becomes 0. Self-inhibition then acts only where almost nothing moves, which makes this preset effectively a
+    different model.
 
-    Assumed: the paper's constants are its firmware's; cells of the border are not summed (as in the firmware); a sum
-    too large for a byte stays at 255, where the firmware wraps; two corners that the firmware weighs 1/4 weigh 1/8 as
-    the others do. Blocks are counted from the upper left corner, so that a mirrored clip gives the mirrored answer
-    where rows and columns are multiples of 3, as 72x99 are. P is by frames, so thresholds go with the frame rate. No
-    published number was found that could be reproduced without its clips.
+    Assumed: The paper's constants are its firmware's. Cells of the border are not summed, as in the firmware. A sum too
+    large for a byte stays at 255, where the firmware wraps. Two corners that the firmware weighs 1/4 weigh 1/8 like the
+    others.
+
+    Blocks are counted from the upper left corner. So a mirrored clip gives the mirrored response if rows and columns
+    are multiples of 3, as in 72x99. P is computed frame by frame, so thresholds depend on the frame rate. No published
+    number was found that could be reproduced without the authors' clips.
 
     Costs about 5 DSNN steps at 99x72.
 
@@ -89,7 +92,7 @@ class SILGMD1(Detector[SILGMD1Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``SILGMD1Params()`` if left out.
+        The constants; by default ``SILGMD1Params()``.
 
     Raises
     ------
@@ -120,7 +123,7 @@ class SILGMD1(Detector[SILGMD1Params]):
         self._delayed[:] = 0.0
         self._mean_before = 0.0
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         p = self._kept(np.abs(halved(self._retina.step(luminance))))
         for state, gain in zip(self._delayed, self._gains, strict=True):
@@ -134,14 +137,14 @@ class SILGMD1(Detector[SILGMD1Params]):
         return k, int(k >= q.t_sp)
 
     def _laterally(self, delayed: Floats) -> Floats:
-        """Inhibition from the eight neighbours; in the firmware each term is truncated."""
+        """Compute inhibition from the eight neighbours. In the firmware each term is truncated."""
         if not self.params.integer:
             return convolve(delayed, ring(0.25, 0.125), self._lateral)
         sides = convolve(np.floor(delayed * np.float32(0.25)), ring(1.0, 0.0), self._lateral).copy()
         return sides + convolve(np.floor(delayed * np.float32(0.125)), ring(0.0, 1.0), self._lateral)
 
     def _by_itself(self, p: Floats, delayed: Floats) -> Floats:
-        """Self-inhibition: of a cell by its own block, less where the block moves."""
+        """Compute the self-inhibition of each cell by its block, which is weaker in moving blocks."""
         inhibition = self._kept(self._blocks.inhibition(self._blocks.of(delayed)))
         moves = self._blocks.of(p).sum(axis=1) > self.params.t_az
         inhibition[moves] *= self._spared

@@ -18,7 +18,7 @@ from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
 
 @parameters
 class SILGMD2Params:
-    """Every constant of the detector; the defaults are its firmware's. Changes of luminance are halved."""
+    """Parameters of the SI-LGMD2. The defaults are its firmware's, and changes of luminance are halved."""
 
     tau_on: Milliseconds = 15.0
     """Delay of lateral inhibition in the ON pathway; sides twice, corners three times as long."""
@@ -35,7 +35,7 @@ class SILGMD2Params:
     tau_pm: Milliseconds = 90.0
     """Delay of the mean change PM."""
     t_pm: Annotated[float, unit("grey levels")] = Field(default=20.0, gt=0.0, le=255.0)
-    """Mean change PM from which it weighs inhibition up."""
+    """Mean change PM above which it increases inhibition."""
     least_on: float = Field(default=1.0, ge=0.0, le=10.0)
     """Least weight of lateral inhibition in the ON pathway."""
     least_off: float = Field(default=0.5, ge=0.0, le=10.0)
@@ -73,7 +73,7 @@ class SILGMD2Params:
     t_sp: float = Field(default=0.64, gt=0.5, le=1.0)
     """Spike threshold on the adapted potential."""
     n_sp: int = Field(default=4, ge=1, le=1000)
-    """Number of spikes without a silent frame between them that mean a collision."""
+    """Number of spikes without a silent frame between them that signal a collision."""
     integer: bool = True
     """Whether numbers are bytes, truncated at every step; false: floating point."""
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0)
@@ -83,8 +83,8 @@ class SILGMD2Params:
     def presets(cls) -> Mapping[str, SILGMD2Params]:
         """Make the presets: T_spi is ``t_sp``, K_spi ``k_spi``, T_pm ``t_pm``.
 
-        ``firmware`` has the public firmware's constants in its arithmetic; ``paper`` has them in floating point, as the
-        equations read.
+        ``firmware`` has the public firmware's constants and arithmetic. ``paper`` has the same constants in floating
+        point.
 
         Returns
         -------
@@ -95,11 +95,11 @@ class SILGMD2Params:
 
 
 class _Pathway:
-    """ON or OFF: what lateral inhibition leaves of it, and its self-inhibition."""
+    """The ON or OFF pathway: its signal after lateral inhibition, and its self-inhibition."""
 
     def __init__(self, shape: tuple[int, int], weight: float, tau: float, tau_si: float, q: SILGMD2Params) -> None:
         dt = 1000.0 / q.fps
-        # Each kernel works on this frame and, with what is left of 1, on the last one.
+        # Each kernel weighs this frame by its gain and the last frame by one minus it.
         self._kernels = [
             (alpha(times * tau, dt), kernel)
             for times, kernel in ((1, ring(0, 0, weight)), (2, ring(weight / 4, 0)), (3, ring(0, weight / 8)))
@@ -114,7 +114,7 @@ class _Pathway:
         self._before[:] = 0.0
 
     def step(self, signal: Floats, weight: float, least: float, left: float) -> tuple[Floats, Floats]:
-        """Return what is left of (R, C), and the self-inhibition, less (``left``) in blocks of more than ``least``."""
+        """Return the inhibited signal (R, C) and the self-inhibition, times ``left`` in blocks above ``least``."""
         self._now, self._before = self._before, self._now
         self._now[:] = signal
         lateral = np.zeros_like(signal)
@@ -126,32 +126,35 @@ class _Pathway:
         return exact(signal - np.float32(weight) * self._kept(lateral)), self._blocks.back(inhibition)
 
     def _mixed(self, gain: float) -> Floats:
-        """Mix this frame's signal by ``gain``, the last one's by what is left of 1."""
+        """Mix this frame's signal, weighted by ``gain``, with the last one, weighted by one minus it."""
         return np.asarray(cv2.addWeighted(self._now, gain, self._before, 1.0 - gain, 0.0), np.float32)
 
 
 class SILGMD2(Detector[SILGMD2Params]):
-    """ON and OFF, each with lateral and self-inhibition, ON's the stronger; then grouping and adaptation.
+    """ON and OFF with lateral and self-inhibition, stronger in ON, then grouping and adaptation.
 
-    It is written from the public firmware for Colias; the paper itself could not be read. X is one polarity of the
+    The model follows the public firmware for Colias; the paper itself was not available. X is one polarity of the
     change of luminance, halved. Lateral inhibition of this frame and the last: ``L = sum over K of K * (a X + (1 - a)
-    X(t-1))``, K the cell itself, its sides and its corners (1, 1/4, 1/8 of ``w``), a by ``tau``, twice and three times
-    ``tau``. ``Y = max(X - max(least, PM / t_pm) L, 0)``, PM the mean change mixed with the last one. Self-inhibition:
-    within blocks of 3x3 cells, of X mixed likewise, weights 2, 1/2, 1/4 of ``w``, times ``beta_1`` (ON) or ``beta_2``
-    (OFF) where X summed over the block exceeds ``r_1`` or ``r_2``. ``S = max(o_on Y_on + o_off Y_off - o_on beta_3
-    SI_on - o_off beta_4 SI_off, 0)``; grouping as the LGMD2, kept where it reaches ``t_g``; ``k = 1 / (1 + exp(-sum G /
-    (k_spi N)))``; spike-frequency adaptation and spikes as the LGMD2. Channel: ``looming``, the adapted potential from
-    0.5 up to 1; ``collision`` says whether ``n_sp`` spikes have come since the last silent frame.
+    X(t-1))``. K runs over the cell itself, its sides and its corners (1, 1/4, 1/8 of ``w``), with a from ``tau``, twice
+    and three times ``tau``. ``Y = max(X - max(least, PM / t_pm) L, 0)``, where PM is the mean change mixed with the
+    last one. Self-inhibition works within blocks of 3x3 cells on X mixed likewise, with weights 2, 1/2, 1/4 of ``w``.
+    It is multiplied by ``beta_1`` (ON) or ``beta_2`` (OFF) where X summed over the block exceeds ``r_1`` or ``r_2``.
+    ``S = max(o_on Y_on + o_off Y_off - o_on beta_3 SI_on - o_off beta_4 SI_off, 0)``. Grouping is as in the LGMD2, with
+    0 below ``t_g``. ``k = 1 / (1 + exp(-sum G / (k_spi N)))``. Spike-frequency adaptation and spikes are as in the
+    LGMD2. Channel: ``looming``, the adapted potential from 0.5 up to 1. ``collision`` is true if there were ``n_sp``
+    spikes since the last silent frame.
 
-    Presets: ``firmware``, the default, truncates every state to a byte, as the robot does: there ``beta_1`` and
-    ``beta_2`` are cast to whole numbers before they multiply, so that both are 0, and self-inhibition is left only
-    where next to nothing moves. ``paper`` computes the equations in floating point with the same constants, which then
-    silence looming too: they belong to the firmware's arithmetic.
+    Presets: ``firmware``, the default, truncates every state to a byte, as the robot does. There ``beta_1`` and
+    ``beta_2`` are cast to whole numbers before they multiply, so that both become 0. Self-inhibition then acts only
+    where almost nothing moves. ``paper`` computes the equations in floating point with the same constants. They then
+    silence looming too, as they belong to the firmware's arithmetic.
 
-    Assumed: the paper's constants are its firmware's; cells outside the field are 0; what is too large for a byte, or
-    negative, stays at 255 or 0, where the firmware wraps. Blocks are counted from the upper left corner, so that a
-    mirrored clip gives the mirrored answer where rows and columns are multiples of 3, as 72x99 are. P is by frames, so
-    thresholds go with the frame rate. No published number was found that could be reproduced without its clips.
+    Assumed: The paper's constants are its firmware's. Cells outside the field are 0. A value too large for a byte stays
+    at 255, and a negative one at 0, where the firmware wraps.
+
+    Blocks are counted from the upper left corner. So a mirrored clip gives the mirrored response if rows and columns
+    are multiples of 3, as in 72x99. P is computed frame by frame, so thresholds depend on the frame rate. No published
+    number was found that could be reproduced without the authors' clips.
 
     Costs about 10 DSNN steps at 99x72.
 
@@ -160,7 +163,7 @@ class SILGMD2(Detector[SILGMD2Params]):
     shape
         (R, C) of the frames, 2 or more each.
     params
-        The constants; those of ``SILGMD2Params()`` if left out.
+        The constants; by default ``SILGMD2Params()``.
 
     Raises
     ------
@@ -191,7 +194,7 @@ class SILGMD2(Detector[SILGMD2Params]):
             part.reset()
         self._mean_before = 0.0
 
-    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+    def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         p = halved(self._retina.step(luminance))
         on, off = self._kept(p), self._kept(-p)
@@ -205,7 +208,7 @@ class SILGMD2(Detector[SILGMD2Params]):
         return self._adaptation.step(self._grouped(self._kept(s)))
 
     def _grouped(self, s: Floats) -> float:
-        """Return the potential of what comes in clusters."""
+        """Compute the potential of clustered excitation."""
         q = self.params
         ce = self._kept(np.asarray(cv2.blur(s, (3, 3), borderType=cv2.BORDER_CONSTANT), np.float32))
         grouped = self._kept(s * ce / np.float32(q.delta_c + float(ce.max()) / q.c_w))

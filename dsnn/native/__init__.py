@@ -1,7 +1,6 @@
-"""The models in C, where the extension module is built: the same equations, in float32, faster and the same bits
-on every machine.
+"""The models in C, if the extension module is built: fast, in float32, with equal bits on every machine.
 
-``dsnn.h`` documents the C side. This side makes the tables, hands over frames, and wraps the answers.
+``dsnn.h`` documents the C side. This side makes the tables, passes frames, and wraps the results.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ Floats = npt.NDArray[np.float32]
 
 @functools.cache
 def missing() -> str:
-    """Tell why the native form cannot run, in words that follow "the native form"; empty where it can."""
+    """Explain why the native form cannot run, as the end of a sentence about it; empty if it can."""
     if _loaded is None:
         return "is not built"
     built_from = _loaded.ffi.string(_loaded.lib.vision_source).decode()
@@ -43,7 +42,7 @@ def missing() -> str:
 
 
 def kernel() -> ModuleType:
-    """Load the extension module, cffi's ``ffi`` and ``lib``; ``ImportError`` where `missing` says why there is none."""
+    """Load the extension module, cffi's ``ffi`` and ``lib``; ``ImportError`` with the reason from `missing`."""
     reason = missing()
     if reason or _loaded is None:
         raise ImportError(f"the native form {reason}")
@@ -51,7 +50,7 @@ def kernel() -> ModuleType:
 
 
 class NativeModel:
-    """A model in C: its memory, its answer, and the way a frame gets to it. ``name`` begins its functions' names."""
+    """A model in C: its memory, its output, and how it receives frames. ``name`` is the prefix of its functions."""
 
     def __init__(self, name: str, config: Any) -> None:
         module = kernel()
@@ -71,7 +70,7 @@ class NativeModel:
         self._reset(self._model)
 
     def _see(self, luma: npt.NDArray[Any]) -> Any:
-        """Return the answer to the next frame, (R, C) uint8 or floating; the next call overwrites it."""
+        """Compute the output for the next frame, (R, C) uint8 or floating point; the next call overwrites it."""
         if luma.dtype == np.uint8:
             self._step_bytes(self._model, self._ffi.from_buffer("uint8_t[]", np.ascontiguousarray(luma)), self._answer)
         else:
@@ -81,21 +80,21 @@ class NativeModel:
 
 
 class NativeNetwork(NativeModel):
-    """The DSNN's layers in C; see `dsnn.direction.network.DSNN`, which checks what goes in."""
+    """The DSNN's layers in C; `dsnn.direction.network.DSNN` checks the input."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
         self._shape = shape
         config, tables = _network_config(shape, params)
         super().__init__("dsnn", config)
-        del tables  # copied by now
+        del tables  # the C side has copied them
 
     def step(self, luma: npt.NDArray[Any], *, maps: bool) -> Response:
-        """Answer the next frame, (R, C) uint8 or floating."""
+        """Respond to the next frame, (R, C) uint8 or floating."""
         answer = self._see(luma)
         return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, self._maps() if maps else None)
 
     def azimuth(self) -> float:
-        """See `dsnn.direction.network.DSNN.azimuth`."""
+        """Locate the motion of the last frame, as `dsnn.direction.network.DSNN.azimuth` does."""
         return float(self._lib.dsnn_azimuth(self._model))
 
     def _maps(self) -> LayerMaps:
@@ -105,7 +104,7 @@ class NativeNetwork(NativeModel):
 
 
 def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, list[Any]]:
-    """Return the C side's configuration, and the tables that it points to."""
+    """Make the C side's configuration, and the tables that it points to."""
     q, (rows, columns), ffi = params, shape, kernel().ffi
     values: list[Iterable[float]] = [
         [residue(q.u, i) for i in range(1, q.n_p + 1)] or [0.0],
@@ -127,7 +126,7 @@ def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, li
 
 
 class NativeLGMD1(NativeModel):
-    """The LGMD1's layers in C; see `dsnn.looming.lgmd1.LGMD1`, which checks what goes in."""
+    """The LGMD1's layers in C; `dsnn.looming.lgmd1.LGMD1` checks the input."""
 
     def __init__(self, shape: tuple[int, int], **parameters: float) -> None:
         config = kernel().ffi.new("lgmd1_config *", dict(rows=shape[0], columns=shape[1], **parameters))

@@ -1,6 +1,6 @@
-"""Write the C source of the extension module ``_dsnn_native``: run by the build, never by a user.
+"""Write the C source of the extension module ``_dsnn_native``, for the build.
 
-cffi in API mode: the compiler checks the declarations against the headers, which is where they are read from.
+cffi runs in API mode: the compiler checks the declarations against the headers that they are read from.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ ONBOARD = (
     "onboard.c", "onboard.h", "onboard_target.h", "onboard_arithmetic.h", "onboard_state.h", "onboard_retina.h",
     "onboard_lamina.h", "onboard_adaptation.h", "onboard_correlation.h", "onboard_plate.h",
 )  # fmt: skip
-"""The on-board network, all of which the robot's firmware has too."""
+"""Sources of the on-board network, which the robot's firmware shares."""
 SOURCES = (
     "dsnn.c", "dsnn.h", "lgmd1.c", "passes.c", "exponential.c", "models.h", "lanes.h", "memory.h", *ONBOARD,
 )  # fmt: skip
-"""Sources that the module is built from."""
+"""All sources of the extension module."""
 
 
 def digest() -> str:
-    """SHA-256 of the C sources in this folder: what a built module was built from, or would be."""
+    """Compute the SHA-256 of the C sources in this folder, which identifies a build."""
     whole = hashlib.sha256()
     for name in SOURCES:
         whole.update((HERE / name).read_bytes())
@@ -33,7 +33,7 @@ def digest() -> str:
 
 
 def declarations() -> str:
-    """Read the declarations of `HEADERS`, as cffi reads them: without comments and without the preprocessor's lines."""
+    """Read the declarations of `HEADERS` for cffi: without comments and preprocessor lines."""
     whole = "\n".join((HERE / name).read_text(encoding="utf-8") for name in HEADERS)
     text = re.sub(r"/\*.*?\*/", "", whole, flags=re.DOTALL)
     return "\n".join(line for line in text.splitlines() if not line.startswith("#"))

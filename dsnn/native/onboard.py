@@ -1,4 +1,4 @@
-"""The on-board network in C, where the extension module is built: ``onboard.h`` documents the C side."""
+"""The on-board network in C, if the extension module is built; ``onboard.h`` documents the C side."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ import numpy.typing as npt
 
 from dsnn.model import LayerMaps, Response
 from dsnn.native import NativeModel, kernel
-from dsnn.onboard.fixed import Fixed
+from dsnn.onboard.fixed import FixedPoint
 from dsnn.onboard.header import TABLES
 
 
 class NativeOnboard(NativeModel):
-    """The stages on the robot in C; see `dsnn.onboard.model.OnboardDSNN`, which checks what goes in."""
+    """The robot's stages in C; `dsnn.onboard.model.OnboardDSNN` checks the input."""
 
-    def __init__(self, fixed: Fixed) -> None:
+    def __init__(self, fixed: FixedPoint) -> None:
         ffi, self._fixed = kernel().ffi, fixed
         self._tables = {name: ffi.new(f"{kind}[]", getattr(fixed, name) or (0,)) for name, kind in TABLES.items()}
-        numbers = {name: getattr(fixed, name) for name in Fixed.__slots__ if name not in TABLES}
+        numbers = {name: getattr(fixed, name) for name in FixedPoint.__slots__ if name not in TABLES}
         self._config = ffi.new("onboard_config *", numbers | self._tables)
         super().__init__("onboard", self._config)
         self._step = self._lib.onboard_step
 
     def step(self, luma: npt.NDArray[np.uint8], maps: bool = False) -> Response:
-        """Answer the next frame, (R, C) uint8."""
+        """Respond to the next frame, (R, C) uint8."""
         frame = self._ffi.from_buffer("uint8_t[]", np.ascontiguousarray(luma))
         self._step(self._model, frame, self._answer)
         a = self._answer

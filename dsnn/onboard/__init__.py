@@ -1,6 +1,6 @@
-"""The DSNN in the integer arithmetic of Colias's own processor: one form in NumPy, which specifies it, and one in C.
+"""The DSNN in the integer arithmetic of the Colias's processor: a specification in NumPy, and the same in C.
 
-``params`` has what a person sets, ``fixed`` the whole numbers made of it, ``codes`` the 8-bit formats, ``numpy_form``
-the specification, ``header`` the C header for the robot, ``model`` the model of the registry, and ``error`` the
-comparison with the float network.
+``params`` has the parameters, ``fixed`` the whole numbers computed from them, and ``codes`` the 8-bit formats.
+``numpy_form`` is the specification, and ``header`` writes the C header for the robot. ``model`` is the registered
+model, and ``error`` compares it with the float network.
 """

@@ -1,4 +1,4 @@
-"""Codes that keep a delayed signal D in 8 bits: linear, or companded in segments with steps of twice the size each."""
+"""Encode a delayed signal D in 8 bits: linearly, or companded in segments whose step doubles."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy.typing as npt
 Ints = npt.NDArray[np.int64]
 
 MANTISSA = 5
-"""Bits of a companded code's place within its segment: steps of 1/32 to 1/64 of the value."""
+"""Bits of a companded code within its segment: steps are 1/32 to 1/64 of the value."""
 UNIT = 3
-"""The two lowest segments have steps of 2 to the power 3 units of F; above them the 256 codes reach 2 to the 15."""
+"""The two lowest segments have steps of 2 to the power 3 units of F; all 256 codes reach 2 to the power 15."""
 LINEAR = 7
 """A linear code counts steps of 2 to the power 7 units of F."""
 EXTRA = 15
@@ -18,7 +18,7 @@ EXTRA = 15
 
 
 def decoded(codes: Ints, companding: bool) -> Ints:
-    """D in units of F; ``codes`` are 0..255."""
+    """Decode ``codes``, 0..255, to D in units of F."""
     if not companding:
         return codes << LINEAR
     segment = np.maximum((codes >> MANTISSA) - 1, 0)
@@ -27,7 +27,7 @@ def decoded(codes: Ints, companding: bool) -> Ints:
 
 
 def coded(values: Ints, companding: bool, truncate: bool) -> Ints:
-    """Find the code nearest to D, or the next below; ``values``, 0 or more, are D with `EXTRA` more fractional bits."""
+    """Find the code nearest to D, or the next below. ``values`` are D, 0 or more, with `EXTRA` more fractional bits."""
     if companding:
         lowest = EXTRA + UNIT
         length = np.frexp((values >> lowest).astype(np.float64))[1].astype(np.int64)  # bits of a whole number

@@ -1,15 +1,15 @@
-"""Changes that a delayed signal D of few bits cannot follow: long delays change it by less than a step a frame.
+"""Compute the dead zone of a delayed signal D: with few bits and a long delay it changes by less than a step a frame.
 
 A frame changes D by ``alpha (F - D)``, with ``alpha = dt / (dt + tau)``, and D is then rounded to a code. A change of
-less than half a step is lost, with truncation a rise of less than a step. Nothing makes up for it: D stands still as
-long as F does. There are two cases.
+less than half a step is lost; with truncation, a rise of less than a step. Nothing compensates for it: D stays constant
+as long as F does. There are two cases.
 
-- F is 0, and D should fall to 0. A companded code is D in steps of 1/32 to 1/63 of its size, so D falls through all
-  segments if ``alpha`` is at least 1/66: up to a delay of 65 frames. With a longer one D stands still wherever it is
-  in most of its range. A step of a linear code, or one of 16 bits, has one size, and the lowest ``1 / (2 alpha)`` codes
-  stand still. Truncation always falls.
-- D is 0, and should rise to F. It does not where F is no more than ``1 / (2 alpha)`` steps, with truncation where it is
-  less than ``1 / alpha``.
+- F is 0, and D should fall to 0. A companded code has steps of 1/32 to 1/63 of D. So D falls through all segments if
+  ``alpha`` is at least 1/66, which is a delay of up to 65 frames. With a longer delay D stays constant in most of its
+  range. Steps of a linear code, or of one with 16 bits, have one size, and the lowest ``1 / (2 alpha)`` codes stay
+  constant. With truncation D always falls.
+- D is 0, and should rise to F. It does not if F is at most ``1 / (2 alpha)`` steps; with truncation, if F is less than
+  ``1 / alpha`` steps.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from dsnn.onboard.numpy_form import rounded
 from dsnn.onboard.params import OnboardParams
 
 SMALL = 1 / 64
-"""A dead zone up to this share of D's range is none: companded codes have equal steps there, of 1/4032 of the range."""
+"""A dead zone up to this share of D's range is negligible: companded codes have equal, small steps there."""
 
 
 @dataclass(frozen=True, slots=True)
 class DeadZone:
-    """Changes that the delay of the most frames cannot follow. Shares are of the range of D, which is that of F.
+    """The dead zone of the longest delay. Shares refer to the range of D, which equals the range of F.
 
     Parameters
     ----------
     tau_ms
-        That delay, ms.
+        The longest delay, ms.
     falling
-        The largest D that stands still while F is 0.
+        The largest D that stays constant while F is 0, as a share.
     rising
-        The largest F to which D does not rise from 0.
+        The largest F to which D does not rise from 0, as a share.
     longest_ms
-        The longest delay with which both are `SMALL` or less in this format, at this number of frames a second.
+        The longest delay with which both shares are at most `SMALL`, for this format and frame rate.
     """
 
     tau_ms: float
@@ -52,22 +52,22 @@ class DeadZone:
 
     @property
     def matters(self) -> bool:
-        """Tell whether it is more than `SMALL`."""
+        """Whether the dead zone exceeds `SMALL`."""
         return max(self.falling, self.rising) > SMALL
 
 
 def dead_zone(params: OnboardParams) -> DeadZone:
-    """Return the dead zone of a network's longest delay, as its arithmetic has it.
+    """Compute the dead zone of a network's longest delay, by trying its arithmetic.
 
     Parameters
     ----------
     params
-        What is set.
+        The parameters of the on-board network.
 
     Returns
     -------
     DeadZone
-        Of the longest of ``params.delays()``.
+        The dead zone of the longest of ``params.delays()``.
 
     Examples
     --------
@@ -80,13 +80,13 @@ def dead_zone(params: OnboardParams) -> DeadZone:
     """
     tau = max(params.delays())
     falling, rising = _zone(params, math.floor(alpha(tau, params.dt) * 32768.0 + 0.5))
-    # The dead zone grows as the gain falls, so the least gain without one is found by halving.
+    # The dead zone grows as the gain falls, so bisection finds the least gain without one.
     least = 1 + bisect_left(range(1, 32769), True, key=lambda gain: max(_zone(params, gain)) <= SMALL)
     return DeadZone(tau, falling, rising, params.dt * (32768.0 / (least - 0.5) - 1.0))
 
 
 def _zone(params: OnboardParams, gain: int) -> tuple[float, float]:
-    """Return the two shares, with a gain in Q15: every D is tried with F = 0, and every F with D = 0."""
+    """Find both shares for a gain in Q15, by trying every D with F = 0, and every F with D = 0."""
     codes = np.arange(32768 if params.state_bits == 16 else 256)
     values = codes if params.state_bits == 16 else decoded(codes, params.companding)
     most = int(values[-1])
@@ -97,7 +97,7 @@ def _zone(params: OnboardParams, gain: int) -> tuple[float, float]:
 
 
 def _coded(values: Ints, params: OnboardParams) -> Ints:
-    """Return the code of D, which is given with `EXTRA` more fractional bits than F has."""
+    """Find the code of D, given with `EXTRA` more fractional bits than F."""
     truncate = params.rounding == "truncate"
     if params.state_bits == 16:
         codes: Ints = rounded(values, EXTRA, truncate)

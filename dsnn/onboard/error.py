@@ -1,4 +1,4 @@
-"""Changes by the robot's arithmetic: answers of two networks to the same frames, compared."""
+"""Measure the error of the robot's arithmetic: compare the float and on-board networks' responses to equal frames."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from dsnn.params import DSNNParams
 
 @dataclass(frozen=True, slots=True)
 class ErrorReport:
-    """Distance of potentials and spikes from those of the float network, HS and VS taken together.
+    """Error of the on-board network's potentials and spikes against the float network, HS and VS together.
 
     Parameters
     ----------
     frames
-        How many were compared.
+        Number of frames compared.
     median, high, worst
-        Of the difference of potentials in size, over frames and both systems: median, 99th percentile, largest.
+        Median, 99th percentile and maximum of the absolute difference of potentials, over frames and both systems.
     peak
-        The largest potential of the float network in size, for comparison.
+        The largest absolute potential of the float network, for comparison.
     spikes
-        Of the float network.
+        Number of spikes of the float network.
     gained, lost
-        Spikes that only one of them has: over frames and systems, the sum of the differences of counts where it is
-        positive, and where it is negative. Of opposite signs all spikes of both count.
+        Spikes of only the on-board or only the float network: the positive and the negative differences of counts,
+        summed over frames and systems. If the signs are opposite, all spikes of both count.
     """
 
     frames: int
@@ -45,10 +45,10 @@ class ErrorReport:
     lost: int
 
 
-def differences(exact: ResponseSeries, answered: ResponseSeries) -> ErrorReport:
-    """Compare ``answered`` with ``exact``, both of the same frames."""
-    size = np.abs(np.concatenate([exact.hs - answered.hs, exact.vs - answered.vs]))
-    before, after = (np.concatenate([series.hs_spikes, series.vs_spikes]) for series in (exact, answered))
+def differences(exact: ResponseSeries, onboard: ResponseSeries) -> ErrorReport:
+    """Compare ``onboard`` with ``exact``, the responses to the same frames."""
+    size = np.abs(np.concatenate([exact.hs - onboard.hs, exact.vs - onboard.vs]))
+    before, after = (np.concatenate([series.hs_spikes, series.vs_spikes]) for series in (exact, onboard))
     turned = before * after < 0
     gained = np.where(turned, np.abs(after), np.maximum(np.abs(after) - np.abs(before), 0))
     lost = np.where(turned, np.abs(before), np.maximum(np.abs(before) - np.abs(after), 0))
@@ -61,29 +61,29 @@ def differences(exact: ResponseSeries, answered: ResponseSeries) -> ErrorReport:
 
 
 def float_params(params: OnboardParams) -> DSNNParams:
-    """Return the DSNN's parameters among ``params``, without the formats."""
+    """Return the DSNN's parameters in ``params``, without the formats."""
     return DSNNParams(**{name: getattr(params, name) for name in DSNNParams.__dataclass_fields__})
 
 
 def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> ErrorReport:
-    """Show frames to the float network and to the on-board one, and compare their answers.
+    """Run the float and the on-board network on the same frames, and compare their responses.
 
     Parameters
     ----------
     frames
         (T, R, C), or an iterable of one or more frames (R, C), grey levels from 0 to 255.
     params
-        Of the on-board network; the float one has the same but for the formats.
+        Parameters of the on-board network. The float network has the same, without the formats.
 
     Returns
     -------
     ErrorReport
-        How far the potentials and spikes of the on-board network are from those of the float one.
+        The error of potentials and spikes.
 
     Raises
     ------
     dsnn.FrameError
-        The models cannot take a frame.
+        A frame has another shape or type, or values outside 0 to 255.
 
     Examples
     --------

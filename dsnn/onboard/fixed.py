@@ -1,4 +1,4 @@
-"""All whole numbers that the on-board network computes with, made once from its parameters and the frame's shape.
+"""Compute all whole numbers of the on-board network once, from its parameters and the frame's shape.
 
 Notation: a number in Qn has n fractional bits, its unit is 2 to the power -n.
 """
@@ -17,23 +17,23 @@ from dsnn.onboard.codes import coded, decoded
 from dsnn.onboard.params import OnboardParams, largest_change, most_f_bits
 
 LONGEST_SIDE = 4096
-"""Rows or columns: with no more, field sums stay below 2 to the power 60."""
+"""Most rows or columns. Up to it field sums stay below 2 to the power 60."""
 Q15 = 15
 LARGEST_P, LARGEST_G = 32767, 32768
 SUM_BITS = 45
-"""Bits of a field sum before it is weighted: then no product with a Q15 number leaves 63 bits."""
+"""Bits of a field sum before it is weighted, so that its product with a Q15 number fits 63 bits."""
 SIGMOID_END, SIGMOID_STEPS = 12, 32
-"""The table of the sigmoid goes to an argument of 12, where it is 1 - 6e-6 of its end, in steps of 1/32."""
+"""The sigmoid's table ends at an argument of 12, where the sigmoid is 1 - 6e-6 of its limit; its steps are 1/32."""
 HALF = 16383
 """The largest output of the sigmoid in Q15, so that HS and VS stay within (-1, 1)."""
 MOST_SPIKES = 256
-"""Greatest rise in one frame, where the table of thresholds ends."""
+"""Most spikes in one frame, where the table of thresholds ends."""
 _CODES = np.arange(256)
 
 
 @dataclass(frozen=True, slots=True)
-class Fixed:
-    """The constants of the on-board network, all whole numbers; `dsnn/native/onboard.h` has them under the same names.
+class FixedPoint:
+    """The constants of the on-board network, all whole numbers, under the names of `dsnn/native/onboard.h`.
 
     Tables are tuples. Lengths are in px, gains of low-passes in Q15.
     """
@@ -43,7 +43,7 @@ class Fixed:
     n_p: int
     d: int
     spacings: int
-    """Spacings for which there are pairs in the image: n_con or fewer."""
+    """Number of spacings with pairs inside the image, n_con or fewer."""
     on: int
     off: int
     dog: int
@@ -86,12 +86,12 @@ class Fixed:
 
     @property
     def la_max(self) -> int:
-        """Return where LA saturates."""
+        """The value at which LA saturates."""
         return (1 << self.lamina_bits) - 1
 
     @property
     def state_bytes(self) -> int:
-        """Bytes of a model on the robot, as ``onboard_size`` of the C form says."""
+        """Compute the bytes of a model on the robot, as ``onboard_size`` does in C."""
         cells, radius = self.rows * self.columns, 8 * self.d
         parts = (
             cells, 2 * cells * max(self.n_p, 1), self.lamina_bits // 4 * cells, 4 * cells,
@@ -102,24 +102,26 @@ class Fixed:
         return 48 + sum(-(-part // 8) * 8 for part in parts) + 8
 
 
-def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
-    """Return the whole numbers of a network.
+def constants(shape: tuple[int, int], params: OnboardParams) -> FixedPoint:
+    """Compute the whole numbers of a network.
 
     Parameters
     ----------
     shape
         (R, C) of the frames, at most `LONGEST_SIDE` each.
     params
-        What is set.
+        The parameters of the on-board network.
 
     Raises
     ------
     dsnn.frames.FrameError
-        Of a shape that is none, or too large.
+        The shape is invalid or too large.
     """
     rows, columns = checked_shape(shape)
     if max(rows, columns) > LONGEST_SIDE:
-        raise FrameError(f"shape is {(rows, columns)}: dsnn-onboard takes up to {LONGEST_SIDE} rows and columns")
+        raise FrameError(
+            f"shape must be at most {LONGEST_SIDE} rows and columns for dsnn-onboard, got {(rows, columns)}"
+        )
     q = params
     largest_p = largest_change(q)
     largest_la = largest_p / (1.0 - q.sigma_l)
@@ -135,7 +137,7 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
     limit, shift, gain, right = _plate(cells * q.k_sig, 2 * f_frac - field_shift)
     thresholds = _thresholds(q)
     alphas = tuple(_q(alpha(tau, q.dt)) for tau in q.delays()[:spacings])
-    return Fixed(
+    return FixedPoint(
         rows=rows, columns=columns, n_p=q.n_p, d=q.d, spacings=spacings, on=int(q.on), off=int(q.off), dog=int(q.dog),
         fdsr=int(q.fdsr), halved=int(q.halved), truncate=int(q.rounding == "truncate"), state_bits=q.state_bits,
         companding=int(q.companding and q.state_bits == 8), lamina_bits=q.lamina_bits, p_frac=p_frac,
@@ -155,11 +157,11 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
 
 
 def _f_frac(q: OnboardParams, largest_la: float, left_fast: float, f_max: int) -> int:
-    """Return the fractional bits of F: those asked for, or as many as an edge of full contrast leaves.
+    """Choose the fractional bits of F: as requested, or as many as an edge of full contrast allows.
 
-    LA is largest where one side of an edge changes by all 255 grey levels and the other keeps still: then it is P times
-    the positive part of the difference of Gaussians. Where neighbours brighten and darken at once LA can be up to twice
-    as large, and F saturates.
+    LA is largest where one side of an edge changes by all 255 grey levels and the other stays constant. It is then P
+    times the positive part of the difference of Gaussians. If neighbours brighten and darken at once LA can be up to
+    twice as large, and F saturates.
     """
     if q.f_bits is not None:
         return q.f_bits
@@ -172,23 +174,23 @@ def _f_frac(q: OnboardParams, largest_la: float, left_fast: float, f_max: int) -
 
 
 def _q(value: float, bits: int = Q15) -> int:
-    """``value`` of 0..1 in Q``bits``; in 32 bits, so that 1 in Q31 is one unit less."""
+    """Convert ``value``, 0..1, to Q``bits``. It must fit 32 bits, so 1 in Q31 is one unit less."""
     return min(math.floor(value * 2.0**bits + 0.5), 2**31 - 1)
 
 
 def _room(largest: float, steps: int) -> int:
-    """Tell how many fractional bits ``largest`` leaves in a word that ends at ``steps``; 15 at most."""
+    """Count the fractional bits that ``largest`` leaves in a word that ends at ``steps``; 15 at most."""
     return 15 if largest * 2.0**15 <= steps else max(math.floor(math.log2(steps / largest)), 0)
 
 
 def _kernel(sigma: int) -> tuple[int, ...]:
-    """Return one half of the Gaussian in Q15, its centre first; the whole sums to exactly 1."""
+    """Make one half of the Gaussian in Q15, its centre first. The whole sums to exactly 1."""
     half = [_q(float(value)) for value in gaussian_kernel(sigma)[4 * sigma :, 0]]
     return 32768 - 2 * sum(half[1:]), *half[1:]
 
 
 def _largest_f(q: OnboardParams) -> int:
-    """Return the largest F: that of the largest code of D, so that no low-pass of it can leave its format."""
+    """Return the largest F. It equals the largest D, so that no low-pass can leave its format."""
     return 32767 if q.state_bits == 16 else int(decoded(_CODES, q.companding)[-1])
 
 
@@ -199,7 +201,7 @@ def _decay(q: OnboardParams, alphas: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:
-    """Tell how a field sum S in Q``frac`` becomes the sigmoid's argument in Q16: ``(S >> shift) * gain >> right``."""
+    """Scale a field sum S in Q``frac`` to the sigmoid's argument in Q16: ``(S >> shift) * gain >> right``."""
     factor = 2.0 ** (16 - frac) / scale
     limit = max(min(math.ceil(SIGMOID_END * 2.0**16 / factor), 2**46), 1)
     shift = max(limit.bit_length() - 31, 0)
@@ -209,7 +211,7 @@ def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:
 
 
 def _thresholds(q: OnboardParams) -> tuple[int, ...]:
-    """List the |HS| in Q15 from which there are 1, 2, ... spikes: ``t_sp + ln(n) / k_sp``, as far as HS can reach."""
+    """List the |HS| in Q15 from which on there are 1, 2, ... spikes: ``t_sp + ln(n) / k_sp``, up to the largest HS."""
     thresholds: list[int] = []
     while len(thresholds) < MOST_SPIKES:
         more = math.log(len(thresholds) + 1)

@@ -1,47 +1,47 @@
-"""The C header of chosen parameters, with which ``onboard.c`` is compiled for the robot."""
+"""Write the C header with the network's parameters, to compile ``onboard.c`` for the robot."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from dsnn.onboard.fixed import Fixed, constants
+from dsnn.onboard.fixed import FixedPoint, constants
 from dsnn.onboard.params import OnboardParams
 
 TABLES = {
     "residues": "int16_t", "kernel_e": "int16_t", "kernel_i": "int16_t", "alphas": "int32_t", "decode": "uint16_t",
     "decay": "uint8_t", "sigmoid": "int16_t", "thresholds": "int16_t",
 }  # fmt: skip
-"""Field of `dsnn.onboard.fixed.Fixed` that is a table -> the type of its entries."""
+"""Field of `dsnn.onboard.fixed.FixedPoint` that is a table -> the type of its entries."""
 IN_RAM = ("decode", "decay")
-"""Tables that every 8-bit D is looked up in, twice a frame. D of 16 bits needs none."""
+"""Lookup tables for 8-bit D, read twice a frame for each D. D of 16 bits needs none."""
 _DERIVED = ("state_bytes",)
 
 
 def header(shape: tuple[int, int], params: OnboardParams) -> str:
-    """Return ``onboard_config.h``.
+    """Make the text of ``onboard_config.h``.
 
     Parameters
     ----------
     shape
         (R, C) of the frames.
     params
-        What is set.
+        The parameters of the on-board network.
 
     Returns
     -------
     str
-        A macro ``ONBOARD_NAME`` for each whole number of `dsnn.onboard.fixed.Fixed`, ``ONBOARD_STATE_BYTES`` for the
-        memory of a model, a ``static const`` table for each table, and ``onboard_fixed``, the configuration of them
-        all, for ``onboard.c``. Where D has 8 bits, the tables `IN_RAM` have the attribute ``ONBOARD_IN_RAM``, which is
-        empty unless the compiler is told one, such as a section of the RAM.
+        The header's text. It has a macro ``ONBOARD_NAME`` for each whole number of `dsnn.onboard.fixed.FixedPoint`, and
+        ``ONBOARD_STATE_BYTES`` for the memory of a model. Each table is ``static const``, and ``onboard_fixed`` is the
+        configuration of all, for ``onboard.c``. If D has 8 bits, the tables `IN_RAM` have the attribute
+        ``ONBOARD_IN_RAM``. It is empty unless you define it, for example as a section of the RAM.
 
     Raises
     ------
     dsnn.frames.FrameError
-        Of a shape that is none, or too large.
+        The shape is invalid or too large.
     """
     fixed = constants(shape, params)
-    names = [name for name in Fixed.__slots__ if name not in TABLES]
+    names = [name for name in FixedPoint.__slots__ if name not in TABLES]
     lines = [
         "/* Constants of the on-board network, written by colias-sim. Set were:",
         *(f" * {name} = {getattr(params, name)!r}" for name in params.__dataclass_fields__),
@@ -77,7 +77,7 @@ def _number(value: int) -> str:
 
 
 def _table(declared: str, values: Iterable[int]) -> list[str]:
-    """Return a table, eight entries a line; C has none without entries, so an empty one has a 0."""
+    """Write a table, eight entries a line. An empty one has a 0, because C has no empty arrays."""
     entries = [str(value) for value in values] or ["0"]
     rows = [", ".join(entries[i : i + 8]) for i in range(0, len(entries), 8)]
     return [f"{declared} = {{", *(f"    {row}," for row in rows), "};"]

@@ -1,4 +1,4 @@
-"""The DSNN as Colias's own processor could run it, in the form that is there: C, or NumPy."""
+"""The on-board DSNN as a vision model, for the Colias's processor, computed in C or NumPy."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from dsnn.onboard.params import OnboardParams
 
 
 class OnboardDSNN(Model[OnboardParams]):
-    """The directionally selective neural network in whole numbers of 8 and 16 bits.
+    """The DSNN in whole numbers of 8 and 16 bits, as the Colias's processor could run it.
 
     Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,
     which the robot runs, is tested against it. HS and VS are multiples of 2 to the power -15.
 
-    Assumed: every format and how it is rounded, which are our own, and what `dsnn.DSNN` assumes.
+    Assumed: Every format and its rounding are our choice. The rest is as in `dsnn.DSNN`.
 
-    A frame of floating type is rounded to whole grey levels, as the camera gives them. A frame has at most 256 spikes.
+    Floating-point frames are rounded to whole grey levels, as the camera gives them. There are at most 256 spikes in a
+    frame.
 
     Parameters
     ----------
     shape
         (R, C) of the frames, 2 to 4096 each.
     params
-        Constants and formats; the paper's off-line constants in the default format if left out.
+        Constants and formats; by default the paper's off-line constants in the default format.
     form
-        ``native`` (in C) or ``reference`` (in NumPy), as of `dsnn.DSNN`.
+        ``native`` (in C) or ``reference`` (in NumPy), as in `dsnn.DSNN`.
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class OnboardDSNN(Model[OnboardParams]):
 
     References
     ----------
-    Fu, Bellotto and Yue 2018, arXiv 1808.07692; the formats are our own.
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692; the formats are our choice.
     """
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams | None = None, *, form: str | None = None) -> None:

@@ -1,8 +1,8 @@
-"""The specification of the on-board network: whole numbers in NumPy, one stage after another.
+"""The specification of the on-board network: its stages in whole numbers with NumPy.
 
 `dsnn/native/onboard.c` computes the same, bit for bit. Labels are those of the paper's equations. ``Qn`` is a number
-with n fractional bits. Signs never decide how a number is rounded: magnitudes are, so that a mirrored clip gives
-mirrored answers.
+with n fractional bits. Rounding works on magnitudes, whatever the sign, so that a mirrored clip gives mirrored
+responses.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy.typing as npt
 
 from dsnn.model import LayerMaps, Response
 from dsnn.onboard.codes import coded, decoded
-from dsnn.onboard.fixed import LARGEST_G, LARGEST_P, Fixed
+from dsnn.onboard.fixed import LARGEST_G, LARGEST_P, FixedPoint
 
 Ints = npt.NDArray[np.int64]
 
 
 class NumpyOnboard:
-    """The stages on the robot; see `dsnn.onboard.model.OnboardDSNN`, which checks what goes in."""
+    """The robot's stages in NumPy; `dsnn.onboard.model.OnboardDSNN` checks the input."""
 
-    def __init__(self, fixed: Fixed) -> None:
+    def __init__(self, fixed: FixedPoint) -> None:
         self._c = fixed
         self.reset()
 
@@ -37,7 +37,7 @@ class NumpyOnboard:
         self._sums = [[0, 0], [0, 0]]
 
     def step(self, luma: npt.NDArray[np.uint8], maps: bool = False) -> Response:
-        """Answer the next frame, (R, C) uint8."""
+        """Respond to the next frame, (R, C) uint8."""
         c = self._c
         p = self._retina(luma.astype(np.int64))
         la = self._lamina(p)
@@ -52,11 +52,11 @@ class NumpyOnboard:
         return Response(hs / 32768.0, vs / 32768.0, self._spikes(hs), self._spikes(vs), layers)
 
     def rounded(self, x: Any, bits: int) -> Any:
-        """``x`` over 2 to the power ``bits``: truncated, or to the nearest, of two equally near the smaller in size."""
+        """Divide ``x`` by 2 to the power ``bits``, truncated or to the nearest; ties go to the smaller magnitude."""
         return rounded(x, bits, bool(self._c.truncate))
 
     def _retina(self, luma: Ints) -> Ints:
-        """P in Q p_frac (`high-pass`)."""
+        """Compute P in Q p_frac (`high-pass`)."""
         c = self._c
         change = luma - (luma if self._luma is None else self._luma)
         self._luma = luma
@@ -68,7 +68,7 @@ class NumpyOnboard:
         return p
 
     def _lamina(self, p: Ints) -> Ints:
-        """LA in Q la_frac, positive of ON and negative of OFF (`two-gauss`, `polar-dogs`)."""
+        """Compute LA in Q la_frac, positive for ON and negative for OFF (`two-gauss`, `polar-dogs`)."""
         c = self._c
         if not c.dog:
             whole: Ints = self.rounded(p, c.p_frac - c.la_frac)
@@ -78,9 +78,9 @@ class NumpyOnboard:
         return np.where((p_e >= 0) & (p_i >= 0), la, np.where((p_e < 0) & (p_i < 0), -la, 0))
 
     def _adapt(self, pathway: int, la: Ints) -> None:
-        """LA with its residue, and h: F in Q f_frac where it is positive, else LA - A in Q g_frac.
+        """Update LA with its residue, and h: F in Q f_frac where it is positive, otherwise LA - A in Q g_frac.
 
-        F is ``left`` times ``LA(t) - A(t - 1)``, which is what is left of LA after the subtraction of A(t).
+        F is ``left`` times ``LA(t) - A(t - 1)``, which equals LA(t) minus A(t).
         """
         c, before, h = self._c, self._la[pathway].copy(), self._h[pathway]
         la = np.minimum(la + self.rounded(c.sigma_l * before, 15), c.la_max)  # halfwave
@@ -96,7 +96,7 @@ class NumpyOnboard:
         self._h[pathway] = np.where(left >= 0, f, np.maximum(below, -LARGEST_G))
 
     def _correlate(self, pathway: int) -> tuple[int, int]:
-        """Return the field sums of HS and VS: excitation less weighted inhibition of all spacings."""
+        """Compute the field sums of HS and VS: excitation minus weighted inhibition over all spacings."""
         c, f = self._c, np.maximum(self._h[pathway], 0)
         sums = [[0, 0], [0, 0]]
         for j, a in enumerate(c.alphas):
@@ -116,18 +116,18 @@ class NumpyOnboard:
         return hs, vs
 
     def _decoded(self, codes: Ints) -> Ints:
-        """D in Q f_frac."""
+        """Decode D in Q f_frac."""
         return codes if self._c.state_bits == 16 else decoded(codes, bool(self._c.companding))
 
     def _coded(self, value: Ints) -> Ints:
-        """Return the code of D, which is given with 15 more fractional bits than F has."""
+        """Find the code of D, given with 15 more fractional bits than F."""
         if self._c.state_bits == 16:
             codes: Ints = self.rounded(value, 15)
             return codes
         return coded(value, bool(self._c.companding), bool(self._c.truncate))
 
     def _plate(self, system: int, fields: tuple[int, int]) -> int:
-        """HS or VS in Q15 (`LPTCs`, `sigmoid`, `HS-VS`)."""
+        """Compute HS or VS in Q15 (`LPTCs`, `sigmoid`, `HS-VS`)."""
         c, potential = self._c, 0
         for pathway, intact in enumerate((c.on, c.off)):
             before = self._sums[system][pathway]
@@ -138,9 +138,7 @@ class NumpyOnboard:
         return potential
 
     def _sigmoid(self, size: int) -> int:
-        """Compute the sigmoid of a low-passed field sum that is not negative, in Q15 up to 1/2: the table's entries,
-        joined by lines.
-        """
+        """Interpolate the sigmoid's table for a low-passed field sum, 0 or more, in Q15 up to 1/2."""
         c = self._c
         if size >= c.plate_limit:
             return c.sigmoid[-1]
@@ -149,13 +147,13 @@ class NumpyOnboard:
         return low + (((high - low) * (at & 2047) + 1024) >> 11)
 
     def _spikes(self, potential: int) -> int:
-        """Return spikes of one frame with the potential's sign: as many as thresholds are reached (`spiking`)."""
+        """Count the spikes of one frame, with the potential's sign: one for each threshold reached (`spiking`)."""
         count = sum(abs(potential) >= threshold for threshold in self._c.thresholds)
         return count if potential >= 0 else -count
 
 
 def rounded(x: Any, bits: int, truncate: bool) -> Any:
-    """``x`` over 2 to the power ``bits``, its magnitude truncated or rounded; ``bits`` of 0 leave it as it is."""
+    """Divide ``x`` by 2 to the power ``bits``, truncating or rounding its magnitude; 0 bits change nothing."""
     if bits == 0:
         return x
     bias = 0 if truncate else (1 << (bits - 1)) - 1
@@ -163,7 +161,7 @@ def rounded(x: Any, bits: int, truncate: bool) -> Any:
 
 
 def rescaled(x: Ints, from_frac: int, to_frac: int, truncate: bool) -> Ints:
-    """Return a number in Q``from_frac`` in Q``to_frac``."""
+    """Convert a number from Q``from_frac`` to Q``to_frac``."""
     if to_frac >= from_frac:
         return x << (to_frac - from_frac)
     scaled: Ints = rounded(x, from_frac - to_frac, truncate)
@@ -171,7 +169,7 @@ def rescaled(x: Ints, from_frac: int, to_frac: int, truncate: bool) -> Ints:
 
 
 def blurred(image: Ints, half: tuple[int, ...], axis: int) -> Ints:
-    """Return the sums of a symmetric kernel along ``axis``, the border replicated; ``half`` has the centre first."""
+    """Convolve with a symmetric kernel along ``axis``, replicating the border; ``half`` has the centre first."""
     radius, length = len(half) - 1, image.shape[axis]
     places = np.clip(np.arange(-radius, length + radius), 0, length - 1)
     wide = np.take(image, places, axis)

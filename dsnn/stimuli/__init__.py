@@ -1,4 +1,4 @@
-"""Synthetic stimuli with their ground truth: the paper's off-line ones, and those of the motion-vision laboratory.
+"""Synthetic stimuli with ground truth: the paper's off-line clips, and standard stimuli of motion-vision laboratories.
 
 >>> from dsnn.stimuli import stimulus
 >>> clip = stimulus("plain", speed=120.0, motion="leftward")
@@ -7,12 +7,12 @@
 >>> clip[60].truth.velocity
 Velocity(x=-120.0, y=0.0)
 
-A clip is painted as it is iterated, any number of times, always alike: `DSNN.run` takes
-``(frame.luma for frame in clip)``. Positions are fractions of a pixel, and every pixel takes the mean of the
-light over its square. Time runs in steps of one frame, without motion blur.
+A clip is painted while you iterate over it, any number of times, with equal frames. Pass ``(frame.luma for frame in
+clip)`` to `DSNN.run`. Positions are fractions of a pixel, and every pixel is the mean of the light over its square.
+Time runs in steps of one frame, without motion blur.
 """
 
-from dsnn.stimuli.jitter import Jittered
+from dsnn.stimuli.jitter import Jitter
 from dsnn.stimuli.registry import STIMULI, StimulusEntry, stimulus, stimulus_entry
 from dsnn.stimuli.scene_statistics import Contrasts, amplitude_spectrum, contrasts, spectrum_slope
 from dsnn.stimuli.scenes import SCENES, scene
@@ -24,7 +24,7 @@ __all__ = [
     "Box",
     "ClipParams",
     "Contrasts",
-    "Jittered",
+    "Jitter",
     "Stimulus",
     "StimulusEntry",
     "StimulusFrame",

@@ -1,7 +1,7 @@
-"""Apparent motion in two strokes: a bar brightens or darkens, then its neighbour does.
+"""Apparent motion in two steps: a bar brightens or darkens, then its neighbour does.
 
-The four pairs of steps (ON-ON, OFF-OFF, ON-OFF, OFF-ON) are those by which Eichner, Joesch, Schnell, Reiff and Borst
-2011 (Neuron 70:1155) told detectors that correlate steps of one sign alone from those that correlate all of them.
+Eichner, Joesch, Schnell, Reiff and Borst 2011 (Neuron 70:1155) used the four pairs of steps ON-ON, OFF-OFF, ON-OFF and
+OFF-ON. They distinguish detectors that correlate steps of one sign from detectors that correlate all steps.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ Pair = Literal["on-on", "off-off", "on-off", "off-on"]
 
 @parameters
 class ApparentParams(ClipParams):
-    """Pairs of bars on an even ground, side by side along the motion, as long as the field across it.
+    """Parameters of apparent motion: pairs of adjacent bars on an even ground, as long as the field is wide.
 
-    The first bar of every pair steps at once, the second ``delay_frames`` later; both stay as they are then. The pairs
-    stand ``period_px`` apart, so that the field is filled and one pair does not reach another.
+    The first bars of all pairs step at the same time, the second ones ``delay_frames`` later. Both then keep their
+    grey. The pairs are ``period_px`` apart, so that they fill the field and do not overlap.
     """
 
     motion: Direction = "rightward"
@@ -50,20 +50,22 @@ class ApparentParams(ClipParams):
 
 
 class Apparent(Stimulus[ApparentParams]):
-    """Stimulus of apparent motion. Nothing in it is random: every seed gives the same frames.
+    """Apparent motion of bars. It has nothing random: every seed gives the same frames.
 
-    The truth names the motion from the first step to the frame before the second, and as ``background_velocity`` the
-    spacing over the delay; after the second step all is still.
+    The truth names the motion from the first step to the frame before the second. ``background_velocity`` is the
+    spacing over the delay. After the second step everything is still.
     """
 
     def __init__(self, params: ApparentParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         p = params
         if p.width_px > p.spacing_px:
-            raise ValueError(f"width_px={p.width_px}: legal is a whole number up to spacing_px, {p.spacing_px}")
+            raise ValueError(f"width_px must be at most spacing_px, {p.spacing_px}, got {p.width_px}")
         if not p.amplitude <= p.ground_grey <= 255.0 - p.amplitude:
             most = min(p.ground_grey, 255.0 - p.ground_grey)
-            raise ValueError(f"amplitude={p.amplitude:g}: with ground_grey={p.ground_grey:g} legal is up to {most:g}")
+            raise ValueError(
+                f"amplitude must be at most {most:g} with ground_grey={p.ground_grey:g}, got {p.amplitude:g}"
+            )
         x, y = DIRECTIONS[p.motion]
         field = p.columns if x else p.rows
         if not p.spacing_px + p.width_px <= p.period_px <= field:
@@ -75,7 +77,7 @@ class Apparent(Stimulus[ApparentParams]):
         self._greys = [
             round(p.ground_grey + (p.amplitude if s == "on" else -p.amplitude)) for s in p.polarity.split("-")
         ]
-        bars = _bars(field, p)[:, :: x + y]  # a motion the other way is the mirror image
+        bars = _bars(field, p)[:, :: x + y]  # the opposite motion is the mirror image
         self._bars = [np.broadcast_to(bar if x else bar[:, np.newaxis], self.shape) for bar in bars]
         speed = p.spacing_px * p.fps / p.delay_frames
         self._velocity = Velocity(x * speed, y * speed)
@@ -95,9 +97,7 @@ class Apparent(Stimulus[ApparentParams]):
 
 
 def _bars(field: int, p: ApparentParams) -> npt.NDArray[np.bool_]:
-    """Return where along the motion the first bars are and the second ones, (2, ``field``): whole pairs, in the
-    middle.
-    """
+    """Locate the first and the second bars along the motion, (2, ``field``): whole pairs, centred."""
     pairs = field // p.period_px
     margin = (field - pairs * p.period_px) // 2 + (p.period_px - p.spacing_px - p.width_px) // 2
     along = np.arange(field)

@@ -1,10 +1,9 @@
-"""Backgrounds that shift sidewise without end, by any fraction of a pixel.
+"""Endless backgrounds that shift horizontally by any fraction of a pixel.
 
-``photograph`` is ``photograph.png`` beside this file: palm leaves and the feet of a raccoon, rows 427 to 768 of
-``raccoon-procyon-lotor.jpg`` from www.public-domain-image.com, a photograph in the public domain that SciPy
-shipped as ``scipy.misc.face`` up to its version 1.9. Its luma was blurred (Gaussian, sigma half a pixel of the
-result) and reduced to 540x180 px. The others are the scenes of `dsnn.stimuli.scenes`, each made by a seed, and any
-picture of a user's own.
+``photograph`` is ``photograph.png`` in this folder: palm leaves and the feet of a raccoon. It shows rows 427 to 768 of
+``raccoon-procyon-lotor.jpg`` from www.public-domain-image.com, a photograph in the public domain. SciPy shipped it as
+``scipy.misc.face`` up to version 1.9. Its luma was blurred (Gaussian, sigma half a pixel of the result) and reduced to
+540x180 px. The other backgrounds are the scenes of `dsnn.stimuli.scenes`, each made from a seed, and your own pictures.
 """
 
 from __future__ import annotations
@@ -26,15 +25,15 @@ PHOTOGRAPH = "photograph"
 Floats = npt.NDArray[np.float32]
 
 PHASES = 8
-"""Shifts of a fraction of a pixel that are kept; what lies between two of them is interpolated.
+"""Number of precomputed fractional shifts. Shifts between two of them are interpolated.
 
-The interpolation then takes at most 2 % off the finest detail a pixel grid holds, where interpolating between
-whole pixels would take all of it, and make a slowly shifting texture flicker from sharp to blurred.
+The interpolation then loses at most 2 % of the finest detail of a pixel grid. Interpolation between whole pixels would
+lose all of it, and a slowly shifting texture would flicker from sharp to blurred.
 """
 
 
 class Panorama:
-    """An image (R, period) that repeats along x, seen through windows of (R, ``columns``)."""
+    """An image (R, period) that repeats along x, viewed through windows of (R, ``columns``)."""
 
     def __init__(self, image: Floats, columns: int) -> None:
         self.period = image.shape[1]
@@ -61,16 +60,16 @@ class Panorama:
 
 
 def known_background(name: str) -> str:
-    """Check the name of a background, or the path of a picture; return it, or raise ``ValueError``."""
+    """Check the name of a background, or the path of a picture, and return it; otherwise raise ``ValueError``."""
     if name != PHOTOGRAPH and name not in SCENES and not Path(name).is_file():
-        raise ValueError(f"legal is {PHOTOGRAPH}, {', '.join(SCENES)}, or the path of a picture")
+        raise ValueError(f"must be {PHOTOGRAPH}, {', '.join(SCENES)}, or the path of a picture")
     return name
 
 
 def panorama(image: str, shape: tuple[int, int], seed: int) -> Panorama:
-    """Return a background for frames of ``shape`` (R, C): `PHOTOGRAPH`, one of `SCENES` or the path of a picture.
+    """Make a background for frames of ``shape`` (R, C): `PHOTOGRAPH`, one of `SCENES` or the path of a picture.
 
-    The seed makes a scene, twice as wide as the frame. A picture has none. ``ValueError`` says why one cannot be read.
+    A scene is made from the seed, twice as wide as the frame. A picture that cannot be read raises ``ValueError``.
     """
     generated = image in SCENES
     changed_ns = 0 if generated or image == PHOTOGRAPH else Path(image).stat().st_mtime_ns
@@ -86,7 +85,8 @@ def _panorama(image: str, shape: tuple[int, int], seed: int, changed_ns: int) ->
 
 
 def _photograph(rows: int) -> Floats:
-    """Return the photograph beside its mirror image, so that it repeats without a seam; mirrored downward as needed."""
+    """Return the photograph joined to its mirror image, so that it repeats without a seam; mirrored downward as
+    needed."""
     data = np.frombuffer(resources.files("dsnn.stimuli").joinpath("photograph.png").read_bytes(), np.uint8)
     picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.float32)
     height, width = picture.shape
@@ -95,7 +95,7 @@ def _photograph(rows: int) -> Floats:
 
 
 def _beside_mirror(picture: Luma, rows: int) -> Floats:
-    """Return a picture as high as ``rows``, its sides in proportion, beside its mirror image."""
+    """Scale a picture to a height of ``rows``, with its proportions, and join it to its mirror image."""
     height, width = picture.shape
     size = max(round(width * rows / height), 1), rows
     scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if rows < height else cv2.INTER_LINEAR)

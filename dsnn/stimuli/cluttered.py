@@ -1,4 +1,4 @@
-"""An object before a natural image that shifts sidewise (the paper's ``simu-nature-*`` and ``simu-sys-*``)."""
+"""An object in front of a moving natural image (the paper's ``simu-nature-*`` and ``simu-sys-*``)."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from dsnn.stimuli.streams import stream
 
 @parameters
 class ClutteredParams(ObjectParams):
-    """A dark object before a textured background.
+    """Parameters of a dark object in front of a textured background.
 
-    Speeds are px/s unless ``speed_unit`` says otherwise; the paper writes px/frame, at which its own numbers
-    would cross the frame in a few steps.
+    Speeds are in px/s by default, see ``speed_unit``. The paper writes px/frame, but at its own numbers an object would
+    cross the frame in a few steps.
     """
 
     columns: Annotated[int, unit("px")] = Field(default=540, ge=8, le=4096)
     """Columns of a frame (paper: 540)."""
     grey: Annotated[float, unit("grey levels")] = Field(default=0.0, ge=0.0, le=255.0)
-    """Grey level of the object; black is darker than all that it passes."""
+    """Grey level of the object; black is darker than any background."""
     background: Annotated[str, AfterValidator(known_background)] = PHOTOGRAPH
-    """What is behind the object: photograph (palm leaves); dead-leaves, pink, foliage or street, scenes that the seed
-    makes; or the path of a picture. In replicate r of an experiment that names none, scene r."""
+    """What is behind the object: photograph (palm leaves); dead-leaves, pink, foliage or street, which are scenes made
+    from the seed; or the path of a picture. An experiment that sets none has scene r in replicate r."""
     background_speed: Annotated[float, unit("speed_unit")] = Field(default=-8.0, ge=-10_000.0, le=10_000.0)
     """Speed of the background, rightward positive."""
     start: Annotated[float | None, unit("px")] = Field(
@@ -36,12 +36,11 @@ class ClutteredParams(ObjectParams):
         description="column of the background at the first frame's left border; None: the seed chooses it",
     )  # fmt: skip
     object: Literal["present", "absent"] = "present"
-    """Whether the object is there; absent: the background alone, for as long as the object would take."""
+    """Whether the object is present; absent: only the background, for the same time."""
 
 
 class Cluttered(Stimulus[ClutteredParams]):
-    """The seed makes the scene behind the object, and chooses which part of it the clip starts at, unless ``start``
-    does.
+    """An object in front of a textured background. The seed makes the scene, and its start unless ``start`` sets it.
 
     A scene repeats after twice the frame's width, the photograph every 1,080 px: 540 columns, then their mirror image.
     The background shifts from the first frame to the last, through the object's rest.
@@ -55,7 +54,7 @@ class Cluttered(Stimulus[ClutteredParams]):
     def __len__(self) -> int:
         return len(self._path)
 
-    # A declaration makes its clips only to check them: what is drawn at random is drawn with the first frame.
+    # A declaration makes its clips only to check them, so random numbers are drawn with the first frame.
 
     @cached_property
     def _panorama(self) -> Panorama:

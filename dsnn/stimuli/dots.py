@@ -1,4 +1,4 @@
-"""Random dots, of which a given share moves together."""
+"""Random dots of which a given share moves coherently."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 
 @parameters
 class DotsParams(TimedParams):
-    """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""
+    """Parameters of random dots. In every frame a new random share moves, and the others get new random places."""
 
     count: int = Field(default=60, ge=1, le=20_000)
     """Number of dots in the frame."""
@@ -38,7 +38,8 @@ class DotsParams(TimedParams):
 
 
 class Dots(TimedStimulus[DotsParams]):
-    """Dots that leave the frame come in on its other side; during the rest all of them stand."""
+    """Square dots on an even ground. Dots that leave the frame re-enter on its other side; all stand still in the
+    rest."""
 
     def __init__(self, params: DotsParams, seed: int = 0) -> None:
         super().__init__(params, seed)
@@ -47,7 +48,7 @@ class Dots(TimedStimulus[DotsParams]):
         self._places = self._walk(stream("stimulus", seed))
 
     def _walk(self, rng: np.random.Generator) -> Floats:
-        """Top left corner (x, y) of every dot after every displacement: (displacements + 1, count, 2), px."""
+        """Compute the top left corner (x, y) of each dot after each displacement: (displacements + 1, count, 2), px."""
         p = self.params
         field = np.array([p.columns, p.rows], float)
         places = np.empty((p.moving_frames() + 1, p.count, 2))
@@ -69,7 +70,7 @@ class Dots(TimedStimulus[DotsParams]):
         return StimulusFrame(luma, Truth(p.motion, background_velocity=self._velocity))
 
     def _painted(self, places: Floats) -> Luma:
-        """Return every dot's share of every pixel it touches, added up; where dots overlap a pixel is covered once."""
+        """Paint each dot's share of each pixel that it touches; where dots overlap a pixel is covered once."""
         p = self.params
         reach = np.arange(int(np.ceil(p.size)) + 1)
         whole = np.floor(places).astype(np.int64)

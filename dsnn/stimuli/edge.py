@@ -1,4 +1,4 @@
-"""A single edge and a bar, each of one polarity, that cross the whole field."""
+"""A single edge, and a bar, that cross the whole field."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Polarity = Literal["on", "off"]
 
 @parameters
 class EdgeParams(ClipParams):
-    """An edge across the direction of motion, which it sweeps over the whole field.
+    """Parameters of an edge that sweeps over the whole field.
 
-    ``on`` brightens every pixel that it passes and darkens none; ``off`` the other way about.
+    ``on`` brightens every pixel that it passes, and ``off`` darkens it.
     """
 
     motion: Direction = "rightward"
@@ -37,21 +37,19 @@ class EdgeParams(ClipParams):
 
 @parameters
 class BarParams(EdgeParams):
-    """A bar as long as the field is wide: its two edges are of opposite polarity, the leading one of ``polarity``."""
+    """Parameters of a bar across the field. Its edges have opposite polarities; ``polarity`` is the leading edge's."""
 
     thickness: Annotated[float, unit("px")] = Field(default=20.0, gt=0.0, le=4096.0)
     """Thickness of the bar along its motion."""
 
 
 class _Sweep(Stimulus[EdgeParams]):
-    """A band of ``thickness`` px that moves in from outside until its tail is ``beyond`` px past the other side."""
+    """Base class of edge and bar: a band of ``thickness`` px that enters the frame and moves by ``way`` px."""
 
     def __init__(self, params: EdgeParams, seed: int, thickness: float, way: float) -> None:
         super().__init__(params, seed)
         if params.dark_grey >= params.light_grey:
-            raise ValueError(
-                f"dark_grey={params.dark_grey:g}: legal is a number below light_grey, {params.light_grey:g}"
-            )
+            raise ValueError(f"dark_grey must be below light_grey, {params.light_grey:g}, got {params.dark_grey:g}")
         self._thickness, self._way = thickness, way
         self._rest = round(params.rest_s * params.fps)
         self._steps = int(np.ceil(way / params.speed * params.fps))
@@ -75,7 +73,7 @@ class _Sweep(Stimulus[EdgeParams]):
         return StimulusFrame(canvas, Truth(p.motion, band, Velocity(x * p.speed, y * p.speed)))
 
     def _band(self, entered: float) -> Box:
-        """Return the band whose leading edge is ``entered`` px inside the frame."""
+        """Locate the band whose leading edge is ``entered`` px inside the frame."""
         (rows, columns), thick = self.shape, self._thickness
         x, y = DIRECTIONS[self.params.motion]
         start = entered - thick if x + y > 0 else _field(self.params) - entered
@@ -88,14 +86,14 @@ def _field(params: EdgeParams) -> int:
 
 
 class Edge(_Sweep):
-    """One edge. Nothing in it is random. The truth's box is the ground it has covered, as wide as the field."""
+    """One edge, with nothing random. The truth's box is the ground that it has covered, as wide as the field."""
 
     def __init__(self, params: EdgeParams, seed: int = 0) -> None:
         super().__init__(params, seed, thickness=_field(params), way=_field(params))
 
 
 class Bar(_Sweep):
-    """Two edges, one behind the other. Nothing in it is random."""
+    """One bar: two edges, one behind the other, with nothing random."""
 
     def __init__(self, params: BarParams, seed: int = 0) -> None:
         super().__init__(params, seed, thickness=params.thickness, way=_field(params) + params.thickness)

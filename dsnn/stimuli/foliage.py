@@ -1,4 +1,4 @@
-"""Wind in the leaves: a natural texture that sways about its place, in a band of frequencies."""
+"""Leaves in the wind: a natural texture that sways about its place, in a band of frequencies."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Amplitude = Annotated[float, Field(ge=0.0, le=50.0), unit("px")]
 Floats = npt.NDArray[np.float32]
 
 TONES = 4
-"""Frequencies of which the sway is made."""
+"""Number of frequencies in the sway."""
 
 
 class Sway:
-    """Displacements about a place of rest: alike over a patch, independent at a distance, zero on the average.
+    """Displacements about a place of rest: similar over a patch, independent at a distance, with a mean of zero.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class Sway:
     amplitude_px
         Root mean square of the displacement along x and y, px.
     band_hz
-        Lowest and highest frequency, of which `TONES` are drawn.
+        Lowest and highest frequency; `TONES` frequencies are drawn between them.
     patch_px
-        How far neighbouring pixels move together, px.
+        Distance over which neighbouring pixels move together, px.
     rng
         Draws the frequencies, then the displacements.
     """
@@ -50,7 +50,7 @@ class Sway:
         self._home = np.mgrid[: shape[0], : shape[1]][::-1].astype(np.float32)
 
     def places(self, index: int, fps: float, wind: float = 1.0) -> Floats:
-        """Return what every pixel of frame ``index`` shows: column and row of the texture at rest, (2, R, C).
+        """Find the texture's column and row at rest that each pixel of frame ``index`` shows, (2, R, C).
 
         ``wind`` multiplies the displacement.
         """
@@ -62,7 +62,7 @@ class Sway:
 def _smooth(
     shape: tuple[int, int], amplitude_px: tuple[float, float], patch_px: float, rng: np.random.Generator
 ) -> Floats:
-    """Return a field of displacements, (2, R, C), alike over a patch, of the amplitude asked for once all are added."""
+    """Draw a field of displacements, (2, R, C), similar over a patch; all fields together have the set amplitude."""
     fields = []
     for amplitude in amplitude_px:
         noise = rng.standard_normal(shape).astype(np.float32)
@@ -74,12 +74,12 @@ def _smooth(
 def check_band(low_hz: float, high_hz: float) -> None:
     """Raise ``ValueError`` for a band whose lowest frequency is above its highest."""
     if low_hz > high_hz:
-        raise ValueError(f"low_hz={low_hz:g}: legal is a number up to high_hz, {high_hz:g}")
+        raise ValueError(f"low_hz must be at most high_hz, {high_hz:g}, got {low_hz:g}")
 
 
 @parameters
 class FoliageParams(TimedParams):
-    """Neighbouring leaves sway together, distant ones independently; on the average nothing moves anywhere."""
+    """Parameters of foliage. Neighbouring leaves sway together, distant ones independently, with no mean motion."""
 
     amplitude_px: tuple[Amplitude, Amplitude] = (2.0, 0.5)
     """Rms displacement along x and y."""
@@ -92,7 +92,7 @@ class FoliageParams(TimedParams):
 
 
 class Foliage(TimedStimulus[FoliageParams]):
-    """The seed makes texture (of 1/f amplitude) and sway. Still at first, the wind rises over the rest."""
+    """Foliage in the wind. The seed makes texture (of 1/f amplitude) and sway. The wind rises over the rest."""
 
     def __init__(self, params: FoliageParams, seed: int = 0) -> None:
         super().__init__(params, seed)

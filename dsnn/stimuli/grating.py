@@ -15,12 +15,12 @@ from dsnn.stimuli.stimulus import StimulusFrame, TimedParams, TimedStimulus, Tru
 from dsnn.stimuli.streams import stream
 
 STEPS = 4096
-"""Samples of one period, as fine as it is painted."""
+"""Samples of one period."""
 
 
 @parameters
 class GratingParams(TimedParams):
-    """A grating that fills the frame, stands for the rest and then drifts."""
+    """Parameters of a grating that fills the frame, rests and then drifts."""
 
     waveform: Literal["sine", "square"] = "sine"
     """Profile of grey along the period."""
@@ -37,7 +37,7 @@ class GratingParams(TimedParams):
 
 
 class Grating(TimedStimulus[GratingParams]):
-    """The seed chooses the phase it starts at; seed 0 draws none: its phase is 0 in the middle of the frame."""
+    """A drifting grating. The seed sets its first phase; with seed 0 the phase is 0 in the middle of the frame."""
 
     def __init__(self, params: GratingParams, seed: int = 0) -> None:
         super().__init__(params, seed)
@@ -45,7 +45,7 @@ class Grating(TimedStimulus[GratingParams]):
         across, down = math.cos(turn) / params.period_px, math.sin(turn) / params.period_px  # cycles per px
         speed = params.temporal_hz * params.period_px
         self._velocity = Velocity(speed * math.cos(turn), speed * math.sin(turn))
-        # Of pixel centres, from the frame's own, so that a mirrored direction is a mirrored frame.
+        # Distances from the frame's centre, so that a mirrored direction gives a mirrored frame.
         x, y = (np.arange(n) + 0.5 - n / 2 for n in (params.columns, params.rows))
         start = stream("stimulus", seed).uniform() if seed else 0.0
         phase = (across * x + down * y[:, np.newaxis] + start) % 1.0
@@ -66,7 +66,7 @@ REST = Truth("still")
 
 
 def name(velocity: Velocity) -> str:
-    """Return the word for a direction: one of four, or ``oblique``."""
+    """Name a direction: one of four, or ``oblique``."""
     speed = math.hypot(*velocity)
     for word, (x, y) in DIRECTIONS.items():
         if math.isclose(velocity.x * x + velocity.y * y, speed, rel_tol=1e-9):
@@ -75,12 +75,12 @@ def name(velocity: Velocity) -> str:
 
 
 def _profile(params: GratingParams, across: float, down: float) -> npt.NDArray[np.uint8]:
-    """Grey along one period, `STEPS` long: what a pixel integrates over its own square, hence no aliasing."""
+    """Compute the grey along one period, `STEPS` long, integrated over a pixel's square to avoid aliasing."""
     phase = np.arange(STEPS) / STEPS
     wave = np.sin(2 * np.pi * phase)
     if params.waveform == "square":
         wave = np.where(phase < 0.5, 1.0, -1.0)
-        wave[[0, STEPS // 2]] = 0.0  # both edges alike
+        wave[[0, STEPS // 2]] = 0.0  # both edges equal
     harmonics = np.arange(STEPS // 2 + 1)
     integrated = np.fft.rfft(wave) * np.sinc(harmonics * across) * np.sinc(harmonics * down)
     grey = params.mean_grey * (1.0 + params.contrast * np.fft.irfft(integrated, STEPS))

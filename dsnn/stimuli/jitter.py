@@ -1,4 +1,4 @@
-"""A camera that trembles: any other stimulus, shifted by a fraction of a pixel at every frame."""
+"""A trembling camera: any other stimulus, shifted by a fraction of a pixel in every frame."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from dsnn.stimuli.streams import stream
 
 LARGEST_SD_PX = 10.0
 LIMIT_SD = 4.0
-"""Larger shifts than this many standard deviations are cut off."""
+"""Shifts are clipped at this many standard deviations."""
 
 
-class Jittered(Stimulus[ClipParams]):
-    """A clip as seen by a camera that trembles: an independent Gaussian shift along x and y at every frame.
+class Jitter(Stimulus[ClipParams]):
+    """A clip seen by a trembling camera, with an independent Gaussian shift along x and y in every frame.
 
-    Beyond the frame's border its outermost pixels go on. The truth is moved along: boxes by the shift, velocities by
-    its change since the frame before.
+    The border's pixels are replicated outside the frame. The truth moves along: boxes by the shift, velocities by its
+    change since the frame before.
 
     Parameters
     ----------
     inner
         The clip.
     sd_px
-        Standard deviation of the shifts, from 0 to 10 px. Shifts of more than 4 of it are cut off.
+        Standard deviation of the shifts, from 0 to 10 px. Shifts beyond 4 standard deviations are clipped.
     seed
-        Of the shifts, whatever the clip's own: of equal seeds they share no number with it.
+        Seed of the shifts. It is independent of the clip's seed, even if both are equal.
 
     Raises
     ------
     ValueError
-        ``sd_px`` is not from 0 to 10, or the seed is below 0.
+        ``sd_px`` is outside 0 to 10, or the seed is below 0.
     """
 
     def __init__(self, inner: Stimulus[ClipParams], sd_px: float = 0.3, seed: int = 0) -> None:
@@ -77,7 +77,7 @@ def _sum(a: Velocity, b: Velocity) -> Velocity:
 
 
 def _shift(distance: float) -> npt.NDArray[np.float64]:
-    """Return the kernel that moves an image ``distance`` px along an axis: cubic convolution (Keys 1981)."""
+    """Make the kernel that moves an image ``distance`` px along an axis: cubic convolution (Keys 1981)."""
     radius = math.ceil(abs(distance)) + 2
     away = np.abs(np.arange(-radius, radius + 1) + distance)
     near = 1.5 * away**3 - 2.5 * away**2 + 1.0

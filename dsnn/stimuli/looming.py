@@ -1,8 +1,8 @@
-"""A square or a disc on a collision course, seen through a pinhole: looming by the ratio of its half-size to its speed.
+"""A square or a disc on a collision course, seen through a pinhole: the laboratory's looming stimulus.
 
-The laboratory's looming stimulus: a square of half-size l nears at constant speed v and subtends the full angle
-``2 atan((l / v) / t)`` at the time t before contact. Its time course depends on l / v alone (Gabbiani, Krapp and
-Laurent 1999, J. Neurosci. 19:1122). The same object, at the same speed, crosses the view to compare with.
+A square of half-size l approaches at constant speed v. At the time t before contact it subtends the full angle ``2
+atan((l / v) / t)``. Its time course depends only on l / v (Gabbiani, Krapp and Laurent 1999, J. Neurosci. 19:1122). As
+a comparison the same object can cross the view at the same speed.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ AngularSize = Annotated[float, Field(gt=0.0, lt=180.0), unit("degrees")]
 
 @parameters
 class LoomingParams(ClipParams):
-    """A square that nears, goes away or crosses at constant speed. Frame and lens are those of the robot's camera.
+    """Parameters of a square that approaches, recedes or crosses, seen with the frame and lens of the robot's camera.
 
-    The centre of expansion stays where ``azimuth_deg`` and ``elevation_deg`` say, as of any object that would hit the
-    eye. With ``miss`` it passes beside it: its image drifts outward as it nears. What crosses is at the distance of
-    the near end throughout, has its speed, and passes the direction that ``azimuth_deg`` and ``elevation_deg`` say.
+    The centre of expansion stays at ``azimuth_deg`` and ``elevation_deg``, as for any object that would hit the eye.
+    With ``miss`` the object passes the eye, and its image drifts outward as it approaches. A crossing object has the
+    same speed, stays at the distance of the near end, and passes the direction ``azimuth_deg``, ``elevation_deg``.
     """
 
     rows: Annotated[int, unit("px")] = Field(default=72, ge=8, le=4096)
@@ -37,10 +37,10 @@ class LoomingParams(ClipParams):
     columns: Annotated[int, unit("px")] = Field(default=99, ge=8, le=4096)
     """Columns of a frame."""
     motion: Motion = "looming"
-    """Way of the motion; receding: the frames of looming backward; rightward and others: across the view at the size of
+    """Kind of motion. receding: the frames of looming in reverse; rightward and others: across the view at the size of
     the near end."""
     outline: Literal["square", "disc"] = "square"
-    """Outline of what moves; a disc is as wide as the square."""
+    """Outline of the object; a disc is as wide as the square."""
     l_over_v_s: Annotated[float, unit("s")] = Field(default=0.16, gt=0.0, le=100.0)
     """Half-size of the square over its speed."""
     azimuth_deg: Degrees = 0.0
@@ -70,22 +70,22 @@ class LoomingParams(ClipParams):
     contrast: float = Field(default=0.4, ge=0.0, le=1.0)
     """Michelson contrast of the grating."""
     object: Literal["present", "absent"] = "present"
-    """Whether the square is there; absent: the background alone, for as long as the square would take."""
+    """Whether the square is present; absent: only the background, for the same time."""
     rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
     """Stillness before and after the motion."""
 
 
 class Looming(Stimulus[LoomingParams]):
-    """The seed chooses the phase of the grating; on an even ground nothing is random."""
+    """A looming object. The seed sets the phase of the background's grating; on an even ground nothing is random."""
 
     def __init__(self, params: LoomingParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         p = params
         if p.start_deg >= p.end_deg:
-            raise ValueError(f"start_deg={p.start_deg:g}: legal is a number below end_deg, {p.end_deg:g}")
+            raise ValueError(f"start_deg must be below end_deg, {p.end_deg:g}, got {p.start_deg:g}")
         self._first_s, last_s = (p.l_over_v_s / math.tan(math.radians(size) / 2) for size in (p.start_deg, p.end_deg))
         self._steps = max(1, math.floor((self._first_s - last_s) * p.fps))
-        self._side, self._speed = 2.0 * p.focal_px * p.l_over_v_s / last_s, p.focal_px / last_s  # of what crosses
+        self._side, self._speed = 2.0 * p.focal_px * p.l_over_v_s / last_s, p.focal_px / last_s  # of a crossing object
         if p.motion in DIRECTIONS:
             self._steps = max(1, math.ceil(self._way() / self._speed * p.fps))
         self._rest = round(p.rest_s * p.fps)
@@ -112,10 +112,10 @@ class Looming(Stimulus[LoomingParams]):
         return StimulusFrame(canvas, truth)
 
     def contact_s(self) -> npt.NDArray[np.float64]:
-        """Time until the square would touch the eye, s, by frame (T,); NaN before an approach begins.
+        """Time to contact of each frame, s, (T,); NaN before the approach begins.
 
-        The square stops at ``end_deg``; the time goes on to run out as if it came on at its speed, and is negative
-        after contact. All are NaN where nothing nears: of what recedes, or is absent.
+        The square stops at ``end_deg``. The time continues as if it approached at the same speed, and is negative after
+        contact. All values are NaN if the object recedes or is absent.
         """
         p, steps = self.params, np.arange(len(self)) - self._rest
         if p.motion != "looming" or p.object == "absent":
@@ -123,9 +123,7 @@ class Looming(Stimulus[LoomingParams]):
         return np.where(steps >= 0, self._first_s - steps / p.fps, np.nan)
 
     def _truth(self, step: int) -> Truth:
-        """Return the truth of the frame ``step`` frames after the motion began; before it and after its end the square
-        stands.
-        """
+        """Return the truth ``step`` frames after the motion began; before and after the motion the square rests."""
         p, done = self.params, min(max(step, 0), self._steps)
         if p.motion in DIRECTIONS:
             return self._crossing(done, 0 <= step < self._steps)
@@ -145,11 +143,11 @@ class Looming(Stimulus[LoomingParams]):
         return Truth(p.motion, box, velocity, self._drift, contact if looming else -contact)
 
     def _way(self) -> float:
-        """Return how far it goes across, px: from outside the frame to outside it."""
+        """Return the length of a crossing, px: from outside the frame to outside the frame."""
         return self._side + (self.shape[1] if DIRECTIONS[self.params.motion][0] else self.shape[0])
 
     def _crossing(self, done: int, moving: bool) -> Truth:
-        """Return the truth of what crosses, ``done`` frames after it began."""
+        """Return the truth of a crossing object ``done`` frames after its start."""
         p, (x, y) = self.params, DIRECTIONS[self.params.motion]
         along = min(self._speed * done / p.fps, self._way()) - self._way() / 2  # the last step may be a part of one
         column = p.columns / 2 + p.focal_px * math.tan(math.radians(p.azimuth_deg)) * (not x) + x * along
@@ -162,11 +160,9 @@ class Looming(Stimulus[LoomingParams]):
 
 
 def _grating(p: LoomingParams, frames: int, seed: int) -> Grating:
-    """Return what drifts behind the square for as long as the clip lasts; ``ValueError`` for a mean that it cannot
-    have.
-    """
+    """Make the background's grating; ``ValueError`` if its mean grey is above 127.5."""
     if p.background_grey > 127.5:
-        raise ValueError(f"background_grey={p.background_grey:g}: before a grating legal is up to 127.5")
+        raise ValueError(f"background_grey must be at most 127.5 for a grating, got {p.background_grey:g}")
     duration_s = frames / p.fps
     return Grating(
         GratingParams(

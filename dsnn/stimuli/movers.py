@@ -1,7 +1,7 @@
-"""People and cars that cross a frame: where they are at every instant, and the boxes that they are painted of.
+"""People and cars that cross a frame: their positions in time, and the boxes that they are painted from.
 
-Proportions are of the body's height. A person is upright: head, trunk, and two legs of two boxes each, which slide back
-and forth as a walker's do. A car is a body, a cabin and two wheels.
+Proportions refer to the body's height. A person consists of head, trunk, and two legs of two boxes each, which slide
+back and forth like a walker's. A car is a body, a cabin and two wheels.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ WIDTH = {"person": 0.33, "car": 2.9}
 STRIDE = 0.85
 """Length of two steps of a walker."""
 FOOT_SWING = STRIDE / (2 * math.pi)
-"""Amplitude of a foot about the hip. With it a foot stands still on the ground for an instant in each stride."""
+"""Amplitude of a foot about the hip. A foot then rests on the ground for an instant in each stride."""
 TRUNK_WIDTH, HEAD_WIDTH, LEG_WIDTH = 0.24, 0.13, 0.12
 HEAD, HIP, KNEE = 0.13, 0.55, 0.77
 """Lower ends of head, trunk and thighs, down from the top."""
 THIGH_SWING, SHANK_SWING = 0.25, 0.75
-"""Swing of the middle of thigh and shank, in shares of the foot's: a leg turns about the hip."""
+"""Swing of the middle of thigh and shank, as shares of the foot's swing: a leg turns about the hip."""
 CAMERA_HEIGHT = 1.15
 """Height of the camera above the ground, in heights of a body: 2 m for a person of 1.75 m."""
 WHEEL_GREY = 25.0
@@ -35,24 +35,24 @@ WHEEL_GREY = 25.0
 
 @dataclass(frozen=True, slots=True)
 class Mover:
-    """One person or car on its way across a frame at a constant velocity.
+    """One person or car that crosses a frame at a constant velocity.
 
     Parameters
     ----------
     kind
         ``person`` or ``car``.
     height
-        Of the whole outline, px.
+        Height of the whole outline, px.
     velocity
         px/s, rightward positive.
     enters_s
-        When its front is at the frame's border.
+        Time at which its front is at the frame's border.
     ground
         Row on which it stands, px.
     columns
         Width of the frame, px.
     greys
-        Of a person: trunk, legs, head. Of a car: body, wheels, cabin.
+        Grey levels of a person's trunk, legs and head, or of a car's body, wheels and cabin.
     """
 
     kind: Kind
@@ -70,19 +70,19 @@ class Mover:
 
     @property
     def leaves_s(self) -> float:
-        """Tell when its back is at the other border."""
+        """Time at which its back is at the other border, s."""
         return self.enters_s + (self.columns + self.width) / abs(self.velocity)
 
     def gone(self, seconds: float) -> float:
-        """Tell how far it has come at a time, px; negative before it enters."""
+        """Compute the distance covered at a time, px; negative before it enters."""
         return abs(self.velocity) * (seconds - self.enters_s)
 
     def box(self, seconds: float) -> Box:
-        """Return the whole outline at a time: what the swinging legs sweep counts."""
+        """Return the whole outline at a time, including the range of the swinging legs."""
         return self._part(seconds, 0.0, WIDTH[self.kind], 0.0, 1.0)
 
     def parts(self, seconds: float) -> Iterator[tuple[Box, float]]:
-        """Yield what is painted at a time, in this order: boxes and their greys."""
+        """Yield the boxes and greys to paint at a time, in this order."""
         first, second, third = self.greys
         if self.kind == "car":
             yield self._part(seconds, -0.06, 1.68, 0.0, 0.4), third
@@ -98,7 +98,7 @@ class Mover:
         yield self._part(seconds, 0.0, HEAD_WIDTH, 0.0, HEAD), third
 
     def _part(self, seconds: float, ahead: float, width: float, top: float, bottom: float) -> Box:
-        """Return a box whose middle is ``ahead`` of the whole's; all in shares of the height, from the top."""
+        """Make a box whose middle is ``ahead`` of the body's; all in shares of the height, from the top."""
         h = self.height
         middle = self.gone(seconds) - self.width / 2 + ahead * h
         x = middle if self.velocity > 0 else self.columns - middle
@@ -106,12 +106,12 @@ class Mover:
 
 
 def group(nearest: Mover, count: int, rng: np.random.Generator) -> tuple[Mover, ...]:
-    """Return several of a kind in one direction, each of a distance, a pace and a grey of its own, one after another.
+    """Make several movers in one direction, one after another, with different distances, paces and greys.
 
     Parameters
     ----------
     nearest
-        The nearest that there may be: the others are as high as it or up to 35 % less.
+        The nearest possible mover: the others are as high or up to 35 % less.
     count
         How many.
     rng
@@ -120,9 +120,9 @@ def group(nearest: Mover, count: int, rng: np.random.Generator) -> tuple[Mover, 
     Returns
     -------
     tuple of Mover
-        From the farthest to the nearest, as they have to be painted. Who is farther away is smaller, slower by as much,
-        and stands higher up in the frame. Paces differ by up to 10 %. Each enters once the one before has come 0.8 to
-        1.8 times its own width.
+        The movers from the farthest to the nearest, which is the order of painting. A farther mover is smaller,
+        proportionally slower, and higher up in the frame. Paces differ by up to 10 %. Each enters once the one before
+        has moved 0.8 to 1.8 times its own width.
     """
     movers, enters_s = [], nearest.enters_s
     for _ in range(count):

@@ -1,4 +1,4 @@
-"""One rectangular object: where it is at every frame, and how it is painted with exact coverage of each pixel."""
+"""One rectangular object: its position in every frame, and its painting with exact coverage of each pixel."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ DIRECTIONS: dict[str, tuple[int, int]] = {
 
 
 def per_second(speed: float, unit: SpeedUnit, fps: float) -> float:
-    """``speed`` in px/s."""
+    """Convert ``speed`` to px/s."""
     return speed if unit == "px/s" else speed * fps
 
 
 @parameters
 class ObjectParams(ClipParams):
-    """A rectangle that crosses the frame, looms or recedes.
+    """Parameters of a rectangle that crosses the frame, looms or recedes.
 
-    Looming and receding are at constant speed: its size is inversely proportional to the time to contact.
+    Looming and receding have constant speed: the size is inversely proportional to the time to contact.
     """
 
     motion: Motion = "rightward"
@@ -48,9 +48,10 @@ class ObjectParams(ClipParams):
     speed_unit: SpeedUnit = "px/s"
     """Unit of every speed; the paper writes px/frame."""
     enters: bool = True
-    """Whether the object crosses from outside to outside; false: it starts and ends whole inside the frame, at rest."""
+    """Whether the object starts and ends outside the frame; false: it starts and ends at rest, wholly inside the
+    frame."""
     offset: Annotated[float, unit("px")] = Field(default=0.0, ge=-4096.0, le=4096.0)
-    """Distance of the path from the frame's centre, right or down."""
+    """Distance of the path from the frame's centre, right or down positive."""
     far_scale: float = Field(default=0.2, gt=0.0, le=100.0)
     """Size at the far end of looming and receding."""
     near_scale: float = Field(default=1.8, gt=0.0, le=100.0)
@@ -62,9 +63,9 @@ class ObjectParams(ClipParams):
 
 
 class ObjectPath:
-    """Positions of the object of ``params`` at every frame: at rest, in motion, at rest.
+    """Positions of an object in every frame: at rest, in motion, at rest.
 
-    Raises ``ValueError`` if it has no room to move, or would not come nearer by looming.
+    It raises ``ValueError`` if the object has no room to move, or would not approach by looming.
     """
 
     def __init__(self, params: ObjectParams) -> None:
@@ -75,26 +76,26 @@ class ObjectPath:
             self._distance = self._room()
             self._steps = int(np.ceil(self._distance / self._speed * p.fps))
         elif p.far_scale >= p.near_scale:
-            raise ValueError(f"far_scale={p.far_scale:g}: legal is a number below near_scale, {p.near_scale:g}")
+            raise ValueError(f"far_scale must be below near_scale, {p.near_scale:g}, got {p.far_scale:g}")
         else:
             self._steps = max(1, round(p.duration_s * p.fps))
 
     def _room(self) -> float:
-        """Return the length of the way, px."""
+        """Return the length of the path, px."""
         p = self._params
         horizontal = DIRECTIONS[p.motion][0] != 0
         field, size, name = (p.columns, p.width, "width") if horizontal else (p.rows, p.height, "height")
         if p.enters:
             return field + size
         if size >= field:
-            raise ValueError(f"{name}={size:g}: with enters=false legal is a number below the frame's {field}")
+            raise ValueError(f"{name} must be below the frame's {field} with enters=false, got {size:g}")
         return field - size
 
     def __len__(self) -> int:
         return 2 * self._rest + self._steps + 1
 
     def truth(self, index: int, background: Velocity = STILL) -> Truth:
-        """Return the truth of frame ``index``, before a background that moves with ``background``."""
+        """Return the truth of frame ``index``, for a background with the velocity ``background``."""
         step = index - self._rest
         moving = 0 <= step < self._steps
         done = min(max(step, 0), self._steps) / self._params.fps
@@ -115,13 +116,13 @@ class ObjectPath:
     def _across(self, elapsed: float) -> Box:
         p = self._params
         x, y = DIRECTIONS[p.motion]
-        # From the middle of the way; the last step may be a part of one, so that it ends where it should.
+        # From the middle of the path; the last step may be shorter, to end at the right place.
         along = min(self._speed * elapsed, self._distance) - self._distance / 2
         aside_x, aside_y = (0.0, p.offset) if x else (p.offset, 0.0)
         return Box.about(p.columns / 2 + x * along + aside_x, p.rows / 2 + y * along + aside_y, p.width, p.height)
 
     def _in_depth(self, elapsed: float) -> tuple[Box, float]:
-        """Box and time to contact: the distance, and with it 1 / size, changes evenly in time."""
+        """Return box and time to contact: the distance, and so 1 / size, changes linearly in time."""
         p = self._params
         duration = self._steps / p.fps
         approached = elapsed if p.motion == "looming" else duration - elapsed
@@ -133,7 +134,7 @@ class ObjectPath:
 
 
 def paint(canvas: Luma, box: Box, grey: float) -> None:
-    """Paint ``box`` over ``canvas`` (R, C), in place: each pixel takes the share of ``grey`` that it is covered by."""
+    """Paint ``box`` over ``canvas`` (R, C), in place: each pixel takes ``grey`` in the share that is covered."""
     (rows, down), (columns, across) = (
         _cover(box.top, box.height, canvas.shape[0]),
         _cover(box.left, box.width, canvas.shape[1]),
@@ -143,11 +144,11 @@ def paint(canvas: Luma, box: Box, grey: float) -> None:
 
 
 CHORDS = 8
-"""Chords of a disc that a pixel is covered by, evenly spaced along its height."""
+"""Number of chords of a disc in a pixel, evenly spaced along its height."""
 
 
 def paint_disc(canvas: Luma, box: Box, grey: float) -> None:
-    """Paint the ellipse that fills ``box`` over ``canvas`` (R, C), in place; each pixel as `paint` does, to 1 / 64."""
+    """Paint the ellipse that fills ``box`` over ``canvas`` (R, C), in place, with coverage exact to 1 / 64."""
     rows, columns = canvas.shape
     heights = (np.arange(rows * CHORDS) + 0.5) / CHORDS - box.top
     halves = np.sqrt(np.maximum(0.25 - (heights / box.height - 0.5) ** 2, 0.0)) * box.width
@@ -159,7 +160,7 @@ def paint_disc(canvas: Luma, box: Box, grey: float) -> None:
 
 
 def _cover(start: float, size: float, pixels: int) -> tuple[slice, npt.NDArray[np.float32]]:
-    """Return the pixels of a line that a stretch touches, and the share of each that it covers."""
+    """Find the pixels of a line that an interval touches, and the covered share of each."""
     end = start + size
     first, last = (min(max(int(at), 0), pixels) for at in (np.floor(start), np.ceil(end)))
     edges = np.arange(first, last)

@@ -14,10 +14,10 @@ from dsnn.stimuli.stimulus import Stimulus, StimulusFrame
 
 @parameters
 class PlainParams(ObjectParams):
-    """A dark object on a lighter ground; the other way about by its two greys.
+    """Parameters of a dark object on a lighter ground; set both greys for the opposite.
 
-    The paper gives neither sizes nor greys: size and speed are those of the project's notes on the paper,
-    the greys those of the network's golden vectors.
+    The paper gives neither sizes nor greys. Size and speed are from the project's notes on the paper, and the greys
+    from the network's golden vectors.
     """
 
     background_grey: Annotated[float, unit("grey levels")] = Field(default=200.0, ge=0.0, le=255.0)
@@ -25,7 +25,7 @@ class PlainParams(ObjectParams):
 
 
 class Plain(Stimulus[PlainParams]):
-    """Stimulus of an object before an even ground. Nothing in it is random: every seed gives the same frames."""
+    """An object in front of an even ground. It has nothing random: every seed gives the same frames."""
 
     def __init__(self, params: PlainParams, seed: int = 0) -> None:
         super().__init__(params, seed)

@@ -1,6 +1,6 @@
-"""The stimuli by name. A new one is a file with its parameters and its class, and a line in `_ENTRIES` below.
+"""Look up stimuli by name. To add one, write a file with its parameters and class, and a line in `_ENTRIES` below.
 
-One of a user's own is a file with the same two and a `StimulusEntry` called ``STIMULUS``.
+Your own stimulus is a file with parameters, a class and a `StimulusEntry` called ``STIMULUS``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from dsnn.stimuli.street import Street, StreetParams
 
 @dataclass(frozen=True)
 class StimulusEntry:
-    """A stimulus: its default parameters, and how to build it from some.
+    """A registered stimulus: its default parameters, and how to build it.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class StimulusEntry:
     Raises
     ------
     pydantic.ValidationError
-        Tables cannot show the name, or a value is of another kind.
+        The name has other characters, or a value has the wrong type.
     """
 
     name: Name
@@ -57,7 +57,7 @@ class StimulusEntry:
         Parameters
         ----------
         seed
-            Of what is random in it, 0 or more. Equal seeds give equal bytes.
+            Seed of its random parts, 0 or more. Equal seeds give equal bytes.
         **changes
             Other values of its parameters, by name.
 
@@ -69,7 +69,7 @@ class StimulusEntry:
         Raises
         ------
         pydantic.ValidationError
-            A parameter is unknown, or a value is not legal.
+            A parameter is unknown, or a value is out of range.
         """
         return self.build(replace(self.params, **changes), seed)
 
@@ -90,11 +90,11 @@ _ENTRIES = (
 
 
 STIMULI: Mapping[str, StimulusEntry] = {entry.name: entry for entry in _ENTRIES}
-"""The stimuli that ship: name -> `StimulusEntry`."""
+"""The built-in stimuli: name -> `StimulusEntry`."""
 
 
 def stimulus_entry(name: str) -> StimulusEntry:
-    """Look up a stimulus that ships.
+    """Look up a built-in stimulus.
 
     Parameters
     ----------
@@ -109,20 +109,20 @@ def stimulus_entry(name: str) -> StimulusEntry:
     Raises
     ------
     ValueError
-        There is no such stimulus; the message has the nearest known name.
+        The stimulus is unknown; the message suggests the most similar name.
     """
     return look_up("stimulus", name, STIMULI)
 
 
 def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
-    """Make a stimulus that ships, with changes to its default parameters.
+    """Make a built-in stimulus, with changes to its default parameters.
 
     Parameters
     ----------
     name
         Its name in `STIMULI`.
     seed
-        Of what is random in it, 0 or more. Equal seeds give equal bytes.
+        Seed of its random parts, 0 or more. Equal seeds give equal bytes.
     **changes
         Other values of its parameters, by name. ``colias list parameters NAME`` lists them.
 
@@ -134,7 +134,7 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     Raises
     ------
     ValueError
-        The name or a parameter is unknown, or a value is not legal.
+        The name or a parameter is unknown, or a value is out of range.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Apparent motion in steps, of a pattern that keeps its contrast (phi) or reverses it at each step (reverse-phi).
+"""Phi and reverse-phi motion: a pattern that jumps, with equal or reversed contrast after each step.
 
-An observer who correlates luminance sees reverse-phi go backward (Anstis 1970, Vision Research 10:1411).
+A detector that correlates luminance sees reverse-phi move backward (Anstis 1970, Vision Research 10:1411).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from dsnn.stimuli.streams import stream
 
 @parameters
 class ReversePhiParams(TimedParams):
-    """Random squares, light or dark about the mean, that jump by whole pixels."""
+    """Parameters of random squares, light or dark about the mean, that jump by whole pixels."""
 
     contrast_at_a_step: Literal["reversed", "kept"] = "reversed"
-    """Contrast after a step; reversed: reverse-phi; kept: phi, to compare with."""
+    """Contrast after a step. reversed: reverse-phi; kept: phi, for comparison."""
     motion: Direction = "rightward"
     """Direction of the displacement."""
     square_px: Annotated[int, unit("px")] = Field(default=6, ge=1, le=256)
@@ -37,9 +37,9 @@ class ReversePhiParams(TimedParams):
 
 
 class ReversePhi(TimedStimulus[ReversePhiParams]):
-    """The seed makes the pattern, which repeats beyond the frame's borders.
+    """Phi or reverse-phi motion. The seed makes the pattern, which repeats beyond the frame's borders.
 
-    The truth's velocity is that of the displacement, averaged over the steps; what is seen may be its opposite.
+    The truth's velocity is the displacement averaged over the steps. The perceived motion may be the opposite.
     """
 
     def __init__(self, params: ReversePhiParams, seed: int = 0) -> None:
@@ -47,8 +47,8 @@ class ReversePhi(TimedStimulus[ReversePhiParams]):
         p = params
         if not p.amplitude <= p.mean_grey <= 255.0 - p.amplitude:
             raise ValueError(
-                f"amplitude={p.amplitude:g}: with mean_grey={p.mean_grey:g} "
-                f"legal is a number up to {min(p.mean_grey, 255.0 - p.mean_grey):g}"
+                f"amplitude must be at most {min(p.mean_grey, 255.0 - p.mean_grey):g}"
+                f" with mean_grey={p.mean_grey:g}, got {p.amplitude:g}"
             )
         squares = [-(-n // p.square_px) for n in self.shape]
         signs = stream("stimulus", seed).choice([-1.0, 1.0], size=squares)

@@ -1,4 +1,4 @@
-"""Measures of a picture that are published for natural images: the slope of its amplitude spectrum, its contrasts."""
+"""Measure a picture's statistics for comparison with natural images: its amplitude spectrum and its contrasts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 from dsnn.stimuli.stimulus import Luma
 
 FITTED = (0.02, 0.4)
-"""Spatial frequencies that a slope is fitted over, cycles/px: below, few waves fit a frame; above, pixels are seen."""
+"""Range of spatial frequencies for the slope, cycles/px. Below it few waves fit a frame; above it pixels show."""
 BINS = 16
 """Rings of equal width in log frequency."""
 PATCH_PX = 32
@@ -32,7 +32,7 @@ class Contrasts:
     michelson
         (H - L) / (H + L), where H and L are its 99th and its 1st percentile.
     local_range
-        Of the RMS contrast in patches of 32 px: its 97.5th percentile over its 2.5th.
+        97.5th over 2.5th percentile of the RMS contrast in patches of 32 px.
     """
 
     rms: float
@@ -52,7 +52,7 @@ def contrasts(picture: Luma) -> Contrasts:
     Returns
     -------
     Contrasts
-        Four measures.
+        The four contrasts.
     """
     grey = np.asarray(picture, np.float64)
     low, high = np.percentile(grey, (1, 99))
@@ -69,7 +69,7 @@ def contrasts(picture: Luma) -> Contrasts:
 
 
 def amplitude_spectrum(picture: Luma) -> tuple[Floats, Floats]:
-    """Return the amplitude of a picture against spatial frequency, averaged over orientations.
+    """Compute a picture's amplitude spectrum, averaged over orientations.
 
     Parameters
     ----------
@@ -105,8 +105,8 @@ def spectrum_slope(picture: Luma) -> float:
     Returns
     -------
     float
-        0 for white noise, -1 for amplitude that falls as one over frequency. Photographs of natural scenes have -0.8 to
-        -1.5, -1.2 on the average (Tolhurst, Tadmor and Chao 1992).
+        The slope: 0 for white noise, -1 for an amplitude proportional to one over frequency. Photographs of natural
+        scenes have -0.8 to -1.5, on average -1.2 (Tolhurst, Tadmor and Chao 1992).
 
     Examples
     --------

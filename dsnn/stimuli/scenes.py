@@ -1,14 +1,15 @@
-"""A family of still scenes with the statistics of natural images, each made of a kind and a seed.
+"""Still scenes with the statistics of natural images, each made from a kind and a seed.
 
-Outdoor images share two statistics, whatever they show. Their amplitude falls about as one over spatial frequency: the
-slope of 135 photographs was -0.8 to -1.5 in log-log coordinates, -1.2 on the average (Tolhurst, Tadmor and Chao 1992,
-Ophthalmic Physiol. Opt. 12:229; Field 1987, J. Opt. Soc. Am. A 4:2379, has about -1). And they have edges, as near
-things hide far ones (Ruderman and Bialek 1994, Phys. Rev. Lett. 73:814; Lee, Mumford and Huang 2001, Int. J. Comput.
-Vision 41:35). The kinds differ in how they come by them; `dsnn.stimuli.scene_statistics` measures them.
+Outdoor images share two statistics, whatever they show. First, their amplitude falls about as one over spatial
+frequency. The slope of 135 photographs was -0.8 to -1.5 in log-log coordinates, on average -1.2 (Tolhurst, Tadmor and
+Chao 1992, Ophthalmic Physiol. Opt. 12:229). Field 1987, J. Opt. Soc. Am. A 4:2379, has about -1. Second, they have
+edges, as near things occlude far ones (Ruderman and Bialek 1994, Phys. Rev. Lett. 73:814; Lee, Mumford and Huang 2001,
+Int. J. Comput. Vision 41:35). The kinds produce these statistics in different ways; `dsnn.stimuli.scene_statistics`
+measures them.
 
 Shapes are drawn with whole numbers at twice the resolution, and four of these pixels are averaged into one. Only the
-noise goes through a Fourier transform, in double precision, and is rounded to grey levels afterwards. So equal seeds
-give equal bytes on any machine, but for noise that falls within a transform's error (some 1e-13) of half a grey level.
+noise passes a Fourier transform, in double precision, and is then rounded to grey levels. So equal seeds give equal
+bytes on any machine. The only exception is noise within the transform's error (some 1e-13) of half a grey level.
 """
 
 from __future__ import annotations
@@ -26,22 +27,22 @@ from dsnn.stimuli.stimulus import Luma
 from dsnn.stimuli.streams import stream
 
 SMALLEST_PX = 8
-"""Least side of a scene, as of a clip's frames."""
+"""Least side of a scene, as for a clip's frames."""
 FINER = 2
-"""Pixels of a drawing along a pixel of the scene."""
+"""Pixels of a drawing per pixel of the scene, along each axis."""
 COVER = 8.0
-"""How often the discs of a scene would cover it side by side: one over another they leave bare a share exp(-8)."""
+"""Area of all discs over the scene's area. Overlapping discs leave a share exp(-8) uncovered."""
 
 DISC_PX, DISC_GREYS = 1.5, (16, 240)
-"""Smallest radius of a disc; the largest is half the scene's height. Greys, all as likely."""
+"""Smallest radius of a disc (the largest is half the scene's height), and the range of its uniform grey."""
 
 LEAF_PX, LEAF_SLENDER, LEAF_COVER = (5.0, 45.0), 3, 1.8
-"""Half lengths of a leaf, how much longer than wide it is, and how often leaves would cover the scene."""
+"""Half lengths of a leaf, its length over its width, and the area of all leaves over the scene's area."""
 LEAF_AREA = 2.19
-"""Area of a leaf over its half length times its half width, of the six corners below."""
+"""Area of a leaf over its half length times its half width, for the six corners below."""
 LEAF_LIT, LEAF_GREY_SD, LEAF_HALVES, LEAF_DROOP = (18, 170), 26, 14, 9
-"""Greys of the deepest and the nearest leaf, the spread about them, half the difference of a leaf's two halves, and the
-spread of directions, in 64ths of a turn.
+"""Greys of the deepest and the nearest leaf, their standard deviation, and half the difference of a leaf's two halves.
+The last number is the spread of directions, in 64ths of a turn.
 """
 
 PINK_MEAN, PINK_SD = 110.0, 45.0
@@ -57,7 +58,7 @@ _DIRECTIONS = np.rint(
 
 
 def scene(kind: str, shape: tuple[int, int], seed: int = 0) -> Luma:
-    """Make a scene. It repeats along x without a seam.
+    """Make a scene that repeats along x without a seam.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ def scene(kind: str, shape: tuple[int, int], seed: int = 0) -> Luma:
     shape
         (R, C), px, of at least 8 each.
     seed
-        Of all that is drawn at random, 0 or more. Equal seeds give equal bytes.
+        Seed of all random numbers, 0 or more. Equal seeds give equal bytes.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def scene(kind: str, shape: tuple[int, int], seed: int = 0) -> Luma:
     Raises
     ------
     ValueError
-        There is no such kind, or the shape is smaller.
+        The kind is unknown, or the shape is too small.
 
     Examples
     --------
@@ -85,18 +86,18 @@ def scene(kind: str, shape: tuple[int, int], seed: int = 0) -> Luma:
     (180, 540)
     """
     if min(shape) < SMALLEST_PX:
-        raise ValueError(f"shape={shape}: legal is {SMALLEST_PX} px or more along each side")
+        raise ValueError(f"shape must be {SMALLEST_PX} px or more along each side, got {shape}")
     return look_up("scene", kind, SCENES)(shape, seed)
 
 
 def pink(shape: tuple[int, int], rng: np.random.Generator) -> npt.NDArray[np.float32]:
-    """Return noise of 1/f amplitude in 0..255, (R, C) float32, that repeats along x and y without a seam."""
+    """Make noise of 1/f amplitude in 0..255, (R, C) float32, that repeats along x and y without a seam."""
     noise = _unit_noise(rng.standard_normal(shape))
     return np.asarray(np.clip(PINK_MEAN + PINK_SD * noise, 0.0, 255.0), np.float32)
 
 
 def _unit_noise(white: Floats) -> Floats:
-    """Return noise whose amplitude is divided by frequency; its standard deviation is 1."""
+    """Divide the amplitude of noise by frequency, and scale it to a standard deviation of 1."""
     rows, columns = white.shape
     frequency = np.hypot(np.fft.fftfreq(rows)[:, np.newaxis], np.fft.rfftfreq(columns))
     frequency[0, 0] = np.inf  # no constant part
@@ -105,15 +106,15 @@ def _unit_noise(white: Floats) -> Floats:
 
 
 def noise_scene(shape: tuple[int, int], seed: int) -> Luma:
-    """Make noise of random phases whose amplitude falls as one over frequency: the spectrum alone, without edges."""
+    """Make noise with random phases and an amplitude of one over frequency: the natural spectrum, without edges."""
     return _grey(pink(shape, stream("background.pink", seed)))
 
 
 def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
-    """Lay opaque discs one over another, with radii of probability 1 / r^3: alike at every scale.
+    """Draw overlapping opaque discs with radii of probability 1 / r^3, which look alike at every scale.
 
-    This is the model of Lee, Mumford and Huang (2001), in which the exponent 3 is the one that makes the picture
-    independent of scale. That all greys are as likely is an assumption of this project.
+    This is the model of Lee, Mumford and Huang (2001), where the exponent 3 makes the picture independent of scale. The
+    uniform distribution of greys is an assumption of this project.
     """
     rng, canvas = stream("scene.dead-leaves", seed), _canvas(shape, 128)
     smallest, largest = FINER * DISC_PX, max(FINER * shape[0] / 2, 2 * FINER * DISC_PX)
@@ -125,7 +126,7 @@ def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
     width = canvas.shape[1]
     for column, row, radius, grey in zip(x.tolist(), y.tolist(), radii.tolist(), greys.tolist(), strict=True):
         cv2.circle(canvas, (column, row), radius, grey, cv2.FILLED)
-        if column < radius:  # what the left border cuts off goes on at the right, and the other way about
+        if column < radius:  # a disc cut by the left border continues at the right, and vice versa
             cv2.circle(canvas, (column + width, row), radius, grey, cv2.FILLED)
         if column + radius >= width:
             cv2.circle(canvas, (column - width, row), radius, grey, cv2.FILLED)
@@ -133,10 +134,10 @@ def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
 
 
 def foliage(shape: tuple[int, int], seed: int) -> Luma:
-    """Hang leaves one over another, the nearer the lighter, each with a lit and a shaded half.
+    """Draw overlapping leaves, lighter the nearer they are, each with a lit and a shaded half.
 
-    A leaf is a polygon of six corners. Lengths have the probability 1 / r^3 of dead leaves. Shapes, greys and their
-    gradient with depth, as little light comes far in, are assumptions of this project.
+    A leaf is a polygon with six corners. Lengths have the probability 1 / r^3, as in dead leaves. Shapes, greys and
+    their gradient with depth, which models the fading light, are assumptions of this project.
     """
     rng, canvas = stream("scene.foliage", seed), _canvas(shape, LEAF_LIT[0])
     smallest = FINER * LEAF_PX[0]
@@ -166,10 +167,10 @@ def foliage(shape: tuple[int, int], seed: int) -> Luma:
 
 
 def street(shape: tuple[int, int], seed: int) -> Luma:
-    """Set house fronts side by side under a sky, with windows, doors and sills, above a pavement and a road.
+    """Draw adjacent house fronts with windows, doors and sills, under a sky and above a pavement and a road.
 
-    Houses are 1/4 to 1/2 of the scene's height wide and of several storeys; every wall has its grey. Plaster, paving
-    and clouds are noise of 1/f amplitude. All sizes and greys are assumptions of this project.
+    Houses have several storeys, and are 1/4 to 1/2 of the scene's height wide; every wall has its own grey. Plaster,
+    paving and clouds are noise of 1/f amplitude. All sizes and greys are assumptions of this project.
     """
     rng = stream("scene.street", seed)
     rows, columns = FINER * shape[0], FINER * shape[1]
@@ -198,7 +199,7 @@ def street(shape: tuple[int, int], seed: int) -> Luma:
 
 
 def _house(canvas: Integers, rough: Integers, place: tuple[int, int, int], rng: np.random.Generator) -> None:
-    """Draw one front, from column ``left`` to ``right`` and down to row ``ground``, with all that is in it."""
+    """Draw one front with its parts, from column ``left`` to ``right`` and down to row ``ground``."""
     left, right, ground = place
     rows = canvas.shape[0]
     wall, storeys = int(rng.integers(70, 215)), int(rng.integers(3, 6))
@@ -233,19 +234,19 @@ def _canvas(shape: tuple[int, int], grey: int) -> Luma:
 
 
 def _count(canvas: Luma, largest: float, area: float, cover: float) -> int:
-    """Return how many shapes of a mean area, px of the drawing, are ``cover`` deep on the average: see `_places`."""
+    """Count the shapes of a mean area, px of the drawing, that cover the canvas ``cover`` times (see `_places`)."""
     rows, columns = (int(side) for side in canvas.shape)
     return round(cover * columns * (rows + 2 * int(largest)) / area)
 
 
 def _power_law(count: int, smallest: float, largest: float, rng: np.random.Generator) -> Integers:
-    """Return sizes with the probability 1 / r^3. Root and quotient are exact to the last bit on every machine."""
+    """Draw sizes with the probability 1 / r^3. Root and quotient are exact to the last bit on every machine."""
     low, high = 1 / (smallest * smallest), 1 / (largest * largest)
     return np.ceil(1.0 / np.sqrt(low + rng.random(count) * (high - low))).astype(np.int64)
 
 
 def _places(count: int, canvas: Luma, largest: float, rng: np.random.Generator) -> tuple[Integers, Integers]:
-    """Return columns and rows of shapes; those above and below the canvas reach into it."""
+    """Draw columns and rows of shapes; shapes above and below the canvas reach into it."""
     rows, columns = canvas.shape
     reach = int(largest)
     return rng.integers(columns, size=count), rng.integers(-reach, rows + reach, count)
@@ -265,4 +266,4 @@ def _grey(image: npt.NDArray[np.floating]) -> Luma:
 SCENES: Mapping[str, Callable[[tuple[int, int], int], Luma]] = MappingProxyType(
     {"dead-leaves": dead_leaves, "pink": noise_scene, "foliage": foliage, "street": street}
 )
-"""The kinds of scenes: name -> what makes one from its shape (R, C) and a seed."""
+"""The kinds of scenes: name -> function that makes one from its shape (R, C) and a seed."""

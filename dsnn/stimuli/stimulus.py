@@ -1,4 +1,4 @@
-"""The base of every stimulus: a sequence of frames, each with the truth about what moves in it."""
+"""The base class of stimuli: a sequence of frames, each with the truth about its motion."""
 
 from __future__ import annotations
 
@@ -75,17 +75,17 @@ class Box:
         Parameters
         ----------
         x, y
-            How far to the right and down, px.
+            Distances to the right and down, px.
 
         Returns
         -------
         Box
-            A box of the same size there.
+            A box of the same size at the new place.
         """
         return Box(self.left + x, self.top + y, self.width, self.height)
 
     def touches(self, shape: tuple[int, int]) -> bool:
-        """Tell whether any part of it is inside a frame.
+        """Check whether any part of the box is inside a frame.
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class Box:
         Returns
         -------
         bool
-            Whether it is.
+            Whether any part is inside.
         """
         rows, columns = shape
         return self.left < columns and self.left + self.width > 0 and self.top < rows and self.top + self.height > 0
@@ -103,20 +103,21 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Truth about the motion in one frame.
+    """The truth about the motion in one frame.
 
     Parameters
     ----------
     motion
-        A word for it: ``rightward``, ``looming``, ``still``, ...
+        Name of the motion: ``rightward``, ``looming``, ``still``, ...
     box
-        The whole outline of the object, parts outside the frame included; ``None`` while no object is in the frame.
+        The whole outline of the object, including parts outside the frame; ``None`` while no object is in the frame.
     velocity
-        That of the object's centre, px/s; ``None`` while no object is in the frame.
+        Velocity of the object's centre, px/s; ``None`` while no object is in the frame.
     background_velocity
-        That of everything else, px/s.
+        Velocity of everything else, px/s.
     time_to_contact_s
-        Seconds to a looming object's contact; negative since a receding one's; otherwise ``None``.
+        Time to a looming object's contact, s. For a receding object it is negative: the time since contact. Otherwise
+        ``None``.
     """
 
     motion: str
@@ -126,7 +127,7 @@ class Truth:
     time_to_contact_s: float | None = None
 
     def without_object(self) -> Truth:
-        """Leave out the object.
+        """Remove the object from the truth.
 
         Returns
         -------
@@ -145,7 +146,7 @@ class StimulusFrame:
     luma
         The picture, (R, C), grey levels.
     truth
-        What moves in it.
+        The truth about its motion.
     """
 
     luma: Luma
@@ -154,7 +155,7 @@ class StimulusFrame:
 
 @parameters
 class ClipParams:
-    """Parameters of every stimulus: a frame's size and the rate."""
+    """Parameters of every stimulus: the frame's size and the frame rate."""
 
     rows: Annotated[int, unit("px")] = Field(default=180, ge=8, le=4096)
     """Rows of a frame (paper: 180)."""
@@ -166,7 +167,7 @@ class ClipParams:
 
 @parameters
 class TimedParams(ClipParams):
-    """A stimulus that moves for a given time, after a rest in which the first frame stands still."""
+    """Parameters of a stimulus that moves for a given time, after a rest."""
 
     rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0)
     """Stillness before the motion."""
@@ -179,7 +180,7 @@ class TimedParams(ClipParams):
         Returns
         -------
         int
-            The index of the frame from which on it moves.
+            Their number, which is the index of the first frame that moves.
         """
         return round(self.rest_s * self.fps)
 
@@ -198,18 +199,18 @@ P = TypeVar("P", bound=ClipParams, covariant=True)
 
 
 class Stimulus(ABC, Generic[P]):
-    """A clip: ``len(clip)`` frames, painted as they are asked for, any number of times.
+    """Base class of clips: ``len(clip)`` frames, painted on demand, any number of times.
 
-    A subclass says how many frames there are (``__len__``) and paints one (`frame`) as a function of its
-    index, ``params`` and ``seed`` alone; so equal seeds give equal bytes, whatever was asked for before.
-    ``clip[index]`` is a frame too, from the end where ``index`` is below 0.
+    A subclass defines the number of frames (``__len__``) and paints one (`frame`). A frame depends only on its index,
+    ``params`` and ``seed``, so equal seeds give equal bytes in any order. ``clip[index]`` is a frame too; a negative
+    index counts from the end.
 
     Parameters
     ----------
     params
         The parameters, with ``rows``, ``columns`` and ``fps``.
     seed
-        Of what is random in it, 0 or more.
+        Seed of its random parts, 0 or more.
 
     Raises
     ------
@@ -226,7 +227,7 @@ class Stimulus(ABC, Generic[P]):
 
     def __init__(self, params: P, seed: int = 0) -> None:
         if not isinstance(seed, int | np.integer) or seed < 0:
-            raise ValueError(f"seed={seed!r}: legal is a whole number from 0 up")
+            raise ValueError(f"seed must be a whole number from 0 up, got {seed!r}")
         self.params = params
         self.seed = seed
 
@@ -245,7 +246,7 @@ class Stimulus(ABC, Generic[P]):
 
     @abstractmethod
     def frame(self, index: int) -> StimulusFrame:
-        """Paint a frame, as the light stands at ``index / fps`` seconds.
+        """Paint the frame at ``index / fps`` seconds.
 
         Parameters
         ----------
@@ -269,7 +270,7 @@ T = TypeVar("T", bound=TimedParams, covariant=True)
 
 
 class TimedStimulus(Stimulus[T]):
-    """A clip of a rest, then a motion for a given time."""
+    """Base class of clips with a rest, then a motion for a given time."""
 
     def __len__(self) -> int:
         return self.params.rest_frames() + self.params.moving_frames() + 1

@@ -1,7 +1,7 @@
-"""The random streams of the stimuli, by name. Two names never share their numbers, nor do two seeds of one name.
+"""Independent random streams of the stimuli, by name and seed.
 
-Every random draw of this package comes from `stream`. A clip may draw from several of them with one seed: what it is
-made of, what it stands before, how the camera trembles. Clips of different seeds share nothing.
+Every random number of this package comes from `stream`. With one seed a clip may draw from several streams: its
+pattern, its background, the camera's jitter. Two names, or two seeds of a name, never share their numbers.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 ROOM = 1
-"""Begins the spawn keys of this package's streams; those of other packages begin otherwise, or have one word."""
+"""First word of this package's spawn keys. Other packages' keys start with another word, or have only one."""
 
 KEYS: Mapping[str, int] = MappingProxyType(
     {
@@ -28,17 +28,17 @@ KEYS: Mapping[str, int] = MappingProxyType(
         "scene.street": 22,  # houses
     }
 )
-"""Name -> the number that tells its numbers from the others'. A new name takes a new number."""
+"""Name -> the number of its stream. A new name takes a new number."""
 
 _WORDS: Mapping[str, tuple[int, ...]] = MappingProxyType({"stimulus": (), "cluttered.start": (1,)})
-"""Streams older than their names: seeded by the seed and these words, so that clips stay as they were."""
+"""Streams older than their names. They are seeded by the seed and these words, so that clips stay the same."""
 
 _WORD = 2**32
-"""A larger seed has a second word, which could be one of `_WORDS`."""
+"""A seed from here on has a second word, which could be one of `_WORDS`."""
 
 
 def stream(name: str, seed: int) -> np.random.Generator:
-    """Return a new generator of the stream ``name`` at ``seed``, 0 or more. ``ValueError`` on an unknown name."""
+    """Make a generator of the stream ``name`` at ``seed``, 0 or more; ``ValueError`` for an unknown name."""
     if name not in KEYS:
         raise ValueError(f"no random stream '{name}': known are {', '.join(KEYS)}")
     if name in _WORDS and seed < _WORD:

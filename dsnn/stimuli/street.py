@@ -1,8 +1,9 @@
-"""A street: people or cars that cross before a house front, among leaves in the wind.
+"""A street scene: people or cars that cross in front of houses, among leaves in the wind.
 
-Made for what the paper shows of real footage: "a campus avenue and a street view", 320 x 180 px at 30 Hz, a pedestrian
-each way, a car, translations in both directions, groups, and "windblown vegetation". It gives no sizes and no speeds.
-So a walker is 90 px high and goes at 70 px/s: 1.4 m/s of a person of 1.75 m. Leaves sway as those of `foliage` do.
+It imitates the paper's real footage: "a campus avenue and a street view", 320 x 180 px at 30 Hz. There are a pedestrian
+each way, a car, translations in both directions, groups, and "windblown vegetation". The paper gives no sizes and no
+speeds. Here a walker is 90 px high and moves at 70 px/s, which is 1.4 m/s for a person of 1.75 m. Leaves sway as in
+`foliage`.
 """
 
 from __future__ import annotations
@@ -29,31 +30,31 @@ GROUND_ROW = 0.93
 """Place of the nearest movers' feet, in shares of the frame's rows."""
 LEAVES_MEAN, LEAVES_SD = 80.0, 35.0
 CROWNS = ((0.16, 0.28, 0.20, 0.32), (0.84, 0.30, 0.18, 0.30))
-"""Foliage behind those who move: column and row of the middle, half width and half height, in shares of the frame."""
+"""Foliage behind the movers: column and row of the middle, half width and half height, in shares of the frame."""
 BUSHES = ((0.30, 0.98, 0.13, 0.13), (0.72, 1.00, 0.17, 0.13))
-"""Foliage before them, over their feet."""
+"""Foliage in front of the movers, over their feet."""
 RAGGED, EDGE = 0.15, 8.0
-"""Distance that leaves stick out of a crown, in shares of its radius, and sharpness of its rim."""
+"""Distance that leaves stick out of a crown, as a share of its radius, and sharpness of its rim."""
 
 
 @parameters
 class StreetParams(ClipParams):
-    """Movers that cross the street, and the wind. The wind blows from the first frame to the last."""
+    """Parameters of a street: its movers, and the wind, which blows from the first frame to the last."""
 
     movers: Literal["one", "opposite", "group"] = "one"
-    """Who crosses: one; two, the second the opposite way after the first has left; several, one way."""
+    """Who crosses. one: one mover; opposite: a second one the opposite way after the first; group: several, one way."""
     motion: Literal["rightward", "leftward"] = "rightward"
-    """Direction of the one, of the first of two, or of the group."""
+    """Direction of the first mover, or of the group."""
     object: Literal["present", "absent"] = "present"
-    """Whether the movers are there; absent: the street alone, for as long as they would take."""
+    """Whether the movers are present; absent: only the street, for the same time."""
     kind: Kind = "person"
     """Who moves: person or car."""
     height: Annotated[float, unit("px")] = Field(default=90.0, ge=4.0, le=4096.0)
-    """Height of who moves; in a group of the nearest."""
+    """Height of the movers; in a group, of the nearest."""
     speed: Annotated[float, unit("px/s")] = Field(default=70.0, gt=0.0, le=10_000.0)
-    """Speed of who moves; in a group of the nearest, on the average."""
+    """Speed of the movers; in a group, the nearest one's mean."""
     grey: Annotated[float, unit("grey levels")] = Field(default=40.0, ge=0.0, le=255.0)
-    """Grey level of a person's trunk or a car's body; those of a group are drawn at random."""
+    """Grey level of a person's trunk or a car's body; a group has random greys."""
     count: int = Field(default=5, ge=1, le=100)
     """Number of movers in a group."""
     gap_s: Annotated[float, unit("s")] = Field(default=1.0, ge=0.0, le=60.0)
@@ -61,7 +62,7 @@ class StreetParams(ClipParams):
     rest_s: Annotated[float, unit("s")] = Field(default=0.5, ge=0.0, le=60.0)
     """Stillness before the first mover and after the last."""
     foliage: Literal["windblown", "none"] = "windblown"
-    """What sways in front of the house: leaves in the wind, or none."""
+    """Whether leaves sway in the wind in front of the house."""
     amplitude_px: tuple[Amplitude, Amplitude] = (2.0, 0.5)
     """Rms displacement of leaves along x and y."""
     low_hz: Annotated[float, unit("Hz")] = Field(default=0.5, gt=0.0, le=500.0)
@@ -79,10 +80,10 @@ class StreetParams(ClipParams):
 
 
 class Street(Stimulus[StreetParams]):
-    """The seed makes house front, leaves, sway and the members of a group.
+    """A street with movers. The seed makes house front, leaves, sway and the members of a group.
 
-    The truth's box holds all who are in view, whole, and its velocity is their mean. Where nobody is in view, the
-    motion is ``swaying``, or ``still`` without foliage.
+    The truth's box contains all movers in view, and its velocity is their mean. With no mover in view the motion is
+    ``swaying``, or ``still`` without foliage.
     """
 
     def __init__(self, params: StreetParams, seed: int = 0) -> None:
@@ -96,7 +97,7 @@ class Street(Stimulus[StreetParams]):
     def __len__(self) -> int:
         return self._frames
 
-    # A declaration makes its clips only to check them: what is drawn at random is drawn with the first frame.
+    # A declaration makes its clips only to check them, so random numbers are drawn with the first frame.
 
     @cached_property
     def _ground(self) -> Floats:
@@ -104,7 +105,7 @@ class Street(Stimulus[StreetParams]):
 
     @cached_property
     def _blown(self) -> tuple[Floats, Sway]:
-        """The leaves at rest and their sway, drawn in this order."""
+        """Draw the leaves at rest, then their sway."""
         p, rng = self.params, stream("street.leaves", self.seed)
         leaves = _leaves(self.shape, rng)
         return leaves, Sway(self.shape, p.amplitude_px, (p.low_hz, p.high_hz), p.patch_px, rng)
@@ -140,7 +141,7 @@ class Street(Stimulus[StreetParams]):
 
 
 def _movers(p: StreetParams, rng: np.random.Generator) -> tuple[Mover, ...]:
-    """Return all who cross, in the order in which they are painted."""
+    """Make all movers, in the order of painting."""
     way = 1.0 if p.motion == "rightward" else -1.0
     greys = (p.grey, WHEEL_GREY, 190.0) if p.kind == "car" else (p.grey, 60.0, 120.0)
     first = Mover(p.kind, p.height, way * p.speed, p.rest_s, GROUND_ROW * p.rows, p.columns, greys)
@@ -153,7 +154,7 @@ def _movers(p: StreetParams, rng: np.random.Generator) -> tuple[Mover, ...]:
 
 
 def _ground(p: StreetParams, rng: np.random.Generator) -> Floats:
-    """Return what stands still, (R, C): a house front with windows above a darker pavement."""
+    """Paint the still background, (R, C): a house front with windows above a darker pavement."""
     shape = rows, columns = p.rows, p.columns
     grey = np.full(shape, p.ground_grey, np.float32)
     if p.ground == "even":
@@ -166,7 +167,7 @@ def _ground(p: StreetParams, rng: np.random.Generator) -> Floats:
 
 
 def _leaves(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
-    """Leaves at rest, (R, C, 3): their grey, and how far they cover what is behind them, of crowns and of bushes."""
+    """Draw leaves at rest, (R, C, 3): their grey, and the coverage by crowns and by bushes."""
     rows, columns = shape
     grey = LEAVES_MEAN + LEAVES_SD * (pink(shape, rng) - PINK_MEAN) / PINK_SD
     ragged = RAGGED * (pink(shape, rng) - PINK_MEAN) / PINK_SD
@@ -182,12 +183,12 @@ def _leaves(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
 
 
 def _around(boxes: list[Box]) -> Box:
-    """Return the smallest box that holds them all."""
+    """Return the smallest box that contains all boxes."""
     left, top = min(box.left for box in boxes), min(box.top for box in boxes)
     right, bottom = max(box.left + box.width for box in boxes), max(box.top + box.height for box in boxes)
     return Box(left, top, right - left, bottom - top)
 
 
 def _grey(luma: npt.NDArray[np.floating]) -> Luma:
-    """Whole grey levels, in an array of their own."""
+    """Round to whole grey levels, in a new array."""
     return np.asarray(np.clip(np.rint(luma), 0.0, 255.0), np.uint8)

@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 import colias_sim  # noqa: F401  (registers the envs)
-from dsnn import AnswerError, Response, checked_answer
+from dsnn import Response, ResponseError, checked_response
 from tests.helpers.answering import write_model
 
 SMALL = ("run", "trial.py", "--workers", "0", "--out", "out", "--quiet")
@@ -113,19 +113,19 @@ def test_an_env_refuses_an_answer_that_is_none(answer):
             return answer
 
     env = gym.make("colias_sim/Fixation-v0", observation="neural", model=lambda shape: Wrong())
-    with pytest.raises(AnswerError, match="expected"):
+    with pytest.raises(ResponseError, match="must"):
         env.reset(seed=0)
     env.close()
 
 
 def test_numbers_of_every_kind_are_taken_and_nothing_else():
     for value in (0.25, np.float32(0.25), np.array(0.25)):
-        hs = checked_answer(Response(hs=value)).hs
+        hs = checked_response(Response(hs=value)).hs
         assert type(hs) is float and hs == 0.25
     for value in (2, np.int8(2), 2.0):
-        count = checked_answer(Response(hs_spikes=value)).hs_spikes
+        count = checked_response(Response(hs_spikes=value)).hs_spikes
         assert type(count) is int and count == 2
     wrong = (None, "1", 1j, np.zeros(1), np.ma.masked, 1e308, 2**70, float("nan"), float("inf"))
     for values in (*({"hs": v} for v in wrong), *({"vs_spikes": v} for v in (*wrong, 0.5)), {"looming_spikes": -1}):
-        with pytest.raises(AnswerError):
-            checked_answer(Response(**values))
+        with pytest.raises(ResponseError):
+            checked_response(Response(**values))

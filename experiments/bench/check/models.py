@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import CHANNELS, AnswerError, ResponseSeries, checked_answer
+from dsnn import CHANNELS, ResponseError, ResponseSeries, checked_response
 from dsnn.model import SPIKING
 from dsnn.stimuli import stimulus
 from experiments.bench.check.laws import LawBroken
@@ -55,8 +55,8 @@ def answered(model: Any, frames: Iterable[Frames], channels: tuple[str, ...]) ->
     for index, frame in enumerate(frames):
         answer = model.step(frame)
         try:
-            responses.append(checked_answer(answer, channels))
-        except AnswerError as error:
+            responses.append(checked_response(answer, channels))
+        except ResponseError as error:
             raise LawBroken(f"in frame {index}, {error}") from error
     return ResponseSeries.from_responses(responses)
 

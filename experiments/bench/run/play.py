@@ -14,7 +14,7 @@ import numpy.typing as npt
 import polars as pl
 from threadpoolctl import threadpool_limits
 
-from dsnn import AnswerError, Response, ResponseSeries, checked_answer
+from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.bench.run.errors import TrialError, UsageError, short
@@ -204,7 +204,7 @@ class ModelRunner:
         if self.trouble:
             return None
         response: Response | None = self._guarded(
-            lambda: checked_answer(answer, self._channels, self._shape if asked else None)
+            lambda: checked_response(answer, self._channels, self._shape if asked else None)
         )
         if response is None:
             return None
@@ -223,7 +223,7 @@ class ModelRunner:
     def _guarded(self, call: Callable[[], Any]) -> Any:
         try:
             return call()
-        except AnswerError as error:
+        except ResponseError as error:
             self.trouble = f"in frame {self._frames}, {error}"
         except Exception as error:
             self.trouble = traced(error)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, StimulusEntry, StimulusFrame, stimulus_entry
+from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.models import ConfiguredModel
@@ -45,7 +45,7 @@ class Clip:
     changes
         Pairs of a parameter's name and its value, or a mapping. ``colias list parameters NAME`` lists them.
     jitter_px
-        Standard deviation of a trembling camera's shifts, px (`dsnn.stimuli.Jittered`); 0: the camera stands.
+        Standard deviation of a trembling camera's shifts, px (`dsnn.stimuli.Jitter`); 0: the camera stands.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class Clip:
             The seed is below 0.
         """
         clip = self.entry.clip(seed, **dict(self.changes))
-        return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
+        return Jitter(clip, self.jitter_px, seed) if self.jitter_px else clip
 
     def open(self, seed: int) -> ClipSource:
         """Return the source of the clip's frames.

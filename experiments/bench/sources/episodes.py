@@ -191,8 +191,8 @@ class Episode:
             self.poses[robot].append(place)
         self.wheels.append(self._env.wheels)
         self.rewards.append(reward)
-        if self._env.answer is not None:
-            self.responses.append(self._env.answer)
+        if self._env.response is not None:
+            self.responses.append(self._env.response)
         if self._images:
             self.images.append(self._env.luma)
         for name, value in info.items():

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from dsnn.stimuli import STIMULI, Jittered, stimulus
+from dsnn.stimuli import STIMULI, Jitter, stimulus
 from experiments.bench.sources import clip_file as export
 
 
@@ -56,7 +56,7 @@ def test_stimulus_writes_what_python_paints(colias):
                   "--set", "cluttered.columns=120", "--jitter", "0.25")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    clip = Jittered(stimulus("cluttered", seed=4, speed=240, columns=120), 0.25, seed=4)
+    clip = Jitter(stimulus("cluttered", seed=4, speed=240, columns=120), 0.25, seed=4)
     np.testing.assert_array_equal(decoded(colias.folder / "sub" / "a.avi"), [frame.luma for frame in clip])
     before = (colias.folder / "sub" / "a.avi").read_bytes()
     (colias.folder / "sub" / "a.csv").unlink()

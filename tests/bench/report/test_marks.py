@@ -94,7 +94,7 @@ def recorded_env(folder: Path) -> tuple[Path, Table]:
     made = gym.make("colias_sim/Pursuit-v0", observation="neural", model="both.py", max_episode_steps=FRAMES)
     env = experiments.RecordRerun(made, folder / "env.rrd")
     env.reset(seed=0)
-    answers = [(env.step(np.zeros(2, np.float32)), made.unwrapped.answer)[1] for _ in range(FRAMES)]
+    answers = [(env.step(np.zeros(2, np.float32)), made.unwrapped.response)[1] for _ in range(FRAMES)]
     env.close()
     return folder / "env.rrd", {name: [getattr(a, name) for a in answers] for name in SPIKES}
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dsnn import DSNN, DSNNParams
-from dsnn.stimuli import STIMULI, Jittered, stimulus
+from dsnn.stimuli import STIMULI, Jitter, stimulus
 from dsnn.stimuli.background import panorama
 from tests.conftest import ROOT
 
@@ -325,7 +325,7 @@ def test_foliage_sways_in_its_band_and_goes_nowhere():
 
 def test_jitter_moves_image_and_truth_by_the_same_fraction_of_a_pixel():
     still = stimulus("plain", width=30, height=40, speed=50, enters=False)
-    clip = Jittered(still, 0.4, seed=9)
+    clip = Jitter(still, 0.4, seed=9)
     for frame in list(clip)[15:-15]:  # not where it touches the border
         x, y = centroid(darkness(frame, 200)[10:-10])
         box = frame.truth.box
