@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from experiments.bench.cli import analyse, check, firmware, live, new, robot, run, see, watch
+from experiments.bench.cli import analyse, live, own, robot, run, see, watch
 
 GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     "run": {
@@ -34,14 +34,14 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
         "list": (see.list_names, "Name experiments, models, stimuli, claims, parameters, runs"),
     },
     "make your own": {
-        "new": (new.new, "Write a model, an experiment, a claim, ... to begin with"),
-        "check": (check.check, "Try the laws of every model, stimulus or arena on yours"),
+        "new": (own.new, "Write a model, an experiment, a claim, ... to begin with"),
+        "check": (own.check, "Try the laws of every model, stimulus or arena on yours"),
     },
     "robot": {
-        "firmware": (firmware.app, "Budget, check, loop, export and logs of the chip's program"),
+        "firmware": (robot.app, "Budget, check, loop, export and logs of the chip's program"),
         "import": (robot.import_log, "Make a run of a real robot's log"),
         "camera": (robot.camera, "Measure a real camera from its frames"),
-        "doctor": (see.doctor, "Look at what this machine has of what the bench needs"),
+        "doctor": (robot.doctor, "Look at what this machine has of what the bench needs"),
     },
 }
 """Heading -> command -> what does it, and its line of help, in the order in which help shows them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -61,6 +62,7 @@ Recordings = Annotated[bool, typer.Option(help="Write a Rerun recording of each 
 Repeats = Annotated[int | None, typer.Option(metavar="N", help="Trials of each condition.")]
 Replicates = Annotated[int | None, typer.Option(metavar="N", help="Replicates, each with a seed of its own.")]
 Seed = Annotated[int, typer.Option(help="Seed of the run.")]
+Size = Annotated[str | None, typer.Option(metavar="WxH", help="Width and height, px.")]
 Trial = Annotated[int | None, typer.Option(metavar="N", help="Trial or episode; otherwise the first recorded.")]
 Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 
@@ -70,6 +72,16 @@ def resources(workers: int | None, cluster: str | None, quiet: bool) -> Resource
     from experiments.bench.run.runs import Resources, worker_count
 
     return Resources(worker_count(workers), cluster, quiet)
+
+
+def width_height(size: str | None) -> tuple[int, int] | None:
+    """Return the numbers of a text such as 320x180; ``None`` where none is given."""
+    from experiments.bench.run.errors import UsageError
+
+    shape = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "")
+    if size is not None and shape is None:
+        raise UsageError(f"--size must be WIDTHxHEIGHT, for example 320x180, got {size}")
+    return (int(shape[1]), int(shape[2])) if shape else None
 
 
 def own_pictures(folder: Path | None) -> Pictures | None:

@@ -1,4 +1,7 @@
-"""The commands ``colias import`` and ``colias camera``. Heavy imports happen when they run."""
+"""The commands about the robot and this machine: ``colias import``, ``camera``, ``firmware ...`` and ``doctor``.
+
+Heavy imports happen when they run.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,195 @@ from typing import Annotated
 import typer
 
 from experiments.bench.cli import options
+
+Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="A new or an empty folder.")]
+
+app = typer.Typer(
+    help="What the robot's chip would compute: its memory and time, the program checked in QEMU, the source to flash.",
+    no_args_is_help=True,
+)
+
+
+@app.command(short_help="Measure RAM, flash and instructions on the chip.")
+def budget(
+    assignments: options.Assignments = None,
+    over: options.Over = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the whole table there too, as CSV.")] = None,
+) -> int:  # fmt: skip
+    """Build the chip's program, measure its memory, and count its instructions in QEMU.
+
+    Bytes are those of the linked program. Instructions are those of the worst frame of clips with noise, flicker and
+    motion.
+
+    colias firmware budget --over dsnn.n_con=4,6,8 --set chip.ring_frames=2
+    """
+    import polars as pl
+
+    from experiments.bench.grid import levels_of, points_of
+    from experiments.bench.report.terminal import error_console, out_console, progress, show
+    from experiments.bench.robot_side import chip, firmware, qemu
+
+    points = points_of(levels_of(over, assignments or ()) if over else {})
+    sets = [[*(assignments or ()), *(f"{key}={value}" for key, value in point)] for point in points]
+    programs = [chip.program(texts) for texts in sets]
+    for note in dict.fromkeys(filter(None, (chip.dead_zone_note(network) for network, _ in programs))):
+        error_console.print(f"note: {note}", soft_wrap=True)
+    with progress("budget", len(programs), False, "programs") as advance:
+        table, counts = firmware.budget(programs, advance)
+    varied = [{key.rpartition(".")[2]: value for key, value in point} for point in points]
+    table = table.with_columns(pl.Series(name, [point[name] for point in varied]) for name in varied[0])
+    if out is not None:
+        table.write_csv(out)
+    ms = pl.format("{}-{}", *(pl.col(name).round(1) for name in ("ms_least", "ms_most"))).alias("ms")
+    if over:
+        ram = pl.sum_horizontal("states", "ring", "tables", "stack").alias("RAM")
+        show(table.select(*varied[0], ram, "left", "over", "instructions", ms, "memory"))
+    else:
+        cells = table.with_columns(ms).drop("ms_least", "ms_most").row(0, named=True)
+        texts = [f"{value:,}" if isinstance(value, int) else str(value) for value in cells.values()]
+        show(pl.DataFrame({"budget": list(cells), "": texts}))
+        stages = counts[0].drop("clip")
+        worst = {"stage": stages.columns, "median": stages.median().row(0), "worst": stages.max().row(0)}
+        show(pl.DataFrame(worst).with_columns(pl.col("median", "worst").round().cast(int)), "instructions a frame")
+    least, most = chip.CYCLES
+    frame_ms = 1e3 / programs[0][0].fps
+    line = f"ms: the worst frame, of {frame_ms:.1f}, at an assumed {least} to {most} cycles an instruction"
+    out_console.print(f"{line}. {qemu.versions()}", soft_wrap=True)
+    return 0
+
+
+@app.command(short_help="Compare the chip's program in QEMU with the network here, bit for bit.")
+def check(assignments: options.Assignments = None) -> int:
+    """Run the chip's program in QEMU on over 1,000 frames, and compare every HS, VS and spike with the host's.
+
+    Exit status 1: a response differs.
+    """
+    import polars as pl
+
+    from experiments.bench.report.terminal import out_console, show
+    from experiments.bench.robot_side import chip, firmware, qemu
+
+    table = firmware.check(chip.program(assignments or ()))
+    wrong = firmware.differing(table)
+    spikes = pl.any_horizontal(pl.col("hs_spikes", "vs_spikes") != 0).sum()
+    clips = table.group_by("clip", maintain_order=True).agg(frames=pl.len(), with_spikes=spikes)
+    show(clips.join(wrong.group_by("clip").agg(differ=pl.len()), on="clip", how="left").fill_null(0))
+    if wrong.height:
+        show(wrong.head(1), "first difference")
+    verdict = "not equal" if wrong.height else "equal"
+    out_console.print(f"{verdict}: {table.height:,} frames. {qemu.versions()}", soft_wrap=True)
+    return options.EXIT_FAILED if wrong.height else 0
+
+
+@app.command(short_help="Run an experiment whose observer has the emulated chip.")
+def loop(
+    experiment: Annotated[str, typer.Argument(help="A robot experiment that colias list shows, or a .py file.")],
+    repeats: options.Repeats = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    workers: options.Workers = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the network here.
+
+    Exit status 1: a trial failed, or a response of the chip differs from the host's.
+    """
+    from experiments.bench import registry, trials
+    from experiments.bench.cli import tables
+    from experiments.bench.report.terminal import out_console, show
+    from experiments.bench.robot_side import loop as looping
+
+    declared = registry.load(experiment)
+    planned = trials.plan(declared, looping.models(), looping.assignments(assignments or ()), repeats, seed)
+    folder = options.run_folder(out, f"firmware-{declared.name}")
+    report = trials.run(planned, folder, options.resources(workers, None, quiet), recordings=False)
+    if not quiet:
+        tables.show_trials(report)
+    if report.failures.height:
+        return options.EXIT_FAILED
+    table, wrong = looping.compare(folder)
+    if wrong.height:
+        show(wrong.head(1), "first difference")
+    out_console.print(f"{'not equal' if wrong.height else 'equal'}: {table.height:,} frames of chip and host")
+    return options.EXIT_FAILED if wrong.height else 0
+
+
+@app.command(short_help="Write a folder that builds the network for the robot.")
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A new or an empty folder.")],
+    assignments: options.Assignments = None,
+) -> int:
+    """Write C sources, the header of the parameters, a linker script, an example main.c, a Makefile and one page.
+
+    There is a program that measures itself on a board too; colias firmware decode reads what it sends.
+    """
+    from experiments.bench.report.terminal import error_console, show_places
+    from experiments.bench.robot_side import chip
+    from experiments.bench.robot_side import export as exporting
+
+    _check_empty(folder)
+    program = chip.program(assignments or ())
+    exporting.export(program, folder, assignments or ())
+    if note := chip.dead_zone_note(program[0]):
+        error_console.print(f"note: {note}", soft_wrap=True)
+    show_places({"export": folder, "page": folder / "README.md"})
+    return 0
+
+
+@app.command(short_help="Make a log of what the self-measuring program has sent.")
+def decode(
+    serial: Annotated[Path, typer.Argument(metavar="FILE", help="What the board's serial line sent, as it came.")],
+    out: Folder,
+) -> int:
+    """Decode the serial line of the program that colias firmware export writes beside the network.
+
+    Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
+    has no counter. A damaged line is skipped and counted. Exit status 1: frames are missing.
+    """
+    from experiments.bench.report.terminal import count, out_console, show_places
+    from experiments.bench.robot_side import serial as line
+    from experiments.bench.run.errors import UsageError
+
+    _check_empty(out)
+    frames, board, damaged = line.decode(serial.read_bytes())
+    if not frames.height:
+        raise UsageError(f"{serial}: no frame is whole")
+    out.mkdir(parents=True, exist_ok=True)
+    line.log(frames, board).write_csv(out / "log.csv")
+    frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
+    missing = board["trials"] * board["frames"] - frames.height if "trials" in board else 0
+    lost = f"{count(damaged, 'damaged line')} skipped, {count(missing, 'frame')} missing"
+    out_console.print(f"{frames.height} frames of {board.get('board', 'an unknown board')}; {lost}")
+    took, stack = line.time_ms(frames, board), board.get("bytes")
+    limit = board.get("frame_us", 0) / 1e3
+    time = "cycles were not counted" if took is None else f"worst frame: {took:.2f} ms of {limit:.2f}"
+    out_console.print(f"{time}; stack: {'unknown' if stack is None else f'{stack:,} B'} used, without interrupts")
+    show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
+    return options.EXIT_FAILED if missing else 0
+
+
+@app.command(short_help="Write a run with the robot as the log that a robot would have sent.")
+def log(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")], out: Folder
+) -> int:
+    """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
+    from experiments.bench.report.terminal import show_places
+    from experiments.bench.result import load
+    from experiments.bench.robot_side import import_log
+
+    _check_empty(out)
+    command = import_log.write(load(run), out)
+    show_places({"log": out / import_log.LOG, "import by": command})
+    return 0
+
+
+def _check_empty(folder: Path) -> None:
+    """Raise `UsageError` where something is in the way of new files."""
+    from experiments.bench.run.errors import UsageError
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} must be a new or an empty folder")
 
 
 def import_log(
@@ -61,3 +253,21 @@ def camera(
     for text in [*([f"camera.gain={gain:g}"] if settings and gain != 1.0 else []), *settings]:
         out_console.print(f"--set {text}", soft_wrap=True, markup=False)
     return 0
+
+
+def doctor() -> int:
+    """Say whether this machine has what the bench needs: Python, packages, what draws, the network, tools, extras.
+
+    A reference frame is drawn and compared with those that are known. If its hash is another, pixels differ a little,
+    and so may numbers. What is optional, only some commands need. The exit status is 1 if anything is missing.
+    """
+    from rich.text import Text
+
+    from experiments.bench.doctor import examine
+    from experiments.bench.report.terminal import show_line
+
+    colours, missing = {"ok": "green", "optional": "yellow", "missing": "red"}, False
+    for state, name, message in examine():
+        missing |= state == "missing"
+        show_line(Text.assemble((f"{state:<10}", colours[state]), f"{name:<20}{message}"), 30)
+    return options.EXIT_FAILED if missing else 0

@@ -1,11 +1,10 @@
-"""The commands that show something: ``colias view``, ``video``, ``list`` and ``doctor``.
+"""The commands that show something: ``colias view``, ``video`` and ``list``.
 
 Heavy imports happen when they run.
 """
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -25,7 +24,8 @@ KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimu
 
 
 def view(
-    paths: Annotated[list[Path], typer.Argument(help="A run, an .rrd file, a scene, an arena; or two runs.")],
+    first: Annotated[Path, typer.Argument(metavar="RUN", help="A run, an .rrd file, a scene or an arena.")],
+    second: Annotated[Path | None, typer.Argument(metavar="RUN", help="A run beside the first.")] = None,
     trial: options.Trial = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
     screenshot: Annotated[
@@ -44,16 +44,13 @@ def view(
     from experiments.bench.run.recordings import recording, recordings_in
     from scenes import ARENA_ENDINGS, ARENAS
 
-    first = paths[0]
-    if len(paths) > 2:
-        raise UsageError(f"view: give one path, or two runs to be seen side by side, got {len(paths)}")
     if (str(first) in ARENAS and not first.exists()) or first.suffix in ARENA_ENDINGS:
         return _view_scene(str(first))
     if not web and screenshot is None:
         viewer.require_screen(f"view {first}: ", "use --web")
     with interrupts.once(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
-        if len(paths) == 2:
-            title, data = side_by_side(first, paths[1], trial)
+        if second is not None:
+            title, data = side_by_side(first, second, trial)
             error_console.print(title, soft_wrap=True)
             files = [Path(folder) / "both.rrd"]
             files[0].write_bytes(data)
@@ -98,7 +95,7 @@ def video(
         Path, typer.Option(metavar="FILE", help=".mp4, .gif, .webp, .png: a strip; .avi: a stimulus; or a folder.")
     ],
     trial: options.Trial = None,
-    size: Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, a GIF 640x360.")] = None,
+    size: options.Size = None,
     fps: Annotated[
         float | None, typer.Option(min=0.1, max=120.0, help="Frames a second; otherwise all; in a GIF 12.5 at most.")
     ] = None,
@@ -115,9 +112,10 @@ def video(
 ) -> int:
     """Show a recording in one picture: what is seen, what changed, robots from above, potentials, spikes.
 
-    MP4 is H.264, which browsers and slides play; WebP is a picture that moves, for pages. A strip has some moments
-    side by side above the traces, for papers. All but strips need the extra colias-sim[video]. Each model has a lane. A
-    folder gets the pictures as the camera saw them. An .avi of a stimulus is lossless, with a .csv of its truth.
+    MP4 is H.264, which browsers and slides play, of 1280x720 px; a GIF has 640x360. WebP is a picture that moves,
+    for pages. A strip has some moments side by side above the traces, for papers. All but strips need the extra
+    colias-sim[video]. Each model has a lane. A folder gets the pictures as the camera saw them. An .avi of a
+    stimulus is lossless, with a .csv of its truth.
     """
     from experiments.bench.run.errors import UsageError
 
@@ -137,14 +135,12 @@ def video(
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
     if out.exists() or not out.parent.is_dir():
         raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
-    shape = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "")
-    if size and shape is None:
-        raise UsageError(f"--size must be WIDTHxHEIGHT in pixels, as 1280x720, got {size}")
+    shape = options.width_height(size)
     if frames is not None and out.suffix != ".png":
         raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
     if out.suffix not in ("", ".png"):
         require_encoder(f"--out {out}: {out.suffix}")
-    path, width_height = recording(source, trial), (int(shape[1]), int(shape[2])) if shape else None
+    path = recording(source, trial)
     if out.suffix:
         whole = read(path)
         reel = whole.with_models(model or ())
@@ -153,11 +149,11 @@ def video(
     if not out.suffix:
         _write_pictures(path, out)
     elif out.suffix == ".png":
-        strip(reel, out, 6 if frames is None else frames, width_height, caption)
+        strip(reel, out, 6 if frames is None else frames, shape, caption)
     else:
         count = len(film_times(reel, fps, speed, out.suffix)[0])
         with progress(out.name, count, quiet, "frames") as advance:
-            make(reel, out, width_height, caption, fps, speed, advance)
+            make(reel, out, shape, caption, fps, speed, advance)
     if not quiet:
         show_places({"strip" if out.suffix == ".png" else "video" if out.suffix else "frames": out})
     return 0
@@ -191,6 +187,7 @@ def list_names(
     parameters: every key of --set, with its default, legal range, unit and meaning. runs: when each was begun, its
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
+    from experiments.bench.report.terminal import out_console, show_line
     from experiments.bench.run.errors import UsageError
     from scenes.hints import nearest
 
@@ -201,16 +198,10 @@ def list_names(
     if kind is not None and kind not in KINDS:
         raise UsageError(f"list: no kind '{kind}'{nearest(kind, KINDS, ' (', ')')}: colias list --help names all")
     for heading in KINDS if kind is None else (kind,):
-        _show_names(heading, _names(heading))
+        out_console.print(heading, style="b")
+        for name, summary in _names(heading).items():
+            show_line(f"  {name:<20}{summary}", 22)
     return 0
-
-
-def _show_names(heading: str, items: Mapping[str, str]) -> None:
-    from experiments.bench.report.terminal import out_console, show_line
-
-    out_console.print(heading, style="b")
-    for name, summary in items.items():
-        show_line(f"  {name:<20}{summary}", 22)
 
 
 def _names(kind: str) -> Mapping[str, str]:
@@ -314,21 +305,3 @@ def _list_runs(folder: Path) -> int:
     for line in table["trouble"].drop_nulls() if table.height else [f"no runs in {folder}"]:
         error_console.print(line, soft_wrap=True)
     return 0
-
-
-def doctor() -> int:
-    """Say whether this machine has what the bench needs: Python, packages, what draws, the network, tools, extras.
-
-    A reference frame is drawn and compared with those that are known. If its hash is another, pixels differ a little,
-    and so may numbers. What is optional, only some commands need. The exit status is 1 if anything is missing.
-    """
-    from rich.text import Text
-
-    from experiments.bench.doctor import examine
-    from experiments.bench.report.terminal import show_line
-
-    colours, missing = {"ok": "green", "optional": "yellow", "missing": "red"}, False
-    for state, name, message in examine():
-        missing |= state == "missing"
-        show_line(Text.assemble((f"{state:<10}", colours[state]), f"{name:<20}{message}"), 30)
-    return options.EXIT_FAILED if missing else 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -25,9 +24,7 @@ def watch(
     model: options.Models = None,
     only: options.Only = False,
     assignments: options.Assignments = None,
-    size: Annotated[
-        str | None, typer.Option(metavar="WxH", help="What models see; otherwise 320 px along the longer side.")
-    ] = None,
+    size: options.Size = None,
     fps: Annotated[
         str | None, typer.Option(metavar="real|NUMBER", help="Rate of the models; otherwise 30, whatever the source's.")
     ] = None,
@@ -45,24 +42,21 @@ def watch(
 ) -> int:
     """Show a video, a camera, pictures or a stimulus to models, a step a frame, and say when what moved which way.
 
-    The command's own model is dsnn. A file is taken as fast as it decodes. Thresholds are the paper's off-line ones,
-    which belong to 30 steps a second: responses grow with the square of the rate, so --fps changes what passes them.
+    The command's own model is dsnn. Models see 320 px along the longer side, or --size. A file is taken as fast as it
+    decodes. Thresholds are the paper's off-line ones, which belong to 30 steps a second: responses grow with the square
+    of the rate, so --fps changes what passes them.
     Exit status: 1 if a film ended early or a model failed, 130 if interrupted; what was seen until then is in the
     folder.
     """
     from colias_sim.gl import has_screen
     from experiments.bench import watch as watching
     from experiments.bench.run import viewer
-    from experiments.bench.run.errors import UsageError
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
-    size_px = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "0x0")
-    if size_px is None:
-        raise UsageError(f"--size must be WIDTHxHEIGHT, for example 320x180, got {size}")
     plan = watching.plan(
-        source, model or (), assignments or (), only=only, size=(int(size_px[1]), int(size_px[2])) if size else None,
-        fps=fps, seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
+        source, model or (), assignments or (), only=only, size=options.width_height(size), fps=fps,
+        seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
     )  # fmt: skip
     folder = options.run_folder(out, "watch")
     wanted = has_screen() if view is None else view

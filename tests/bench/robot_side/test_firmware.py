@@ -117,7 +117,7 @@ def test_the_commands(tmp_path, capsys):
 
 def test_the_model_of_the_chip_responds_as_the_host_does():
     """As `colias firmware loop` shows it."""
-    from experiments.bench.robot_side.emulated import MODEL
+    from experiments.bench.robot_side.loop import MODEL
 
     frames = firmware.clips((24, 33), 10)["grating"]
     network = OnboardDSNN((24, 33), MODEL.robot).run(frames)

@@ -1,4 +1,4 @@
-"""The command ``colias check``. It imports what is heavy when it runs."""
+"""The commands for what is your own: ``colias new`` and ``colias check``. Heavy imports happen when they run."""
 
 from __future__ import annotations
 
@@ -8,10 +8,30 @@ from typing import Annotated, Any
 import typer
 
 from experiments.bench.cli import options
+from experiments.bench.new import KINDS, write
 from scenes import ARENAS, arena_name
 
 MOST_US = 1000.0
 """Largest cost of a model for a frame of 99x72, us, without a word: the robot's camera gives 30 frames a second."""
+
+
+def new(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help=f"What the file has: {', '.join(KINDS)}.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Its name: letters, digits, - and _. The file is NAME.py, - as _.")
+    ],
+) -> int:
+    """Write a file to begin with into the current folder. It runs as it is; three comments say what to do next.
+
+    Nothing is overwritten.
+    """
+    from experiments.bench.report.terminal import show_line
+
+    path = write(kind, name, Path())
+    summary, command = KINDS[kind]
+    show_line(f"{path}: {summary}; its first lines say what to do next. Try it as it is:", 4)
+    show_line(f"colias {command} {path}", 4)
+    return 0
 
 
 def check(
