@@ -266,8 +266,11 @@ def planned(
     motions = {(name, motion) for claim, name in claims for motion in claim.conditions.get("motion", PAPER)}
     motions |= {(name, motion) for measure, name in measures for motion in measure.motions}
     specs: list[Any] = []
+    things = "trials" if on_robot else "clips"
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
+        if replicate == 1 and name == parts[0].declared.name:  # the first replicate is planned: its trials are counted
+            check_counts(seed, study.replicates, "--replicates", len(specs), things)
         for _, trials_of, variants, watching in renderings[name]:
             found = trials_of(replicate, tuple(variants.values()))
             if on_robot and not study.every_trial:
@@ -281,8 +284,7 @@ def planned(
                     shares[point, labels[0], name, replicate] = (numbers, _playing(study, point, labels[0], seen))
     if study.read_off:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
-    one_replicate = len(specs) // study.replicates
-    check_counts(seed, study.replicates, "--replicates", one_replicate, "trials" if on_robot else "clips")
+    check_counts(seed, study.replicates, "--replicates", len(specs) // study.replicates, things)
     there = {(point, name) for point, name, *_ in shares}
     return Plan(
         study, claims, measures, tuple(axes), tuple(points),
