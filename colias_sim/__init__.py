@@ -1,6 +1,6 @@
-"""The simulated testbed: Colias robots, their cameras and arenas in MuJoCo, and Gymnasium envs on these.
+"""The simulated testbed: Colias robots, cameras and arenas in MuJoCo, and Gymnasium envs built on them.
 
-This package knows no vision model.
+This package is independent of any vision model.
 """
 
 from importlib.metadata import PackageNotFoundError, version
@@ -62,5 +62,5 @@ else:
     )
 
     def __dir__() -> list[str]:
-        """List every public name, looked up already or not."""
+        """List every public name, imported already or not."""
         return sorted({*globals(), *__all__})

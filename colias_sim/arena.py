@@ -1,9 +1,8 @@
-"""Arenas: MJCF that ships or is a user's own, read with every file that it names. Both have one form.
+"""Read arenas: built-in MJCF or your own, with every file that it names.
 
-An arena stands in the round room of 45 cm radius. It has a geom ``floor``, a body ``wall`` with a texture and a
-material of that name, and whatever else it likes that stands still: obstacles, pictures, lamps. It includes
-``arena_base.xml`` and ``arena_body.xml``, which have what all share, or a whole arena that ships, such as
-``bright.xml``.
+An arena is a round room of 45 cm radius. It has a geom ``floor``, and a body ``wall`` with a texture and a material of
+that name. It may have anything else that stands still: obstacles, pictures, lamps. It includes the common files
+``arena_base.xml`` and ``arena_body.xml``, or a whole built-in arena such as ``bright.xml``.
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ if TYPE_CHECKING:
     import mujoco
 
 WIRING = "experiments.wiring"
-"""The module that runs a user's Python files. `colias_sim` runs none itself, so it imports this one for an arena's."""
+"""The module that runs a user's Python files. `colias_sim` runs none itself, so it imports this one for arenas."""
 
 MOVING = ("joints", "actuators", "tendons", "equalities", "sensors", "keys", "flexes", "hfields", "pairs")
-"""Lists of an `mujoco.MjSpec` that an arena leaves empty, as everything in it stands still."""
+"""Lists of a `mujoco.MjSpec` that must be empty in an arena, as everything in it stands still."""
 NEEDED = {"geom": "floor", "body": "wall", "texture": "wall", "material": "wall"}
-"""What every arena has: element -> its name."""
+"""Required elements of an arena: element -> its name."""
 PHYSICS = ("gravity", "integrator", "solver", "cone", "disableflags", "enableflags", "density", "viscosity", "wind")
-"""Options of the physics, which every arena has as ``arena_base.xml`` sets them."""
+"""Options of the physics, which must equal the ones of ``arena_base.xml``."""
 HULL = 2
 """The bit of ``contype`` and ``conaffinity`` by which robots' hulls and obstacles collide."""
 HIDDEN = (1, 2)
@@ -40,18 +39,18 @@ HIDDEN = (1, 2)
 
 @dataclass(frozen=True, slots=True)
 class Arena:
-    """An arena as it was read: MJCF, and the contents of every file that it names.
+    """An arena's MJCF, with the contents of every file that it names.
 
     Parameters
     ----------
     source
-        Its name in `scenes.ARENAS`, or the path of a file of one's own.
+        Its name in `scenes.ARENAS`, or the path of your own file.
     text
         The MJCF.
     includes, assets
-        Contents of the MJCF files that it includes, and of its textures and meshes, by the names that it has for them.
+        Contents of the MJCF files that it includes, and of its textures and meshes, by the names in the MJCF.
     files
-        The files of one's own among all these, with its own first: path -> SHA-256. Empty for an arena that ships.
+        The user's own files among them, with the arena's first: path -> SHA-256. Empty for a built-in arena.
     """
 
     source: str
@@ -62,14 +61,14 @@ class Arena:
 
     @classmethod
     def read(cls, source: str) -> Arena:
-        """Read an arena, and all that it names. Nothing of it is compiled.
+        """Read an arena and all files that it names, without compiling it.
 
-        A file is looked for beside the arena's own, then among those that ship in ``scenes``.
+        Files are searched in the arena's folder, then in ``scenes``.
 
         Parameters
         ----------
         source
-            Its name in `scenes.ARENAS`, or the path of a file of one's own. A Python file is executed.
+            Its name in `scenes.ARENAS`, or the path of your own file. A Python file is executed.
 
         Returns
         -------
@@ -79,7 +78,7 @@ class Arena:
         Raises
         ------
         ValueError
-            There is no such arena, it is no XML, or it names a file that is not there.
+            The arena is unknown, is not XML, or names a file that does not exist.
         """
         path = arena_path(source)
         found, includes, assets = {path: path.read_bytes()}, dict[str, bytes](), dict[str, bytes]()
@@ -107,13 +106,12 @@ class Arena:
         Returns
         -------
         mujoco.MjSpec
-            The arena. Hulls bump into each of its geoms that collides with anything, but for the floor, on which
-            wheels roll.
+            The arena. Robots' hulls collide with each of its geoms that collides with anything, except the floor.
 
         Raises
         ------
         ValueError
-            MuJoCo refuses the MJCF, or it lacks what every arena has, or something in it moves. In one line.
+            MuJoCo refuses the MJCF, a required element is missing, or something in it moves. The message is one line.
         """
         import mujoco
 
@@ -135,7 +133,7 @@ class Arena:
         return spec
 
     def _check(self, spec: mujoco.MjSpec) -> None:
-        """Raise ``ValueError`` for an arena that lacks what every one has, or in which something moves."""
+        """Raise ``ValueError`` if a required element is missing, or something in the arena moves."""
         for kind, name in NEEDED.items():
             if getattr(spec, kind)(name) is None:
                 raise ValueError(
@@ -162,18 +160,18 @@ def _parsed(place: Path, text: str | bytes) -> ElementTree.Element:
     try:
         return ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        raise ValueError(f"arena {place}: no XML that can be read ({error})") from None
+        raise ValueError(f"arena {place}: not valid XML ({error})") from None
 
 
 def _find(path: Path, name: str, folders: Iterable[str], shipped: Path) -> Path:
-    """Find a file that an arena names: beside the arena's own, or among those that ship."""
+    """Find a file that an arena names: in the arena's folder, or among the built-in ones."""
     for folder in folders:
         place = path.parent / folder / name
         if place.is_file() and place != path:
             return place.resolve()
     if (shipped / name).is_file():
         return shipped / name
-    raise ValueError(f"arena {path}: names {name}: no such file in {path.parent}, nor one that ships")
+    raise ValueError(f"arena {path}: the file {name} is neither in {path.parent} nor built in")
 
 
 def _folders(root: ElementTree.Element) -> Iterator[str]:
@@ -183,7 +181,7 @@ def _folders(root: ElementTree.Element) -> Iterator[str]:
 
 
 def _files(root: ElementTree.Element) -> Iterator[str]:
-    """Yield the files that elements name, but for includes: ``file`` of meshes, six ``file...`` of a cube texture."""
+    """Yield the files that elements name, except includes: ``file`` of meshes, six ``file...`` of a cube texture."""
     for element in root.iter():
         if element.tag != "include":
             yield from (value for name, value in element.attrib.items() if name.startswith("file") and value)

@@ -1,7 +1,7 @@
-"""Calibrate a camera from its frames, the simulated eye's or a real one's: noise, edges, tone and exposure.
+"""Calibrate a simulated or a real camera from its frames: noise, edges, tone and exposure.
 
-Each function takes frames, (T, R, C) or (R, C), as any camera gives them, and needs no simulator. The numbers that it
-finds are settings of `colias_sim.CameraConfig`. The tests hold the simulated eye to its own settings by them.
+Each function takes frames of any camera, (T, R, C) or (R, C), and needs no simulator. Its results are settings of
+`colias_sim.CameraConfig`. The tests check that it recovers the simulated camera's own settings.
 
 References
 ----------
@@ -34,34 +34,35 @@ Whole = npt.NDArray[np.int64]
 QUANTISATION = 1.0 / 12.0
 """Variance of rounding to whole grey levels."""
 CLIP_SDS = 4.0
-"""A pixel counts where its mean is this many sd away from 0 and from 255: clipping makes noise look smaller."""
+"""A pixel counts if its mean is this many sd away from 0 and from 255, because clipping reduces noise."""
 SCATTER_SDS = 4.0
-"""Bound on the scatter of `unsteadiness` where all is noise, about one over the root of the number of values."""
+"""Bound on the scatter of `unsteadiness` for pure noise, in units of one over the root of the number of values."""
 LEAST_PIXELS = 30
-"""The fewest pixels of a bin of grey levels."""
+"""Minimum number of pixels in a bin of grey levels."""
 LEAST_ROWS = 8
-"""The fewest rows from which the lean of an edge is measured."""
+"""Minimum number of rows to measure the lean of an edge."""
 MARGIN = 2.0
-"""A step of a chart counts where its luma is this many grey levels from 0 and from 255: clipping bends the line."""
+"""A step of a chart counts if its luma is this many grey levels from 0 and from 255, because clipping bends the
+line."""
 
 SATURATED = 0.005
-"""Share of clipped pixels from which a picture's mean does not go with its exposure."""
+"""Share of clipped pixels from which on a picture's mean is no longer proportional to its exposure."""
 REST = 0.002
-"""Share by which the mean of a picture may change while the exposure rests."""
+"""Largest relative change of a picture's mean while the exposure rests."""
 ROUNDING = 0.001
-"""Share by which rounding to whole grey levels bends a mean that is computed from another."""
+"""Relative error that rounding to whole grey levels causes in a mean that is computed from another."""
 MOST_STEPS = 100
-"""The most steps of the exposure in a frame that are tried."""
+"""Largest number of exposure steps in a frame that is tried."""
 OFF_WHOLE, OFF_SHARE = 0.05, 0.01
-"""Steps by which a change of the mean may miss a whole number n of steps: 0.05 + 0.01 n, as rounding bends it."""
+"""Tolerance for a change of n steps, in steps: 0.05 + 0.01 n, because of rounding."""
 MOST_CHANCE = 0.01
-"""Number of steps that may fit by chance where the one found is certain."""
+"""A step is certain if the expected number of steps that fit by chance is at most this."""
 MOST_OTHER = 20
-"""The most steps in a frame of another fit: a finer one fits anything."""
+"""Largest number of steps in a frame of an alternative fit; finer steps fit anything."""
 
 
 class CalibrationError(ValueError):
-    """Frames that do not show what is to be measured: what they lack, in one line."""
+    """The frames do not allow the measurement. The message states what they lack."""
 
 
 # Noise.
@@ -74,9 +75,10 @@ class NoiseLevels:
     Parameters
     ----------
     mean, variance
-        Of each bin of pixels, (N,), in grey levels and their squares. The rounding's variance is taken off.
+        Mean and variance of each bin of pixels, (N,), in grey levels and their squares, without the variance of
+        rounding.
     pixels
-        How many pixels each bin has, (N,).
+        Number of pixels in each bin, (N,).
     """
 
     mean: Floats
@@ -91,7 +93,7 @@ class PhotonTransfer:
     Parameters
     ----------
     slope
-        Grey levels of variance for each of mean.
+        Variance per mean, in grey levels.
     dark_sd
         Noise without light, sd in grey levels.
     """
@@ -136,15 +138,15 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     Parameters
     ----------
     frames
-        Of a still scene under constant light, (T, R, C), T of at least 8. It should have many grey levels, or be
-        taken together with others by `photon_transfer`.
+        Frames of a still scene under constant light, (T, R, C), with T of at least 8. The scene should have many grey
+        levels, or be combined with others in `photon_transfer`.
     bins
         Number of bins of pixels of similar grey.
 
     Returns
     -------
     NoiseLevels
-        The bins that have pixels enough.
+        The bins with enough pixels.
 
     Raises
     ------
@@ -155,7 +157,7 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
         raise CalibrationError(f"noise takes 8 or more frames of the still scene (60 are good), got {len(frames)}")
     stack = frames.astype(np.float64)
     mean, variance = stack.mean(0).ravel(), stack.var(0, ddof=1).ravel()
-    whole = ((stack.min(0) > 0.0) & (stack.max(0) < 255.0)).ravel()  # of a clipped pixel less noise is seen
+    whole = ((stack.min(0) > 0.0) & (stack.max(0) < 255.0)).ravel()  # clipping hides noise
     spread = np.sqrt(np.median(variance[whole])) if whole.any() else np.inf
     inside = (mean > CLIP_SDS * spread) & (mean < 255.0 - CLIP_SDS * spread)
     if inside.sum() < LEAST_PIXELS:
@@ -172,18 +174,18 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
 
 
 def unsteadiness(frames: Images) -> float:
-    """Measure which share of the temporal variance of a still scene is no noise of its pixels: it was not still.
+    """Measure the share of temporal variance that is not pixel noise, to detect a scene that was not still.
 
     Parameters
     ----------
     frames
-        Of a scene that should be still under constant light, (T, R, C), T of 3 or more.
+        Frames of a scene that should be still under constant light, (T, R, C), with T of 3 or more.
 
     Returns
     -------
     float
-        A share of the variance, 0 to 1: of slow change, by which frames far apart differ more than neighbours do (von
-        Neumann), or of the mean of the whole picture, whichever is more. 0 where it is no more than noise leaves.
+        A share of the variance, 0 to 1. It is the larger of two: slow change, where distant frames differ more than
+        neighbours (von Neumann), and change of the whole picture's mean. It is 0 if noise explains both.
     """
     stack = frames.astype(np.float64)
     variance = float(stack.var(0, ddof=1).mean())
@@ -195,13 +197,12 @@ def unsteadiness(frames: Images) -> float:
 
 
 def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
-    """Fit the photon transfer's line to the noise of one still scene, or of several under different light.
+    """Fit the photon-transfer line to the noise of one still scene, or of several under different light.
 
     Parameters
     ----------
     levels
-        From `noise_levels`, one or more. Bins count by the precision of their variance: the root of their pixels over
-        it.
+        Results of `noise_levels`, one or more. Bins are weighted by the precision of their variance.
 
     Returns
     -------
@@ -211,7 +212,7 @@ def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
     Raises
     ------
     CalibrationError
-        All grey levels are alike: they span less than 10.
+        The grey levels span less than 10.
 
     References
     ----------
@@ -227,23 +228,23 @@ def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
 
 
 def fixed_pattern(frames: Images) -> float:
-    """Measure the fixed pattern: how unequal the pixels are on an evenly lit patch, apart from temporal noise.
+    """Measure the fixed pattern: the pixels' differences on an evenly lit patch, without temporal noise.
 
     Parameters
     ----------
     frames
-        Of an evenly lit patch, (T, R, C). Shading up to the second order over the patch is taken off.
+        Frames of an evenly lit patch, (T, R, C). Shading up to the second order is subtracted.
 
     Returns
     -------
     float
-        Its sd in grey levels: the spatial variance of the mean frame less what temporal noise leaves in it. 0 where
-        noise accounts for all of it. The simulated eye has none.
+        Its sd in grey levels, from the spatial variance of the mean frame minus the temporal noise in it. It is 0 if
+        noise explains everything. The simulated camera has no fixed pattern.
 
     Raises
     ------
     CalibrationError
-        There is one frame alone, which does not tell the pattern from noise.
+        There is only one frame, which cannot separate the pattern from noise.
 
     References
     ----------
@@ -275,13 +276,13 @@ def edge_rows(luma: Images, empty: Floats) -> Whole:
     Returns
     -------
     ndarray
-        The longest run of rows in which 3 pixels or more are dark, its upper and lower sixth left out: an object's
-        rim is seen there, not its side.
+        The longest run of rows with 3 dark pixels or more, without its upper and lower sixth, where the object's rim is
+        visible instead of its side.
 
     Raises
     ------
     CalibrationError
-        There are fewer than `LEAST_ROWS`, or the object is at the left edge of the picture.
+        There are fewer than `LEAST_ROWS` rows, or the object is at the left edge of the picture.
     """
     difference = empty - luma.astype(np.float64)
     dark = difference > 0.6 * max(float(difference.max()), 1.0)
@@ -296,7 +297,7 @@ def edge_rows(luma: Images, empty: Floats) -> Whole:
 
 
 def edge_columns(luma: Images, empty: Floats, rows: Whole) -> Floats:
-    """Find the column of a dark object's left edge in each row, below the pixel.
+    """Find the column of a dark object's left edge in each row, with subpixel precision.
 
     Parameters
     ----------
@@ -305,12 +306,12 @@ def edge_columns(luma: Images, empty: Floats, rows: Whole) -> Floats:
     empty
         The scene without the object, (R, C).
     rows
-        The rows to look at, (N,): the object covers a part of each.
+        The rows to use, (N,). The object covers a part of each.
 
     Returns
     -------
     ndarray
-        Columns, (N,): by the share of each pixel that is covered, left of the object's middle.
+        Columns, (N,), from the covered share of each pixel left of the object's middle.
 
     Raises
     ------
@@ -322,44 +323,44 @@ def edge_columns(luma: Images, empty: Floats, rows: Whole) -> Floats:
     covered = np.clip((empty - light) / np.maximum(empty - dark, 1.0), 0.0, 1.0)[rows]
     inside = np.flatnonzero(covered[0] > 0.9)
     if not inside.size:
-        raise CalibrationError("no dark object in the first of the rows: it has to cross them all")
+        raise CalibrationError("no dark object in the first of the rows: it must cross them all")
     middle = int(np.median(inside))
     return np.asarray(middle - covered[:, :middle].sum(1))
 
 
 def lean(columns: Floats, rows: Whole) -> float:
-    """Measure how many columns an edge moves over from one row to the row below: the slope of the line through it.
+    """Measure the lean of an edge: the columns that it shifts from one row to the next, by a linear fit.
 
     Parameters
     ----------
     columns
-        Where the edge is in each row, px, (N,); from `edge_columns`.
+        Column of the edge in each row, px, (N,), from `edge_columns`.
     rows
         The rows, (N,), two or more.
 
     Returns
     -------
     float
-        Columns a row.
+        Columns per row.
     """
     return float(np.polyfit(rows, columns, 1)[0])
 
 
 def row_time_us(leans: Sequence[float], speeds_px_s: Sequence[float]) -> float:
-    """Return the time from a row's read-out to the next row's, from how a moving vertical edge leans.
+    """Compute the time between the read-outs of two rows from the lean of a moving vertical edge.
 
     Parameters
     ----------
     leans
-        Columns a row, of frames in which the edge moves.
+        Columns per row, for frames in which the edge moves.
     speeds_px_s
         The speed of the edge's image in these frames, rightward positive, px/s.
 
     Returns
     -------
     float
-        Microseconds: the slope of lean against speed. Where the edge moves both ways, a lean that it has at rest
-        too (of a tilted camera) is taken off; otherwise the line goes through 0.
+        Microseconds: the slope of lean against speed. If the edge moves both ways, the lean at rest (of a tilted
+        camera) is subtracted; otherwise the line passes through 0.
 
     Raises
     ------
@@ -368,7 +369,7 @@ def row_time_us(leans: Sequence[float], speeds_px_s: Sequence[float]) -> float:
     """
     lean_px, speed = np.asarray(leans, np.float64), np.asarray(speeds_px_s, np.float64)
     if not np.abs(speed).max(initial=0.0) > 0.0:
-        raise CalibrationError("the edge does not move, so that its lean tells nothing")
+        raise CalibrationError("the edge must move to measure the row time")
     if speed.min() < 0.0 < speed.max():
         return 1e6 * float(np.polyfit(speed, lean_px, 1)[0])
     return 1e6 * float((lean_px * speed).sum() / (speed**2).sum())
@@ -382,13 +383,13 @@ def transfer(luma: Images, angle_deg: float = 5.0) -> tuple[Floats, Floats]:
     luma
         A frame (R, C) of an edge through its middle, dark on the left.
     angle_deg
-        Of the edge to the columns.
+        Angle between the edge and the columns, in degrees.
 
     Returns
     -------
     tuple of ndarray
-        Frequencies in cycles a pixel, and the transfer there: the spectrum of the derivative of the edge's profile,
-        which is taken in quarters of a pixel.
+        Frequencies in cycles per pixel, and the transfer: the spectrum of the derivative of the edge's profile, sampled
+        in quarters of a pixel.
 
     References
     ----------
@@ -410,20 +411,20 @@ def transfer(luma: Images, angle_deg: float = 5.0) -> tuple[Floats, Floats]:
 
 
 def gamma_points(grey: Floats, luma: Floats) -> Floats:
-    """Read a gamma curve where its registers have it: ``gamma_points`` of `colias_sim.CameraConfig`.
+    """Measure a gamma curve at its registers' inputs: ``gamma_points`` of `colias_sim.CameraConfig`.
 
     Parameters
     ----------
     grey
-        Grey of each step of a chart before the curve, (N,): reflectance in proportion to the light, 255 where it
-        saturates.
+        Grey of each step of a chart before the curve, (N,): proportional to the light, 255 at saturation.
     luma
         Mean luma of each step, (N,), in grey levels.
 
     Returns
     -------
     ndarray
-        GAM1 to GAM15, (15,), in grey levels, by lines between the steps. Without a curve they are its inputs.
+        GAM1 to GAM15, (15,), in grey levels, by linear interpolation between the steps. Without a curve they equal its
+        inputs.
 
     Raises
     ------
@@ -445,9 +446,9 @@ def contrast_and_brightness(grey: Floats, luma: Floats, center: float = CONTRAS_
     grey
         Grey of each step before contrast and brightness, (N,): the chart's luma with both registers as after a reset.
     luma
-        Mean luma of each step with the registers in question, (N,).
+        Mean luma of each step with the registers to measure, (N,).
     center
-        The camera's ``contrast_center``, in grey levels. The chart alone does not tell it from brightness.
+        The camera's ``contrast_center``, in grey levels. The chart alone cannot separate it from brightness.
 
     Returns
     -------
@@ -481,7 +482,7 @@ def falloff_exponent(flat: Images, focal_px: float) -> float:
     Returns
     -------
     float
-        The power of the cosine of the angle to the axis by which the light falls: 4 is natural falloff, 0 none.
+        The exponent n in cos(angle to the axis)^n: 4 is natural falloff, 0 none.
 
     Raises
     ------
@@ -501,20 +502,20 @@ def falloff_exponent(flat: Images, focal_px: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class ExposureLoop:
-    """Properties of the loop that controls the exposure time, from pictures that settle.
+    """Measured properties of the loop that controls the exposure time.
 
     Parameters
     ----------
     step
-        One step of the exposure, as a share of it.
+        One step of the exposure, as a share of the exposure.
     steps
-        The most steps that were seen in a frame.
+        The largest number of steps observed in a frame.
     low, high
-        The ends of the control zone, the dead band, as intervals of mean grey; ``None`` where no sequence came from
+        The ends of the control zone (the dead band), as intervals of mean grey; ``None`` if no sequence came from
         below, or from above.
     certain
-        Whether the changes tell this step from others: no other fits them, and they are enough that it does not fit by
-        chance. Otherwise the step, and with it the zone, may be quite another: more sequences tell.
+        Whether the changes determine the step: no other step fits, and a chance fit is unlikely. Otherwise step and
+        zone may be wrong, and more sequences are needed.
     """
 
     step: float
@@ -525,7 +526,7 @@ class ExposureLoop:
 
     @property
     def target(self) -> float | None:
-        """The middle of the zone, grey; ``None`` where only one end is known."""
+        """The middle of the zone, grey; ``None`` if only one end is known."""
         return None if self.low is None or self.high is None else (sum(self.low) + sum(self.high)) / 4.0
 
     @property
@@ -537,14 +538,14 @@ class ExposureLoop:
 def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
     """Measure the loop that controls the exposure from pictures of still scenes on which it settles.
 
-    Between two frames the loop changes the exposure by whole steps, and the mean of the picture with it. It ends the
-    first time that the mean is in its zone: a step earlier the mean was still outside. So each sequence gives an
-    interval for one end of the zone, and several sequences a narrow one.
+    Between two frames the loop changes the exposure by whole steps, and so the mean of the picture. It ends as soon as
+    the mean is in its zone: a step earlier the mean was still outside. So each sequence gives an interval for one end
+    of the zone, and several sequences narrow it.
 
     Parameters
     ----------
     sequences
-        Each (T, R, C): from any moment after the light has changed until the picture rests, by one still light.
+        Frames, each (T, R, C), from any moment after a change of light until the picture rests, under constant light.
 
     Returns
     -------
@@ -554,7 +555,7 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
     Raises
     ------
     CalibrationError
-        No sequence changes and comes to rest, or the steps cannot be told apart.
+        No sequence changes and comes to rest, or no step fits.
     """
     settled = [changes for changes in map(_changes, sequences) if changes]
     if not settled:
@@ -570,11 +571,11 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
 
 
 _Changes = list[tuple[float, float]]
-"""Of a sequence that comes to rest: the logarithm of each change of the mean, and the mean before it."""
+"""Changes of a sequence that comes to rest: the logarithm of each change of the mean, and the mean before it."""
 
 
 def _changes(frames: Images) -> _Changes:
-    """List the changes of a sequence; none where it does not come to rest."""
+    """List the changes of a sequence; empty if it does not come to rest."""
     means = frames.astype(np.float64).mean((1, 2))
     clipped = [float(np.isin(frame, (0, 255)).mean()) for frame in frames]
     if len(means) < 3 or np.ptp(means[-3:]) > REST * means[-1] or clipped[-1] > SATURATED:
@@ -587,9 +588,9 @@ def _changes(frames: Images) -> _Changes:
 
 
 def _fit(jumps: Sequence[float], steps: int) -> tuple[float, int] | None:
-    """Find a step as a share where the largest jump is of ``steps``, and the most steps; ``None`` if others misfit.
+    """Find the step, as a share, if the largest jump has ``steps``, and the most steps; ``None`` if other jumps misfit.
 
-    Of a step s up the logarithm is log(1 + s), of one down -log(1 - s).
+    The logarithm of a step s is log(1 + s) upward, and -log(1 - s) downward.
     """
     sizes, up = np.abs(jumps), np.asarray(jumps) > 0
     largest = int(np.argmax(sizes))
@@ -607,14 +608,14 @@ def _fit(jumps: Sequence[float], steps: int) -> tuple[float, int] | None:
 
 
 def _end_of_zone(settled: Sequence[_Changes], factor: float) -> tuple[float, float] | None:
-    """Return the interval of an end of the zone: what the intervals of all sequences from that side have in common.
+    """Compute the interval of an end of the zone: the intersection over all sequences from that side.
 
-    The loop may have computed from the picture before its last change or from the one before that, as its response to a
-    picture comes a frame or two later. Rounding makes them differ by some tenths of a grey level. Where noise leaves
-    nothing in common, the interval is what lies between.
+    The loop responds to a picture one or two frames later. So it may have used the picture before its last change or
+    the one before that. With rounding these differ by some tenths of a grey level. If noise leaves no intersection, the
+    result is the gap between the intervals.
     """
     side = [changes for changes in settled if (changes[-1][0] > 0) == (factor > 1.0)]
-    side = [changes for changes in side if len(changes) == 1] or side  # there the picture is known
+    side = [changes for changes in side if len(changes) == 1] or side  # then the picture that the loop used is known
     lows, highs = [], []
     for changes in side:
         counts = [round(jump / math.log(factor)) for jump, _ in changes[-2:]]
@@ -630,11 +631,11 @@ def _end_of_zone(settled: Sequence[_Changes], factor: float) -> tuple[float, flo
 
 
 def _is_certain(settled: Sequence[_Changes], jumps: Sequence[float], steps: int) -> bool:
-    """Tell whether no other step fits the changes, and the one that does would hardly fit changes of any size.
+    """Check that no other step fits the changes, and that the found step is unlikely to fit by chance.
 
-    A change of any size fits by chance with twice the tolerance. Changes of one size tell no more than one of them:
-    they come of equal light, or of a loop at its most steps. But the last of several in a sequence could have been of
-    any size.
+    A random change fits with a probability of twice the tolerance. Changes of one size count once: they come from equal
+    light, or from a loop at its largest number of steps. But the last of several changes in a sequence could have any
+    size.
     """
     if any(_fit(jumps, other) for other in range(steps + 1, MOST_OTHER + 1) if other % steps):
         return False
@@ -645,6 +646,6 @@ def _is_certain(settled: Sequence[_Changes], jumps: Sequence[float], steps: int)
 
     last = [counted(changes[-1][0]) for changes in settled if len(changes) > 1]
     telling = [*last, *({counted(jump) for jump in jumps} - {*last})]
-    telling.remove(counted(largest))  # fits whatever the step is
+    telling.remove(counted(largest))  # it fits any step
     shares = [2.0 * (OFF_WHOLE + OFF_SHARE * count) for _, count in telling]
     return steps * math.prod(shares) <= MOST_CHANCE

@@ -1,4 +1,4 @@
-"""The robot's camera: frames of luma, rendered offscreen, with exposure, lens, noise and quantisation."""
+"""The robot's camera: render frames of luma offscreen, with exposure, lens, noise and quantisation."""
 
 from __future__ import annotations
 
@@ -29,16 +29,17 @@ class Frame:
     Parameters
     ----------
     luma
-        The picture, (R, C) uint8. It is read-only, as several models, a recording and an agent share it.
+        The picture, (R, C) uint8. It is read-only, because several models, a recording and an agent share it.
     time
-        When the frame ends, in seconds of simulation: the end of the exposure of its last row, but for ``age_ms``.
+        Time at which the frame ends, in seconds of simulation. This is the end of its last row's exposure, except for
+        ``age_ms``.
     exposure_ms
-        Exposure time of each row. With a fixed exposure that of the settings, also where the frame has cut it.
+        Exposure time of each row. A fixed exposure has the setting's value, even if the frame cuts it.
     row_time_us
-        From the end of a row's exposure to the end of the next row's; 0 with a global shutter.
+        Time from the end of a row's exposure to the end of the next row's; 0 with a global shutter.
     age_ms
-        How long before ``time`` the exposure of the last row ended: 0, but for jitter and where a frame was dropped
-        and the one before it is there again.
+        Time from the end of the last row's exposure to ``time``. It is 0 except with jitter, or if a dropped frame is
+        replaced by the one before.
     """
 
     luma: npt.NDArray[np.uint8]
@@ -51,10 +52,10 @@ class Frame:
 class Camera:
     """Renders one camera of a model as an OV7670 would see the scene.
 
-    A frame is exposed by the renders of ``plan``, and of ``next_plan`` where these are due before the next frame
-    begins: call `expose` for each of them when it is due, then `develop`. `restart` is for a new beginning, `skip` for
-    a frame that nobody looks at. `Simulation` does all of this. A camera holds an OpenGL context: close it, or use it
-    in a ``with`` statement, in the thread and process that made it.
+    `Simulation` does all of the following. A frame is exposed by the renders of ``plan``, and by the renders of
+    ``next_plan`` that are due before the next frame begins. Call `expose` for each render when it is due, then
+    `develop`. Call `restart` to start again, and `skip` to discard a frame. A camera holds an OpenGL context: close it,
+    or use it in a ``with`` statement, in the thread and process that made it.
 
     Parameters
     ----------
@@ -70,7 +71,7 @@ class Camera:
     KeyError
         The scene has no camera of that name.
     colias_sim.GLUnavailable
-        Where nothing can render.
+        No OpenGL backend works.
     """
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
@@ -102,24 +103,24 @@ class Camera:
         self._offscreen.close()
 
     def tune(self, config: CameraConfig) -> None:
-        """Take other settings, from the next `restart` on. Nothing is compiled anew.
+        """Use other settings from the next `restart` on, without compiling the scene again.
 
         Parameters
         ----------
         config
-            The settings: of noise, lens, times, luma and the exposure loop.
+            The settings. Noise, lens, times, luma and the exposure loop may change.
 
         Raises
         ------
         ValueError
-            They need another framebuffer or another scene: another size, view, frame rate or sampling, say.
+            The settings need another framebuffer or scene, for example another size, view, frame rate or sampling.
         """
         check_tunable(config, self._made_with)
         self.config = config
         self._set_optics()
 
     def _set_optics(self) -> None:
-        """Compute what lens, noise and tone need of the settings."""
+        """Set up lens, noise and tone from the settings."""
         config = self.config
         shape = config.height, config.width
         self._falloff = falloff(*shape, config.focal_px, config.vignetting) if config.vignetting > 0.0 else None
@@ -129,7 +130,7 @@ class Camera:
         self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
 
     def retexture(self, texture: int) -> None:
-        """Notice that a texture of the model has changed.
+        """Upload a texture of the model that has changed.
 
         Parameters
         ----------
@@ -139,12 +140,12 @@ class Camera:
         self._offscreen.retexture(texture)
 
     def restart(self, data: mujoco.MjData) -> None:
-        """Begin anew with a still scene: discard everything, and set the exposure time to its start.
+        """Start again with a still scene: discard everything, and reset the exposure time.
 
         Parameters
         ----------
         data
-            State of the scene. What the first frame shows of the time before it, it shows in this state.
+            State of the scene. Parts of the first frame that are exposed before it show this state.
         """
         self._sensor.restart()
         self._last = None
@@ -168,7 +169,7 @@ class Camera:
         data
             State of the scene.
         render
-            Which rows of the picture, and how many equal parts of their exposure this stands for.
+            The rows of the picture, and how many equal parts of their exposure the render stands for.
         """
         light = (self.next_plan if render.ahead else self.plan).light
         if self._lamps is None:
@@ -178,11 +179,11 @@ class Camera:
             self._sensor.expose(data, render)
 
     def collect(self) -> None:
-        """Read what OpenGL has drawn since the last time. Nobody else may draw in a shared context before."""
+        """Read the pixels that OpenGL has drawn since the last call. Do not draw in a shared context before it."""
         self._sensor.collect()
 
     def skip(self) -> None:
-        """Discard the frame under way, which nobody looks at, and go on to the next. The exposure loop rests."""
+        """Discard the current frame and continue with the next. The exposure loop pauses."""
         self.discard()
         self._turn(self.next_plan)
 
@@ -215,10 +216,10 @@ class Camera:
         age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
         frame = Frame(picture, time, self.plan.exposure_ms, config.row_time_us, age_ms)
         if config.auto_exposure:
-            mean = float(self._metered(light).mean(dtype=np.float64))  # OpenCV's last bits go by where the array lies
+            mean = float(self._metered(light).mean(dtype=np.float64))  # OpenCV's last bits depend on the array's memory
             self._exposure_ms = next_exposure(config, self._exposure_ms, mean, self.plan.exposure_ms)
         self.discard()
-        # Parts that are off draw nothing, so that the noise of the others stays the same.
+        # Disabled parts draw no random numbers, so that the noise of the others stays the same.
         if config.drop_probability > 0.0:
             dropped = rng.random() < config.drop_probability
             if dropped and self._last is not None:
@@ -231,11 +232,11 @@ class Camera:
         return frame
 
     def discard(self) -> None:
-        """Discard the exposure under way."""
+        """Discard the current exposure."""
         self._sensor.discard()
 
     def _planned(self, jitter_sds: float) -> FramePlan:
-        """Plan a frame with the exposure time that is set; ``jitter_sds`` is how late its clock is, in sd."""
+        """Plan a frame with the present exposure time; ``jitter_sds`` is the delay of its clock, in sd."""
         config = self.config
         if config.jitter_ms == 0.0:
             return plan_frame(config, self._steps, self._exposure_ms, 0)
@@ -243,16 +244,16 @@ class Camera:
         return plan_frame(config, self._steps, self._exposure_ms, round(early_ms * config.fps * self._steps / 1000.0))
 
     def _turn(self, after_next: FramePlan) -> None:
-        """Go on to the next frame, parts of which may be exposed already."""
+        """Continue with the next frame, parts of which may be exposed already."""
         self.plan, self.next_plan = self.next_plan, after_next
         self._sensor.turn()
 
     def _again(self, frame: Frame, time: float) -> Frame:
-        """Return an earlier frame in the place of one that was dropped."""
+        """Return an earlier frame in place of a dropped one."""
         return replace(frame, time=time, age_ms=frame.age_ms + 1000.0 * (time - frame.time))
 
     def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
-        """Mean grey of the present scene at an exposure time, all rows at this moment."""
+        """Compute the mean grey of the present scene at an exposure time, with all rows at this moment."""
         assert self._lamps is not None
         with self._lamps.scaled(plan_frame(self.config, self._steps, exposure_ms, 0).light):
             if self._falloff is None and self._tone is None:
@@ -263,11 +264,11 @@ class Camera:
         return float(self._metered(light).mean(dtype=np.float64))
 
     def _metered(self, light: Floats) -> Floats:
-        """Return what the exposure loop meters of the light behind the lens: the light itself, or its luma."""
+        """Return the picture that the exposure loop meters: the light behind the lens, or its luma."""
         return light if self._tone is None or self.config.ae_meter == "light" else self._tone.of(light)
 
     def _averaged(self) -> Floats:
-        """Return the light of the frame under way, behind the lens."""
+        """Return the light of the current frame behind the lens."""
         light = self._sensor.average(self.plan.samples)
         if self._falloff is not None:
             light *= self._falloff

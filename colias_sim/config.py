@@ -1,4 +1,4 @@
-"""The settings of the apparatus: robot, camera and scene. They are frozen and validated.
+"""Settings of robot, camera and scene: frozen, validated dataclasses.
 
 Lengths are in centimetres and speeds in cm/s. Names of quantities with a unit end in the unit. A value outside
 its range raises ``pydantic.ValidationError``, a ``ValueError`` that names field and bound.
@@ -23,7 +23,7 @@ COLIAS4: Mapping[str, Any] = {
     "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3, "motor_inequality": 3.29,
     "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
 }  # fmt: skip
-"""The robot's own wheels: `RobotConfig` tells the sources."""
+"""The Colias's own wheels; see `RobotConfig` for the sources."""
 
 OV7670: Mapping[str, Any] = {
     # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
@@ -62,23 +62,23 @@ def _checked_curve(points: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def known_picture(path: str) -> str:
-    """Check the path of a picture, which may be empty; return it, or raise ``ValueError``."""
+    """Check the path of a picture, which may be empty, and return it; otherwise raise ``ValueError``."""
     if path and not Path(path).is_file():
         raise ValueError(f"there is no such file: {path}")
     return path
 
 
 def known_arena(name: str) -> str:
-    """Check the name of an arena, or the path of a file of one's own; return it, a path as an absolute one.
+    """Check the name of an arena, or the path of your own file, and return it; a path becomes absolute.
 
-    Raises ``ValueError`` naming the nearest arena, or for a file that is not there. The file is not read.
+    It raises ``ValueError`` for an unknown arena or a missing file. The file is not read.
     """
     path = arena_path(name)
     return name if name in ARENAS else str(path)
 
 
 class _Presets:
-    """Named settings of a class: name -> what they are, and the fields that differ from the defaults."""
+    """Base class with named presets: name -> summary, and the fields that differ from the defaults."""
 
     _named: ClassVar[Mapping[str, tuple[str, Mapping[str, Any]]]]
 
@@ -95,7 +95,7 @@ class _Presets:
 
     @classmethod
     def preset_summaries(cls) -> Mapping[str, str]:
-        """Say what each of the `presets` is.
+        """Describe each of the `presets`.
 
         Returns
         -------
@@ -132,13 +132,13 @@ class _Presets:
 
 @parameters
 class RobotConfig(_Presets):
-    """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body.
+    """Settings of the Colias's body and drive. Public sources disagree on the wheels; these fit inside its 4 cm body.
 
-    Preset ``colias4`` has the robot's own wheels, driven open loop in trials: 255 steps of 0.06 cm/s, so a step is 3 %
-    of 2 cm/s and the top speed 15.3 cm/s. The public firmware drives straight ahead at powers of 77 and 80, and slowly
-    at 27 and 30: a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 / sqrt(12) = 0.29
-    rms, which the preset has. The dead band is an assumption: below the lowest power of that firmware. A command is 6
-    bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
+    Preset ``colias4`` has the robot's own wheels, driven open loop in trials: 255 steps of 0.06 cm/s. So a step is 3 %
+    of 2 cm/s, and the top speed is 15.3 cm/s. The public firmware drives straight ahead at powers of 77 and 80, and
+    slowly at 27 and 30, which is a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 /
+    sqrt(12) = 0.29 rms, which the preset has. The dead band, below the lowest power of that firmware, is an assumption.
+    A command has 6 bytes, or 8 with framing, of 10 bits each at 38,400 baud.
     """
 
     _named: ClassVar = {
@@ -188,14 +188,14 @@ class RobotConfig(_Presets):
 
 @parameters
 class CameraConfig(_Presets):
-    """The camera: an OV7670 as the Colias uses it, 99x72 pixels of luma, 70 degrees wide, 30 frames per second.
+    """Settings of the camera: the Colias's OV7670 with 99x72 pixels of luma, 70 degrees wide, at 30 frames/s.
 
     Noise has the variance ``gain^2 read_noise^2 + gain shot_noise^2 L / 255`` at grey level L. The defaults are the
     data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
 
-    By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. Preset ``ov7670`` is a
-    model of the robot's camera, from data sheets and firmware. What no source gives it assumes;
-    docs/explanation/camera.md lists the assumptions. No frame of a robot was compared with it.
+    By default the camera is ideal apart from noise: a global shutter, a fixed exposure and no lens. Preset ``ov7670``
+    models the robot's camera from data sheets and firmware. docs/explanation/camera.md lists its assumptions. It was
+    not compared with frames of a real robot.
 
     Light passes the stages in this order: the lens's falloff and blur, exposure and gain, noise, clipping at 0 and 255,
     the gamma curve, contrast, brightness, the range of the luma, and rounding to 8 bits.
@@ -335,10 +335,10 @@ class CameraConfig(_Presets):
 
 @parameters
 class SceneConfig:
-    """Arena, light and the stimulus's shell, and how far the seed of a trial varies them."""
+    """Settings of the arena, the light and the stimulus's shell, and their variation between trials."""
 
     arena: Annotated[str, AfterValidator(known_arena)] = "bright"
-    """An arena: bright, plain, dim, leaves or drum, or the path of an .xml or .py file of one's own."""
+    """An arena: bright, plain, dim, leaves or drum, or the path of your own .xml or .py file."""
     light: float = Field(default=1.0, ge=0.05, le=2.0)
     """Strength of all lamps, times the arena's own."""
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5)
@@ -348,7 +348,7 @@ class SceneConfig:
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0)
     """Reflectance of the stimulus's shell."""
     wall: Annotated[str, AfterValidator(known_picture)] = ""
-    """Path of a picture around the wall, beside its mirror image; empty: the arena's texture."""
+    """Path of a picture around the wall, joined to its mirror image; empty: the arena's texture."""
     wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0)
     """Contrast of the wall's texture."""
     shell_shape: Literal["cylinder", "sphere", "card"] = "cylinder"
@@ -364,7 +364,7 @@ class SceneConfig:
 
     @property
     def usual_shell(self) -> bool:
-        """Tell whether the stimulus's shell has the shape and size of the Colias, and no picture."""
+        """Whether the stimulus's shell has the Colias's shape and size, and no picture."""
         usual = ("cylinder", 4.0, 2.9, "")
         return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual
 
@@ -373,33 +373,33 @@ BUILT_IN = (
     "width", "height", "hfov_deg", "fps", "forward_cm", "up_cm", "multisample", "supersample", "supersample_columns",
     "exposure_samples",
 )  # fmt: skip
-"""The settings that a camera cannot take after it was made: scene and framebuffer were made for them."""
+"""Settings that cannot change after a camera was made, because scene and framebuffer depend on them."""
 
 
 def check_tunable(config: CameraConfig, made_with: CameraConfig) -> None:
-    """Check that a camera can take other settings: of noise, lens, times, luma and the exposure loop.
+    """Check that an existing camera can use other settings of noise, lens, times, luma and the exposure loop.
 
     Parameters
     ----------
     config
-        The settings to take.
+        The new settings.
     made_with
         The settings that the camera was made with.
 
     Raises
     ------
     ValueError
-        For settings that need another framebuffer or another scene.
+        The settings need another framebuffer or scene.
     """
     for name in BUILT_IN:
         if getattr(config, name) != getattr(made_with, name):
-            raise ValueError(f"{name}={getattr(config, name)}: this camera was made with {getattr(made_with, name)}")
+            raise ValueError(f"{name} must stay {getattr(made_with, name)} in this camera, got {getattr(config, name)}")
     if needs_lamps(config) and not needs_lamps(made_with):
-        raise ValueError("auto_exposure and gain: this camera was made without either")
+        raise ValueError("auto_exposure and gain must stay off, as the camera was made without them")
     if config.row_time_us > 0.0 and made_with.row_time_us == 0.0:
-        raise ValueError(f"row_time_us={config.row_time_us:g}: this camera was made with a global shutter")
+        raise ValueError(f"row_time_us must be 0, as the camera has a global shutter, got {config.row_time_us:g}")
 
 
 def needs_lamps(config: CameraConfig) -> bool:
-    """Tell whether a camera sees lamps stronger or weaker than they are: by its gain, or by the exposure loop."""
+    """Whether gain or exposure loop make the lamps appear stronger or weaker to the camera."""
     return config.auto_exposure or config.gain != 1.0

@@ -1,8 +1,7 @@
-"""Times at which a camera renders: the moments of an exposure, row by row, and the loop that controls the exposure
-time.
+"""Plan a camera's renders: the moments of an exposure, row by row, and the loop that controls the exposure time.
 
-Nothing here renders. A frame is planned one frame ahead, as its first rows may be exposed before the frame before it
-has ended. So the exposure loop's answer to frame n is in force from frame n + 2.
+Nothing here renders. A frame is planned one frame ahead, because its first rows may be exposed before the previous
+frame has ended. So the exposure loop's response to frame n takes effect in frame n + 2.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ import numpy as np
 from colias_sim.config import CameraConfig
 
 LAG_SDS = 3.0
-"""A jittering clock ends its exposures this many sd before the frame's end on average, and never after it."""
+"""With clock jitter exposures end this many sd before the frame's end on average, and never after it."""
 _MOST_TURNS = 200
-"""Renders in which a loop has settled: each but the last moves by a step at least, from one limit to the other."""
+"""Most renders until a loop has settled: each except the last moves by at least a step, from one limit to the other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +29,14 @@ class Render:
     Parameters
     ----------
     step
-        The physics step after which it is due, counted from the start of its frame; 0 and less are in the frame before.
+        The physics step after which it is due, from the start of its frame; 0 and less are in the previous frame.
     parts
-        How many equal parts of the exposure it stands for.
+        Number of equal parts of the exposure that it stands for.
     top, bottom
-        The rows of the picture that it is for: from ``top``, 0 at the upper edge, to before ``bottom``.
-        ``bottom`` 0 is for the whole picture, in one render.
+        The rows of the picture: from ``top``, 0 at the upper edge, to before ``bottom``. A ``bottom`` of 0 means the
+        whole picture.
     ahead
-        Whether it is for the frame after the one under way.
+        Whether it belongs to the frame after the current one.
     """
 
     step: int
@@ -53,18 +52,18 @@ WHOLE = Render(0)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FramePlan:
-    """Plan of a frame, settled before it begins.
+    """The plan of a frame, fixed before the frame begins.
 
     Parameters
     ----------
     exposure_ms
         Exposure time of each row.
     light
-        The lamps' strength, times their own: gain, and exposure time where a loop controls it.
+        Factor on the lamps' strength: gain, and exposure time if a loop controls it.
     samples
-        Of how many equal parts each row's exposure is the mean.
+        Number of equal parts that each row's exposure averages.
     early_steps
-        How many physics steps before the end of the frame its last row's exposure ends.
+        Physics steps from the end of the last row's exposure to the end of the frame.
     renders
         Its renders, in the order of their steps.
     """
@@ -92,7 +91,7 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
     exposure_ms
         Exposure time.
     early_steps
-        How many physics steps before the end of the frame the last row's exposure ends.
+        Physics steps from the end of the last row's exposure to the end of the frame.
 
     Returns
     -------
@@ -113,7 +112,7 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
 
 
 def row_bands(config: CameraConfig) -> list[tuple[int, int]]:
-    """Divide the rows into bands as equal as whole rows allow: (first row, the row after the last) of each.
+    """Divide the rows into bands of nearly equal height: (first row, the row after the last) of each.
 
     A camera with a global shutter has one band, (0, 0): the whole picture.
     """
@@ -126,7 +125,7 @@ def row_bands(config: CameraConfig) -> list[tuple[int, int]]:
 def exposure_samples(config: CameraConfig, exposure_ms: float, steps_per_frame: int) -> int:
     """Count the renders that stand for an exposure: ``exposure_samples``.
 
-    Where a loop controls the exposure time, that is the most: none of its parts is shorter than two physics steps.
+    With an exposure loop this is the maximum: no part of an exposure is shorter than two physics steps.
     """
     if not config.auto_exposure:
         return config.exposure_samples
@@ -135,7 +134,7 @@ def exposure_samples(config: CameraConfig, exposure_ms: float, steps_per_frame: 
 
 
 def _moments(config: CameraConfig, steps: int, exposure_ms: float, before: float, earliest: int) -> tuple[int, ...]:
-    """Return the middles of an exposure's parts, which ends ``before`` steps before the frame does."""
+    """Return the middles of the parts of an exposure that ends ``before`` steps before the frame."""
     length = exposure_ms * config.fps / 1000.0
     length = (min(length, 1.0) if earliest == 1 else length) * steps
     samples = exposure_samples(config, exposure_ms, steps)
@@ -145,21 +144,21 @@ def _moments(config: CameraConfig, steps: int, exposure_ms: float, before: float
 
 
 def next_exposure(config: CameraConfig, exposure_ms: float, mean: float, taken_ms: float) -> float:
-    """Control the exposure time: up to ``ae_steps`` steps towards the control zone, as the OV9650 is described.
+    """Control the exposure time by up to ``ae_steps`` steps towards the control zone, as documented for the OV9650.
 
-    A step is ``ae_step`` of the present exposure. Each counts only while the picture's mean, scaled to the exposure
-    reached, is outside of ``ae_target`` -+ ``ae_zone``.
+    A step is ``ae_step`` of the present exposure. Steps are made while the picture's mean, scaled to the exposure
+    reached, is outside ``ae_target`` -+ ``ae_zone``.
 
     Parameters
     ----------
     config
         The camera's settings.
     exposure_ms
-        The exposure time that is set.
+        The present exposure time.
     mean
         Mean grey of the last picture.
     taken_ms
-        The exposure time of that picture.
+        The exposure time of the last picture.
 
     Returns
     -------
@@ -188,7 +187,7 @@ def settle(config: CameraConfig, mean: Callable[[float], float]) -> float:
     Returns
     -------
     float
-        The exposure time at which the loop rests, in ms; one of its limits where the scene is too bright or dark.
+        The exposure time at which the loop rests, in ms. It is one of its limits if the scene is too bright or dark.
     """
     exposure_ms = config.exposure_ms
     for _ in range(_MOST_TURNS):

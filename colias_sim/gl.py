@@ -1,4 +1,4 @@
-"""Choose MuJoCo's OpenGL backend, which must happen before ``import mujoco``, and make contexts by it.
+"""Choose MuJoCo's OpenGL backend before ``import mujoco``, and make contexts with it.
 
 MuJoCo reads the environment variable ``MUJOCO_GL`` once, when it is imported. Without a display and without that
 variable its renderer fails. So this package sets the variable before any of its modules imports mujoco.
@@ -18,21 +18,21 @@ LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)
 """Backends that need no screen -> their libraries. Their packages: `PACKAGES`."""
 PACKAGES = {"egl": "libegl1 libgl1", "osmesa": "libosmesa6"}
 OFF = ("off", "disable", "disabled", "false", "0")
-"""Values of ``MUJOCO_GL`` by which MuJoCo draws nothing."""
+"""Values of ``MUJOCO_GL`` that switch off rendering."""
 FAMILIES = (
     "MUJOCO_GL", "MUJOCO_EGL", "PYOPENGL_", "DISPLAY", "WAYLAND_DISPLAY", "MESA_", "LIBGL_", "GALLIUM_", "EGL_",
     "__EGL_", "__GLX_", "CUDA_VISIBLE_DEVICES",
 )  # fmt: skip
-"""What the names of environment variables begin with that OpenGL, its drivers or MuJoCo's contexts go by."""
+"""Prefixes of the environment variables that OpenGL, its drivers and MuJoCo's contexts use."""
 _set = ", ".join(f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith(FAMILIES))
 
 
 class GLUnavailable(OSError):
-    """Error: nothing can render here. The message names the package to install, or the variables to look at."""
+    """No OpenGL backend can render. The message names the package to install, or the variables to check."""
 
 
 def unavailable(reason: Exception | str) -> GLUnavailable:
-    """Return an error that says in one sentence why nothing can be drawn, and what to look at."""
+    """Make an error that explains in one sentence why nothing can be drawn, and what to check."""
     backend = os.environ.get("MUJOCO_GL", "").lower() or "egl"
     missing = backend in LIBRARIES and not _loads(backend)
     cause = f"no OpenGL library for {backend} loads" if missing else str(reason).partition(". ")[0].rstrip(".")
@@ -43,14 +43,14 @@ def unavailable(reason: Exception | str) -> GLUnavailable:
 
 
 def choose_backend() -> None:
-    """Set ``MUJOCO_GL`` if the user has not, on Linux: to ``egl`` if its libraries load, else to ``osmesa``.
+    """Set ``MUJOCO_GL`` on Linux unless the user has: to ``egl`` if its libraries load, otherwise to ``osmesa``.
 
     Raises
     ------
     GLUnavailable
         The user's choice does not load. MuJoCo cannot even be imported then.
     """
-    # llvmpipe splits so small a picture between threads at a loss: 50 us a frame at 99x72.
+    # llvmpipe loses time by splitting so small a picture between threads: 50 us a frame at 99x72.
     os.environ.setdefault("LP_NUM_THREADS", "0")
     # Mesa prints a line for every driver that it fails to load. If all fail there is an exception, too.
     os.environ.setdefault("EGL_LOG_LEVEL", "fatal")
@@ -74,7 +74,7 @@ _described: list[str] = []
 
 
 def context(columns: int, rows: int) -> Any:
-    """Make an OpenGL context by the backend that was chosen; raise `GLUnavailable` where that fails."""
+    """Make an OpenGL context with the chosen backend; raise `GLUnavailable` if that fails."""
     chosen = os.environ.get("MUJOCO_GL", "").lower()
     if chosen in OFF:
         raise unavailable("MuJoCo's rendering is switched off")
@@ -110,26 +110,26 @@ def _description() -> str:
 
 
 def renderer() -> str:
-    """Tell what draws in this process.
+    """Name the renderer of this process.
 
     Returns
     -------
     str
-        OpenGL's own words for it, its version and the backend, such as ``llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5
-        (Compatibility Profile) Mesa 22.3.6, by egl``; empty before anything was drawn.
+        OpenGL's name, its version and the backend, such as ``llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5
+        (Compatibility Profile) Mesa 22.3.6, by egl``. It is empty before anything was drawn.
     """
     return _described[0] if _described else ""
 
 
 def is_software(name: str) -> bool:
-    """Return whether a renderer, as `renderer` names it, draws in software: without a graphics processor."""
+    """Whether a renderer, as `renderer` names it, works without a graphics processor."""
     return any(word in name.lower() for word in ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe"))
 
 
 def clip_light(clip: bool) -> None:
-    """Let OpenGL clip the light on a surface at white before it multiplies that with a texture, as it does by default.
+    """Set whether OpenGL clips the light on a surface at white before multiplying it with a texture, its default.
 
-    An OpenGL older than 3.0 cannot do otherwise; then this does nothing.
+    OpenGL older than 3.0 always clips; then this does nothing.
     """
     from OpenGL.error import NullFunctionError
     from OpenGL.raw.GL.VERSION import GL_3_0 as opengl
@@ -139,5 +139,5 @@ def clip_light(clip: bool) -> None:
 
 
 def has_screen() -> bool:
-    """Tell whether there is a screen to open a window on."""
+    """Whether there is a screen to open a window on."""
     return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,6 +1,6 @@
-"""Motors that take 8-bit powers, and the motor board that queues commands in slots of time.
+"""The Colias's motors with 8-bit powers, and its motor board, which queues commands in time slots.
 
-Both are off in the default robot: `colias_sim.config.RobotConfig` says which of its parameters switch them on.
+Both are off in the default robot; parameters of `colias_sim.config.RobotConfig` switch them on.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ TOP_POWER = 255
 """The largest power: 8 bits. The direction of a wheel is a bit of its own."""
 
 _SAME = 1e-6
-"""Share of a slot within which two times are the same: the simulation's clock is a sum of its steps."""
+"""Share of a slot within which two times count as equal, because the simulation's clock is a sum of steps."""
 
 
 class Motors:
-    """Two motors that are commanded by powers: whole numbers from 0 to 255, each with a direction.
+    """Two motors driven by powers: whole numbers from 0 to 255, each with a direction.
 
-    A motor turns at ``power_step_cm_s`` times its power, and not at all below ``dead_band``. The left motor turns
-    as the right one would at ``motor_inequality`` powers more. To drive straight all the same, ``trim`` powers are
-    taken off the left wheel.
+    A motor turns at ``power_step_cm_s`` times its power, and not at all below ``dead_band``. The left motor turns like
+    the right one at ``motor_inequality`` more powers. To drive straight, ``trim`` powers are subtracted from the left
+    wheel.
 
     Parameters
     ----------
@@ -43,13 +43,13 @@ class Motors:
         self._inequality = config.motor_inequality
 
     def draw(self, rng: np.random.Generator) -> None:
-        """Draw how unequal the motors are, where that has a spread."""
+        """Draw the inequality of the motors, if it has a spread."""
         if self._config.motor_inequality_sd:
             spread = self._config.motor_inequality_sd * float(rng.standard_normal())
             self._inequality = self._config.motor_inequality + spread
 
     def powers(self, left: float, right: float) -> tuple[int, int]:
-        """Find the powers for wanted speeds: the nearest steps, then the trim.
+        """Find the powers for given speeds: the nearest steps, then the trim.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class Motors:
         return self._power(left, self._config.trim), self._power(right, 0)
 
     def speeds(self, left: int, right: int) -> tuple[float, float]:
-        """Compute the speeds in m/s at which powers, as `powers` gives them, turn the wheels."""
+        """Compute the wheel speeds in m/s of powers from `powers`."""
         return self._speed(left, self._inequality), self._speed(right, 0.0)
 
     def _power(self, wanted: float, trim: int) -> int:
@@ -79,12 +79,11 @@ class Motors:
 
 
 class MotorBoard:
-    """The second board of the robot: it holds commands, and begins one at the start of a slot of time.
+    """The robot's motor board, which queues commands and starts each at the beginning of a time slot.
 
-    Slots begin at whole multiples of ``slot``. A command that has arrived before a slot begins can begin with it; one
-    that arrives at that very moment waits for the next. So a command waits for up to one slot. Commands begin in the
-    order in which they came. One with a duration lasts that many slots; when it ends and none waits, the wheels stop.
-    One without lasts until another begins.
+    Slots begin at whole multiples of ``slot``. A command can start with a slot if it arrived before the slot begins, so
+    it waits for up to one slot. Commands start in the order of arrival. A command with a duration lasts that many
+    slots; if no other waits at its end, the wheels stop. A command without a duration lasts until another starts.
 
     Parameters
     ----------
@@ -100,7 +99,7 @@ class MotorBoard:
         self.clear()
 
     def clear(self) -> None:
-        """Forget every command; the wheels stand."""
+        """Discard every command and stop the wheels."""
         self._waiting.clear()
         self._running = 0.0, 0.0
         self._ends: int | None = None  # the slot in which the running command is over
@@ -108,7 +107,7 @@ class MotorBoard:
         self._line_free = 0.0
 
     def begins(self, now: float) -> float:
-        """Find the time in seconds at which a command put in at ``now`` begins, if no other is before it."""
+        """Find the time in seconds at which a command sent at ``now`` starts, if no other waits."""
         return (self._index(max(now, self._line_free) + self._serial) + 1) * self._slot
 
     def put(self, speeds: tuple[float, float], now: float, slots: int | None = None, *, preempt: bool = False) -> None:
@@ -117,13 +116,13 @@ class MotorBoard:
         Parameters
         ----------
         speeds
-            Of the left and the right wheel, in m/s.
+            Speeds of the left and the right wheel, in m/s.
         now
             The time, in seconds.
         slots
-            How many slots it lasts; ``None``: until another begins.
+            Number of slots that it lasts; ``None``: until another starts.
         preempt
-            Whether it takes the place of all that wait, and ends the running one with its present slot.
+            Whether it replaces all waiting commands, and ends the running one with its present slot.
         """
         self.at(now)
         if preempt:
@@ -135,7 +134,7 @@ class MotorBoard:
         self._waiting.append((arrival, speeds, slots))
 
     def at(self, now: float) -> tuple[float, float]:
-        """Begin the slots up to ``now`` (seconds); return the speeds of the command that runs then, in m/s."""
+        """Start the slots up to ``now`` (seconds), and return the running command's speeds, in m/s."""
         last = self._index(now)
         for index in range(self._begun + 1, last + 1):
             self._begin(index)

@@ -1,4 +1,4 @@
-"""Obstacles: the geoms of an arena that hulls bump into, as outlines on the floor."""
+"""Find an arena's obstacles: the geoms that hulls collide with, as outlines on the floor."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ import numpy.typing as npt
 Vectors = npt.NDArray[np.float64]
 
 HULL_BOTTOM, HULL_TOP = 0.003, 0.030
-"""Heights between which a robot's hull is, in metres."""
+"""Lower and upper height of a robot's hull, in metres."""
 FENCE = "fence/"
-"""Beginning of the names of the geoms that stop hulls at the wall."""
+"""Prefix of the names of the geoms that stop hulls at the wall."""
 ROUND = 48
-"""Corners of the outline of something round."""
+"""Number of corners in the outline of a round geom."""
 FARTHEST_CM = 64.0
 """Greatest distance of anything from the arena's middle: the corners of a square around the room."""
 HIGHEST_CM, DEEPEST_CM = 100.0, -10.0
-"""The heights between which everything stands."""
+"""Highest and lowest height of anything in an arena."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacle:
-    """A geom that stands in the way of hulls.
+    """A geom that robots' hulls collide with.
 
     Parameters
     ----------
     name
-        Its name, or its kind and place.
+        The geom's name, or its kind and place.
     outline
         Its convex outline on the floor, (N, 2) in metres, counter-clockwise.
     height
@@ -60,7 +60,7 @@ class Obstacle:
         Returns
         -------
         distance : float
-            To that point, in metres; negative inside of the outline.
+            Distance to that point, in metres; negative inside the outline.
         there_x, there_y : float
             The point.
         """
@@ -105,7 +105,7 @@ def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
     Returns
     -------
     tuple of Obstacle
-        Every geom of the arena that collides and is as low as a hull, but for floor and wall's fence.
+        Every geom of the arena that collides and is as low as a hull, except the floor and the wall's fence.
     """
     at_hull_height = []
     for geom, points in _placed(model):
@@ -118,7 +118,7 @@ def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
 
 
 def check_room(model: mujoco.MjModel, source: str) -> None:
-    """Hold an arena's measures against those of the room.
+    """Check that an arena fits into the room.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def check_room(model: mujoco.MjModel, source: str) -> None:
     Raises
     ------
     ValueError
-        Something reaches farther than the room, or an endless plane stands in it.
+        A geom reaches beyond the room, or is an infinite plane.
     """
     for geom, points in _placed(model):
         name = called(model, geom)
@@ -147,7 +147,7 @@ def check_room(model: mujoco.MjModel, source: str) -> None:
 
 
 def called(model: mujoco.MjModel, geom: int) -> str:
-    """Name a geom: by its name, or by its kind and place."""
+    """Name a geom for messages: by its name, or by its kind and place."""
     name = str(model.geom(geom).name)
     if name:
         return name
@@ -157,7 +157,7 @@ def called(model: mujoco.MjModel, geom: int) -> str:
 
 
 def outline(points: Vectors) -> Vectors:
-    """Return the convex outline of points (N, 3) on the floor, (M, 2), counter-clockwise."""
+    """Compute the convex outline on the floor of points (N, 3): (M, 2), counter-clockwise."""
     scale = 1e4  # float32 has seven digits: to the micron
     hull = cv2.convexHull((scale * points[:, :2]).astype(np.float32)).reshape(-1, 2).astype(np.float64) / scale
     following = np.roll(hull, -1, axis=0)
@@ -168,7 +168,7 @@ def outline(points: Vectors) -> Vectors:
 def _placed(model: mujoco.MjModel) -> Iterator[tuple[int, Vectors]]:
     """Yield the arena's own geoms, each with points of its surface in the room, (N, 3) in metres.
 
-    Robots' parts, and the fence's, have a ``/`` in names.
+    Names of robots' and the fence's parts contain a ``/``.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -179,7 +179,7 @@ def _placed(model: mujoco.MjModel) -> Iterator[tuple[int, Vectors]]:
 
 
 def _surface(model: mujoco.MjModel, geom: int) -> Vectors:
-    """Return points whose convex hull is that of a geom, in its own frame, (N, 3)."""
+    """Return points with the same convex hull as a geom, in its own frame, (N, 3)."""
     kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
     turn = np.linspace(0.0, 2 * math.pi, ROUND, endpoint=False)
     ring = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(ROUND)])

@@ -1,7 +1,7 @@
-"""Offscreen rendering of a MuJoCo scene, with the OpenGL backend that this package chose.
+"""Render a MuJoCo scene offscreen, with the OpenGL backend that this package chose.
 
-MuJoCo's own ``Renderer`` uses the backend that was named when mujoco was first imported, which may be before this
-package was imported. It also flips and copies each picture, which `Offscreen` does not.
+MuJoCo's own ``Renderer`` uses the backend that was set when mujoco was first imported, possibly before this package. It
+also flips and copies each picture, which `Offscreen` does not.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_GEOMS = 1000
 
 
 class Offscreen:
-    """A framebuffer and its OpenGL context, for any one thread at a time.
+    """A framebuffer with its OpenGL context, for one thread at a time.
 
     Parameters
     ----------
@@ -30,15 +30,15 @@ class Offscreen:
     rows, columns
         Size of the pictures.
     slots
-        How many pictures the framebuffer has room for; `draw` can draw into each.
+        Number of pictures that fit into the framebuffer; `draw` can draw into each.
     bright
-        Whether light may exceed a material's white, up to what saturates a pixel. OpenGL otherwise clips the light on
-        a surface before it multiplies that with the surface's texture.
+        Whether light may exceed a material's white, up to the saturation of a pixel. Otherwise OpenGL clips the light
+        on a surface before it multiplies it with the surface's texture.
 
     Raises
     ------
     colias_sim.GLUnavailable
-        Where nothing can render.
+        No OpenGL backend works.
     """
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False) -> None:
@@ -77,7 +77,7 @@ class Offscreen:
     def draw(
         self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, rows: range, slot: int = 0
     ) -> None:
-        """Draw some rows of a picture, as `render` would, into a slot of the framebuffer. `read` reads them.
+        """Draw some rows of a picture into a slot of the framebuffer, for `read`.
 
         Drawing rows one by one and reading them together costs less than rendering them: OpenGL waits only in `read`.
 
@@ -106,7 +106,7 @@ class Offscreen:
         self, rect: tuple[int, int, int, int], data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
         dress: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> None:  # fmt: skip
-        """Draw the whole view of a camera into a rectangle of the picture. `read_all` reads the picture.
+        """Draw the whole view of a camera into a rectangle of the picture, for `read_all`.
 
         Parameters
         ----------
@@ -115,12 +115,12 @@ class Offscreen:
         data, camera, option
             As for `render`.
         dress
-            Called with the scene before it is drawn, to add to it.
+            Called with the scene before it is drawn, to add geoms.
         """
         self._drawn(mujoco.MjrRect(*rect), data, camera, option, dress=dress)
 
     def read_all(self) -> npt.NDArray[np.uint8]:
-        """Read the whole picture, as `render` returns it."""
+        """Read the whole picture, in the form that `render` returns."""
         return self._read(self._pixels, self._rect)
 
     def _part(self, rows: range, slot: int) -> mujoco.MjrRect:
@@ -153,14 +153,14 @@ class Offscreen:
         return pixels
 
     def _current(self) -> _Surface:
-        """Make the context this thread's current one, until ``_use`` is closed: no other thread can use it before."""
+        """Make the context current in this thread, until ``_use`` is closed. No other thread can use it meanwhile."""
         if self._surface is None:
             raise RuntimeError("this camera is closed: make a new Simulation")
         self._use.enter_context(self._surface.context.as_current())
         return self._surface
 
     def retexture(self, texture: int) -> None:
-        """Take a texture of the model anew, as it has changed.
+        """Upload a texture of the model that has changed.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class Offscreen:
 
 
 class _Surface:
-    """A framebuffer and its context, freed with the last reference."""
+    """A framebuffer and its context, which are freed with the last reference."""
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
         model.vis.global_.offwidth, model.vis.global_.offheight = columns, rows  # read by MjrContext alone
@@ -192,7 +192,7 @@ class _Surface:
 
 
 def _free(context: Any, mjr: mujoco.MjrContext) -> None:
-    """Free both with their own context current: in another context the same names may be another framebuffer's."""
+    """Free both with their own context current, because another context may use the same names."""
     with context.as_current():
         mjr.free()
     context.free()

@@ -1,4 +1,4 @@
-"""What a camera's picture passes: lamps, lens, noise, and the tone of the sensor's signal processor."""
+"""Optics of the camera: lamps, lens, noise, and the tone of the sensor's signal processor."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ WARM_UP_ROWS = 2
 _STANDARD_NORMAL = np.zeros(1), np.ones(1)
 WHITE = 255.0
 _GAMMA_END = 256.0
-"""Where the highest segment of the gamma curve ends, in input and in output: register SLOP is its slope times 64."""
+"""End of the gamma curve's highest segment, in input and output. Register SLOP is its slope times 64."""
 
 
 class Lamps:
-    """The lamps of a model and its headlight.
+    """The lamps of a model and its headlight, with a common factor on their light.
 
-    A camera's gain and exposure time scale the light before OpenGL rounds it to 8 bits. What materials emit is not
+    A camera's gain and exposure time scale the light before OpenGL rounds it to 8 bits. Emission of materials is not
     scaled; the materials of this package's scenes emit nothing.
 
     Parameters
@@ -42,12 +42,12 @@ class Lamps:
         self.look()
 
     def look(self) -> None:
-        """Notice which of the lamps' colours are not black: the others need no scaling."""
+        """Find the lamps' colours that are not black, because the others need no scaling."""
         self._lit = [colours for colours in self._every if colours.any()]
 
     @contextmanager
     def scaled(self, factor: float) -> Iterator[None]:
-        """Make the light ``factor`` times what it is, and afterwards what it was, to the bit."""
+        """Multiply the light by ``factor`` within a context, and restore its exact value afterwards."""
         before = [colours.copy() for colours in self._lit]
         for colours in self._lit:
             colours *= np.float32(factor)
@@ -61,8 +61,8 @@ class Lamps:
 def point_spread(sd_px: float) -> Floats:
     """Compute the lens's point spread on the picture's grid, along one axis: the discrete Gaussian.
 
-    Its variance is exactly ``sd_px^2`` and its modulation transfer exp(sd^2 (cos 2 pi f - 1)) at f cycles a px, at any
-    width. A Gaussian sampled at whole pixels has neither where it is narrower than a pixel.
+    Its variance is exactly ``sd_px^2``, and its modulation transfer exp(sd^2 (cos 2 pi f - 1)) at f cycles per px, at
+    any width. A sampled Gaussian has neither if it is narrower than a pixel.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def point_spread(sd_px: float) -> Floats:
     Returns
     -------
     ndarray
-        Its weights, (2 h + 1,) float32, of sum 1; h is 4 sd, rounded up, and one more.
+        Its weights, (2 h + 1,) float32, of sum 1, with h = ceil(4 sd) + 1.
 
     References
     ----------
@@ -86,12 +86,12 @@ def point_spread(sd_px: float) -> Floats:
 
 
 def falloff(rows: int, columns: int, focal_px: float, exponent: float) -> Floats:
-    """Compute which share of the light on the axis a lens passes to each pixel: the cosine of its angle, to a power.
+    """Compute a lens's falloff: the light at each pixel as a share of the light on the axis, cos(angle)^exponent.
 
     Parameters
     ----------
     rows, columns
-        Of the picture, whose middle is on the axis.
+        Size of the picture, whose middle is on the axis.
     focal_px
         Focal length, px.
     exponent
@@ -109,7 +109,7 @@ def falloff(rows: int, columns: int, focal_px: float, exponent: float) -> Floats
 
 
 class Noise:
-    """Draws photon and read noise of a frame, both Gaussian, as photon noise is above some tens of electrons.
+    """Photon and read noise of a frame. Both are Gaussian, which holds for photon noise above some tens of electrons.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Noise:
         Returns
         -------
         ndarray
-            What to add, (R, C) float32. The next call overwrites this array.
+            The noise to add, (R, C) float32. The next call overwrites this array.
         """
         if not self._on:
             return self._noise
@@ -152,7 +152,7 @@ class Noise:
 
 
 class Tone:
-    """Gamma curve, contrast and brightness of a sensor, in the order in which a pixel passes them.
+    """Gamma curve, contrast and brightness of a sensor, in this order.
 
     Parameters
     ----------
@@ -169,17 +169,17 @@ class Tone:
 
     @property
     def on(self) -> bool:
-        """Tell whether any stage changes a grey level."""
+        """Whether any stage changes a grey level."""
         return self._gamma or (self._slope, self._offset) != (1.0, 0.0)
 
     def of(self, light: Floats) -> Floats:
-        """Return the luma of grey levels, without noise and rounding.
+        """Compute the luma of grey levels, without noise and rounding.
 
         Parameters
         ----------
         light
-            Grey levels in proportion to the light, (R, C). Below 0 and above 255 they are clipped first, as the
-            converter to digits does.
+            Grey levels in proportion to the light, (R, C). They are first clipped to 0..255, as in the
+            analogue-to-digital converter.
 
         Returns
         -------

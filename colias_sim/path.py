@@ -1,4 +1,4 @@
-"""Routes: paths on the floor with a speed profile, and what drives a robot along one: feedback of its pose, or time."""
+"""Routes on the floor with a speed profile, and drivers along them: by feedback of the pose, or by time."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.robot import Robot
 
 LONGEST_START = 0.9
-"""Largest share of the way from one stop to the next in which no speed is measured."""
+"""Largest share of the path from one stop to the next in which no speed is measured."""
 STRAIGHT = 1e-9
-"""Curvature, 1/m, below which a stretch is computed as a straight one."""
+"""Curvature, 1/m, below which a stretch counts as straight."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """A piece of a route: a straight line or an arc with a constant acceleration, or a time spent on the spot.
+    """A piece of a route: a line or an arc with constant acceleration, or a time spent on the spot.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Stretch:
 
     @property
     def moves(self) -> bool:
-        """Tell whether the robot goes anywhere."""
+        """Whether the robot changes its place."""
         return self.length > 0
 
     @property
@@ -101,7 +101,7 @@ class Stretch:
         )
 
     def measured(self, start: Pose, pose: Pose) -> tuple[float, float]:
-        """Measure how far a pose is along the piece and beside it.
+        """Measure the position of a pose along the piece and its lateral offset.
 
         Parameters
         ----------
@@ -113,7 +113,7 @@ class Stretch:
         Returns
         -------
         tuple of float
-            Distances in metres: along it, and beside it, left positive.
+            Distance along the piece and lateral offset (left positive), in metres.
         """
         dx, dy, h = pose.x - start.x, pose.y - start.y, start.heading
         if abs(self.curvature) < STRAIGHT:
@@ -128,14 +128,14 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Route:
-    """A path on the floor with a speed profile: stretches that follow each other.
+    """A path on the floor with a speed profile: a sequence of stretches.
 
     Speeds may step where two stretches meet. A robot takes such a step with an acceleration, as it starts and stops.
 
     Parameters
     ----------
     start
-        Pose at its start; the heading is the direction in which it goes.
+        Pose at its start; the heading is the direction of the path.
     stretches
         Its pieces, in order.
     backward
@@ -157,9 +157,9 @@ class Route:
         length, speed
             Length in metres, and speed in m/s.
         wait
-            Time in seconds for which the robot stands before.
+            Time in seconds for which the robot stands first.
         rest
-            Time in seconds for which it stands after; ``None``: it does not stop at the end.
+            Time in seconds for which it stands at the end; ``None``: it does not stop.
 
         Returns
         -------
@@ -172,7 +172,7 @@ class Route:
 
     @property
     def stops(self) -> bool:
-        """Tell whether the robot stands at its end."""
+        """Whether the robot stands at its end."""
         return not self.stretches or not self.stretches[-1].moves
 
     @cached_property
@@ -202,19 +202,19 @@ class Route:
         return tuple(poses)
 
     def measured(self, acceleration: float, slot: float = 0.0) -> tuple[tuple[float, float], ...]:
-        """List the parts in which the robot can keep to the speed asked for: between starts and stops.
+        """List the parts in which the robot can drive at the set speed: between starts and stops.
 
         Parameters
         ----------
         acceleration
-            With which it starts and stops, in m/s^2.
+            Acceleration of starts and stops, in m/s^2.
         slot
-            Time in seconds by which it may brake earlier, as its commands last so long.
+            Time in seconds by which it may brake earlier, because of the duration of its commands.
 
         Returns
         -------
         tuple of tuple of float
-            From where to where along it, in metres.
+            Begin and end of each part along the route, in metres.
         """
         parts = []
         indices = range(len(self.stretches))
@@ -232,7 +232,7 @@ class Route:
         return tuple(parts)
 
     def body(self, pose: Pose) -> Pose:
-        """Turn a pose on the path into that of the robot: where it drives backward it faces the other way.
+        """Convert a pose on the path to the robot's pose, which is reversed if it drives backward.
 
         Parameters
         ----------
@@ -257,7 +257,7 @@ class Route:
         Returns
         -------
         Pose
-            The pose there, in the path's direction; before the start and beyond the end on the tangent.
+            The pose there, in the path's direction. Before the start and beyond the end it is on the tangent.
         """
         moving = [i for i, stretch in enumerate(self.stretches) if stretch.moves]
         index = max((i for i in moving if self.begins[i] <= along), default=moving[0] if moving else 0)
@@ -271,9 +271,9 @@ class Route:
 
 
 class Tracker:
-    """Tells where on a route a robot is, from its poses one after the other.
+    """Tracks a robot's position on a route from its successive poses.
 
-    Of two stretches that follow each other it is on the nearer, and never goes back: so a route may cross itself.
+    It chooses the nearer of two successive stretches and never goes back, so a route may cross itself.
 
     Parameters
     ----------
@@ -288,14 +288,14 @@ class Tracker:
         self.within = self.along = self.offset = 0.0
 
     def see(self, pose: Pose, last: int | None = None) -> None:
-        """Take the next pose, and set the attributes.
+        """Process the next pose and update the attributes.
 
         Parameters
         ----------
         pose
-            Where the robot is.
+            Pose of the robot.
         last
-            Index of the last stretch that it may be on; ``None``: any.
+            Index of the last possible stretch; ``None``: any.
         """
         if not self._moving:
             return
@@ -313,7 +313,7 @@ class Tracker:
         self.along = self._route.begins[index] + self.within
 
     def _away(self, index: int, pose: Pose) -> float:
-        """Distance of a pose from a stretch between its ends."""
+        """Compute the distance of a pose from a stretch between its ends."""
         stretch = self._route.stretches[index]
         within, offset = stretch.measured(self._route.poses[index], pose)
         return math.hypot(within - min(max(within, 0.0), stretch.length), offset)
@@ -331,7 +331,7 @@ class Phase:
     stretch: int
 
     def covered(self, time: float) -> float:
-        """Distance in metres from the start of the route by a time within the phase."""
+        """Compute the distance in metres from the start of the route at a time within the phase."""
         lasting = min(max(time - self.begin, 0.0), self.seconds)
         return self.along + self.speed * lasting + self.acceleration * lasting**2 / 2
 
@@ -344,7 +344,7 @@ class Schedule:
     route
         The route.
     acceleration
-        With which the robot starts and stops, and takes steps of the speed, in m/s^2. ``inf``: at once.
+        Acceleration of starts, stops and steps of the speed, in m/s^2. ``inf``: immediate.
     """
 
     def __init__(self, route: Route, acceleration: float) -> None:
@@ -358,7 +358,7 @@ class Schedule:
         return self.phases[max(bisect_right(self._begins, time) - 1, 0)]
 
     def covered(self, time: float) -> float:
-        """Compute the distance that is covered by a time; beyond the end it goes on at the last speed.
+        """Compute the distance covered at a time; beyond the end it continues at the last speed.
 
         Parameters
         ----------
@@ -394,7 +394,7 @@ class Schedule:
         return start.heading + stretch.rate * min(max(time - phase.begin, 0.0), phase.seconds)
 
     def pose(self, time: float) -> Pose:
-        """Compute where the robot is to be at a time.
+        """Compute the planned pose of the robot at a time.
 
         Parameters
         ----------
@@ -456,7 +456,7 @@ class Schedule:
         Parameters
         ----------
         parts
-            From where to where along it, in metres, each.
+            Begin and end of each part along the route, in metres.
 
         Returns
         -------
@@ -481,7 +481,7 @@ class Schedule:
 
 
 def _phases(route: Route, acceleration: float) -> list[Phase]:
-    """List the phases of a schedule: on each stretch the speed asked for, less what starts and stops take off it.
+    """List the phases of a schedule: the set speed of each stretch, limited by starts and stops.
 
     The square of a speed is linear in the distance, both of a stretch and of a start or stop. So is their minimum.
     """
@@ -526,7 +526,7 @@ def _phases(route: Route, acceleration: float) -> list[Phase]:
 
 
 def _height(place: float, line: tuple[float, float]) -> float:
-    """Value of a line, given by its value at 0 and its slope, at a place."""
+    """Evaluate a line, given by its value at 0 and its slope, at a place."""
     return line[0] + line[1] * place
 
 
@@ -534,9 +534,9 @@ class PathFollower:
     """Drives a robot along a route by feedback of heading, offset and speed.
 
     Steering is the linear law ``turn = v (curvature - k_heading e_heading - k_offset offset)``, which is critically
-    damped in the distance travelled. The speed is that of the place where the robot is. It ramps up from rest, and
-    down before a stop or a slower stretch. Near the speed of the place an integral term acts too, because the motors'
-    velocity servo alone settles a little below it.
+    damped in the distance travelled. The speed is the route's at the robot's place. It ramps up from rest, and down
+    before a stop or a slower stretch. Near this speed an integral term acts too, because the motors' velocity servo
+    alone settles slightly below it.
 
     Parameters
     ----------
@@ -555,7 +555,7 @@ class PathFollower:
     NEAR = 0.1  # share of the speed within which the integral works: no wind-up while the motors lag
     AT_REST = 0.002  # m/s
     OUT_OF_REST = 0.001  # metres by which the speed of a place is read ahead: at rest it would never be left
-    SPOT_GAIN = 8.0  # 1/s, of the heading while it turns on the spot
+    SPOT_GAIN = 8.0  # 1/s, of the heading during turns on the spot
     SLOWEST = 0.25  # share of the route's top speed below which the integral term counts for no more
 
     def __init__(self, robot: Robot, route: Route, *, acceleration: float = ACCELERATION) -> None:
@@ -570,7 +570,7 @@ class PathFollower:
 
     @classmethod
     def run_up(cls, speed: float, acceleration: float = ACCELERATION) -> float:
-        """Compute the way in which a robot that starts from rest comes to keep a speed within 2 %.
+        """Compute the distance that a robot needs from rest to hold a speed within 2 %.
 
         Parameters
         ----------
@@ -588,7 +588,7 @@ class PathFollower:
 
     @classmethod
     def braking(cls, speed: float, acceleration: float = ACCELERATION) -> float:
-        """Compute how long before a stop a robot may be slower than its set speed.
+        """Compute the distance before a stop in which a robot may be slower than its set speed.
 
         Parameters
         ----------
@@ -606,7 +606,7 @@ class PathFollower:
 
     @property
     def offset(self) -> float:
-        """Distance in metres from the path when it was last asked for wheel speeds, left positive."""
+        """Distance in metres from the path at the last call of `wheels`, left positive."""
         return self._tracker.offset
 
     def wheels(self, dt: float) -> WheelSpeeds:
@@ -627,14 +627,14 @@ class PathFollower:
         stretch = self._stretch()
         if stretch is not None and not stretch.moves:
             if stretch.rate:
-                self._moved = False  # the place that it has come to is not held while it faces elsewhere
+                self._moved = False  # the robot does not hold its place while it turns
                 return self._turned(stretch, now)
             if not self._moved:
                 return WheelSpeeds(0.0, 0.0)
         return self._followed(dt)
 
     def look(self) -> None:
-        """Note, once a frame, whether the robot has come to a stop, and whether the route is over."""
+        """Check, once a frame, whether the robot has stopped, and whether the route is over."""
         stretch = self._stretch()
         if stretch is None or stretch.moves:
             self._tracker.see(self._robot.pose, self._last)
@@ -652,14 +652,14 @@ class PathFollower:
         return index + 1 < len(self._route.stretches)
 
     def _last_before_stop(self) -> int:
-        """Return the last stretch that is driven without a stop, from the present one on."""
+        """Return the last stretch before the next stop."""
         last = self._at
         while last + 1 < len(self._route.stretches) and self._route.stretches[last + 1].moves:
             last += 1
         return last
 
     def _go_on(self) -> None:
-        """Leave the spot when its time is over."""
+        """Continue with the next stretch when the time on the spot is over."""
         while (stretch := self._stretch()) is not None and not stretch.moves:
             if self._at == len(self._route.stretches) - 1 or self._clock < self._since + stretch.seconds - 1e-9:
                 return
@@ -673,7 +673,7 @@ class PathFollower:
         self._moved = True
 
     def _rests(self) -> bool:
-        """Tell whether the robot stands at the stop that the stretches lead to."""
+        """Whether the robot stands at the next stop."""
         speed = math.hypot(*self._robot.velocity)
         end = self._route.begins[self._last + 1]
         near = self.braking(self._route.stretches[self._last].end_speed, self._acceleration)
@@ -710,18 +710,18 @@ class PathFollower:
 
 
 class OpenLoop:
-    """Drives a robot by a schedule, without looking where it is.
+    """Drives a robot by a schedule, without feedback of its pose.
 
-    Each command is the schedule's mean speed and turn rate in the time that the command lasts. So with perfect wheels
-    a straight path's length is kept, however coarse the commands are. A robot with a motor board gets all commands at
-    once, tagged with durations. Another gets one in each control interval.
+    Each command is the schedule's mean speed and turn rate during the command. So with perfect wheels the length of a
+    straight path is exact, however coarse the commands are. A robot with a motor board receives all commands at once,
+    with durations. A robot without one receives a command in each control interval.
 
     Parameters
     ----------
     robot
         The robot to drive.
     schedule
-        What it is to do, from now on.
+        The planned motion, which starts now.
     """
 
     def __init__(self, robot: Robot, schedule: Schedule) -> None:
@@ -732,16 +732,16 @@ class OpenLoop:
 
     @property
     def seconds(self) -> float:
-        """Time in seconds that the commands take, when a motor board has begun them."""
+        """Duration of all commands in seconds, once a motor board has started them."""
         return self._slots * self._slot or self._schedule.seconds
 
     def commands(self) -> list[tuple[WheelSpeeds, int]]:
-        """List what a motor board gets.
+        """List the commands for a motor board.
 
         Returns
         -------
         list of tuple[WheelSpeeds, int]
-            Wheel speeds, and the slots that each pair lasts; empty for a robot without a board.
+            Wheel speeds, and the number of slots that each pair lasts; empty for a robot without a board.
         """
         means = [self._schedule.mean(i * self._slot, (i + 1) * self._slot) for i in range(self._slots)]
         rounded = ((round(speed, 9), round(turn, 9)) for speed, turn in means)

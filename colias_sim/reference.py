@@ -1,7 +1,7 @@
-"""The reference frame: one fixed picture that tells whether two machines' renderers draw equal pixels.
+"""The reference frame: one fixed picture to check whether two machines' renderers draw equal pixels.
 
-A scene of its own (``scenes/reference.xml``) is drawn by the same code as the camera's frames. It knows no robot and no
-camera model, so a release of colias-sim leaves the picture as it is.
+Its scene (``scenes/reference.xml``) is drawn by the same code as the camera's frames. It contains no robot and no
+camera model, so the picture stays the same between releases of colias-sim.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SHAPE = (72, 99)
 KNOWN: Mapping[str, str] = {
     "9a20af5472ea": "Mesa 22.3.6, llvmpipe with 256 bits, by EGL, Debian 12",
 }
-"""Hash -> where it was seen."""
+"""Hash -> the renderer that drew it."""
 
 Luma = npt.NDArray[np.uint8]
 
@@ -38,7 +38,7 @@ def reference_frame() -> Luma:
     Raises
     ------
     colias_sim.GLUnavailable
-        Where nothing can render.
+        No OpenGL backend works.
     """
     model = mujoco.MjModel.from_xml_string(_scene())
     data = mujoco.MjData(model)
@@ -53,12 +53,12 @@ def reference_frame() -> Luma:
 
 
 def digest(frame: Luma) -> str:
-    """Return the hash of a frame's pixels: 12 hexadecimal digits of SHA-256."""
+    """Compute the hash of a frame's pixels: 12 hexadecimal digits of SHA-256."""
     return hashlib.sha256(np.ascontiguousarray(frame).tobytes()).hexdigest()[:12]
 
 
 def expected_frame() -> Luma:
-    """Return the frame that belongs to the first of the `KNOWN` hashes, from ``colias_sim/reference.png``.
+    """Read the frame of the first `KNOWN` hash from ``colias_sim/reference.png``.
 
     The file was written by `reference_frame` itself, on Debian 12's Mesa without a graphics processor.
     """
@@ -68,7 +68,7 @@ def expected_frame() -> Luma:
 
 @cache
 def reference_hash() -> str:
-    """Return the hash of the reference frame. It is drawn once a process, which takes a third of a second."""
+    """Compute the hash of the reference frame. It is drawn once per process, which takes a third of a second."""
     return digest(reference_frame())
 
 

@@ -1,4 +1,4 @@
-"""Robots in a running simulation: wheel speeds are commanded, poses are read."""
+"""Robots in a running simulation: command their wheels, and read their poses."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Robot:
         self._forces[5] = torque
 
     def place(self, pose: Pose) -> None:
-        """Put the robot down at rest. Only for the start of a trial.
+        """Place the robot at rest, at the start of a trial only.
 
         Parameters
         ----------
@@ -100,12 +100,12 @@ class Robot:
             self._board.clear()
 
     def restart(self, rng: np.random.Generator) -> None:
-        """Forget all commands, and draw how unequal the motors are, where that has a spread.
+        """Discard all commands, and draw the inequality of the motors, if it has a spread.
 
         Parameters
         ----------
         rng
-            Generator of the trial or episode. Nothing is drawn where there is no spread.
+            Generator of the trial or episode. Without a spread nothing is drawn from it.
         """
         self._eased = False
         if self._board is not None:
@@ -115,11 +115,11 @@ class Robot:
 
     @property
     def queues(self) -> bool:
-        """Tell whether commands wait on a motor board: then `tick` has to be called in every control interval."""
+        """Whether the robot has a motor board, so that `tick` must be called in every control interval."""
         return self._board is not None
 
     def begins(self) -> float:
-        """Find when a command that is sent now begins.
+        """Find the time at which a command that is sent now starts.
 
         Returns
         -------
@@ -130,7 +130,7 @@ class Robot:
         return now if self._board is None else self._board.begins(now)
 
     def realised(self, wheels: WheelSpeeds) -> WheelSpeeds:
-        """Compute the speeds that the motors turn commanded speeds into.
+        """Compute the speeds at which the motors turn for commanded speeds.
 
         Parameters
         ----------
@@ -140,7 +140,7 @@ class Robot:
         Returns
         -------
         WheelSpeeds
-            The same; or with 8-bit powers (`RobotConfig`) those of the nearest powers.
+            The same speeds, or with 8-bit powers (`RobotConfig`) the speeds of the nearest powers.
         """
         if self._motors is None:
             return wheels
@@ -149,7 +149,7 @@ class Robot:
     def drive(self, wheels: WheelSpeeds) -> None:
         """Command wheel speeds until the next call. Beyond ``max_speed_cm_s`` they saturate.
 
-        With a motor board the command replaces those that wait there, and begins with the next slot.
+        With a motor board the command replaces the waiting ones, and starts with the next slot.
 
         Parameters
         ----------
@@ -161,14 +161,14 @@ class Robot:
         self._turn(real.left, real.right)
 
     def queue(self, wheels: WheelSpeeds, slots: int) -> None:
-        """Add a command to those that wait on the motor board.
+        """Append a command to the motor board's queue.
 
         Parameters
         ----------
         wheels
             The wanted speeds.
         slots
-            How many slots of the board it lasts. When it is over and no other waits, the wheels stop.
+            Number of slots that it lasts. If no other command waits at its end, the wheels stop.
 
         Raises
         ------
@@ -182,16 +182,16 @@ class Robot:
         self._board.put((real.left, real.right), float(self._data.time), slots)
 
     def tick(self) -> None:
-        """Let the motor board begin the command of the present slot. `Simulation` calls it.
+        """Start the motor board's command of the present slot. `Simulation` calls it.
 
-        A slot that begins within a control interval acts from the next one on; at 30 frames per second slots of 100 ms
-        begin with an interval. Under `ease` the board is asked there.
+        A slot that begins within a control interval takes effect in the next one. At 30 frames/s slots of 100 ms begin
+        with an interval. `ease` reads the board itself.
         """
         if self._board is not None and not self._eased:
             self._turn(*self._board.at(float(self._data.time)))
 
     def _commanded(self, wheels: WheelSpeeds) -> WheelSpeeds:
-        """Return what the wheels are to do now, as ``wheels`` are commanded now."""
+        """Return the present target speeds of the wheels, if ``wheels`` are commanded now."""
         real = self.realised(wheels)
         if self._board is None:
             return real
@@ -205,7 +205,7 @@ class Robot:
     def ease(self, wheels: WheelSpeeds, dt: float) -> None:
         """Command wheel speeds with limited acceleration: as `drive`, but changed by at most 2 m/s^2 times ``dt``.
 
-        The limit is the motors' own: it acts after powers and slots, on the way from one command to the next.
+        The limit acts after powers and slots, between one command and the next.
 
         Parameters
         ----------
@@ -235,7 +235,7 @@ class Robot:
         Returns
         -------
         WheelSpeeds
-            The speeds. If one would pass the maximum, both are scaled by one factor, which keeps the curvature.
+            The speeds. If one exceeds the maximum, both are scaled by one factor, which preserves the curvature.
         """
         left, right = speed - turn * self._track / 2, speed + turn * self._track / 2
         limit = self.config.max_speed_cm_s / 100
@@ -281,7 +281,7 @@ class ParkedRobot:
         self.pose = Pose(0.0, 0.0, 0.0)
 
     def place(self, pose: Pose) -> None:
-        """Fix the robot at another pose. Only for the start of a trial.
+        """Fix the robot at another pose, at the start of a trial only.
 
         Parameters
         ----------

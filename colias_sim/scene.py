@@ -20,19 +20,19 @@ from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_HEIGHT_CM, WALL_PANELS
 DRAWN_GROUP, COLLISION_GROUP = 0, 3
 FENCE_DEPTH, FENCE_HEIGHT = 0.01, 0.03  # half extents, metres
 OWN_BODY_GROUP = 1
-"""The group of the drawn geoms of the robot whose camera is used. Its own camera does not render this group, as its
-lens stands in front of the whole body.
+"""Group of the geoms of the robot whose camera is used. Its camera does not render this group, because the lens is in
+front of the whole body.
 """
 
 WALL_TEXELS = 384, 2048
-"""Texels up and around a wall that shows a picture: twice as fine as the arenas' own."""
+"""Texels up and around a wall with a picture: twice as fine as the arenas' own."""
 
 SHELL_TEXELS = 256
 """Texels along each edge of a picture on the stimulus."""
 UPRIGHT = 1, -1, 2, 0
 """Quarter turns, left positive, by which a picture is upright on the side faces of a cube texture: +x, -x, +y, -y."""
 ROUND_STACKS = 24
-"""Rings of a drawn sphere. The arenas have 2, which is enough for cylinders."""
+"""Rings of a drawn sphere. Arenas have 2, which is enough for cylinders."""
 ROUND = tuple(
     kind.value
     for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGEOM_CAPSULE)
@@ -86,7 +86,7 @@ def compose(
 ) -> mujoco.MjSpec:  # fmt: skip
     """Compose an arena and robots into one MuJoCo specification.
 
-    The parts of a robot called ``stimulus`` are named ``stimulus/base``, ``stimulus/eye`` and so on.
+    Parts of a robot called ``stimulus`` have the names ``stimulus/base``, ``stimulus/eye`` and so on.
 
     Parameters
     ----------
@@ -95,9 +95,9 @@ def compose(
     robots
         Name -> variant (``colias``, ``colias_black``, ...) of each robot.
     eye_of
-        Name of the robot whose camera will be used.
+        Name of the robot with the active camera.
     fence
-        Whether robots collide with the wall. Without it the wall is only seen.
+        Whether robots collide with the wall; otherwise the wall is only visible.
 
     Returns
     -------
@@ -107,8 +107,8 @@ def compose(
     Raises
     ------
     ValueError
-        For an unknown arena or variant, for one that `colias_sim.arena.Arena` refuses, and if ``eye_of`` is not one of
-        the robots.
+        The arena or a variant is unknown, `colias_sim.arena.Arena` refuses the arena, or ``eye_of`` is not one of the
+        robots.
     """
     spec = Arena.read(scene.arena).spec()
     spec.option.timestep = FrameClock(camera.fps).timestep
@@ -143,7 +143,7 @@ def compile_model(
     Raises
     ------
     ValueError
-        As `compose`, and for an arena that MuJoCo cannot compile, or that does not fit into the room.
+        As in `compose`. Also, MuJoCo cannot compile the arena, or it does not fit into the room.
     """
     model = _compiled(compose(scene, robot, camera, robots, eye_of, fence=fence), scene.arena)
     if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
@@ -161,7 +161,7 @@ def compile_arena(source: str) -> mujoco.MjModel:
     Parameters
     ----------
     source
-        Its name, or the path of a file of one's own.
+        Its name, or the path of your own file.
 
     Returns
     -------
@@ -171,7 +171,7 @@ def compile_arena(source: str) -> mujoco.MjModel:
     Raises
     ------
     ValueError
-        It is refused, in one line.
+        The arena is refused. The message is one line.
     """
     return _compiled(Arena.read(source).spec(), source)
 
@@ -186,10 +186,10 @@ def _compiled(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
 
 
 def set_wall(spec: mujoco.MjSpec, path: str) -> None:
-    """Put a picture around the wall of an arena, as grey as it is, in place of the arena's texture.
+    """Replace the texture of an arena's wall with the grey levels of a picture.
 
-    The picture is as high as the wall and keeps about its proportions: with its mirror image beside it, it is repeated
-    as often as comes nearest to them.
+    The picture is as high as the wall. Joined to its mirror image, it is repeated as often as best preserves its
+    proportions.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def set_wall(spec: mujoco.MjSpec, path: str) -> None:
     Raises
     ------
     ValueError
-        It is no picture; one line that begins with the path.
+        The file is not a picture. The message is one line that begins with the path.
     """
     picture = read_picture(path)
     wide = WALL_HEIGHT_CM * picture.shape[1] / picture.shape[0]
@@ -212,19 +212,19 @@ def set_wall(spec: mujoco.MjSpec, path: str) -> None:
 
 
 def set_shell(spec: mujoco.MjSpec, scene: SceneConfig) -> None:
-    """Give a robot the shell that the scene's settings ask for: its grey or its picture, its shape and its size.
+    """Give a robot the shell of the scene's settings: grey or picture, shape and size.
 
     Parameters
     ----------
     spec
-        The robot, whose shell is a geom ``cover`` of the material ``shell``. One without a cover gets its grey alone.
+        The robot, whose shell is a geom ``cover`` of the material ``shell``. Without a cover only the grey is set.
     scene
         The settings.
 
     Raises
     ------
     ValueError
-        ``scene.shell_picture`` is no picture; one line that begins with the path.
+        ``scene.shell_picture`` is not a picture. The message is one line that begins with the path.
     """
     material, cover = spec.material("shell"), spec.geom("cover")
     material.rgba = [scene.shell_grey] * 3 + [1.0]
@@ -256,7 +256,7 @@ def _resized_picture(picture: npt.NDArray[np.uint8], columns: int, rows: int) ->
 
 
 def _fill(texture: mujoco.MjsTexture, grey: npt.NDArray[np.uint8]) -> None:
-    """Put grey levels (H, W) into a texture, in place of its file."""
+    """Fill a texture with grey levels (H, W) instead of its file."""
     texture.file = ""
     texture.height, texture.width = grey.shape
     texture.nchannel = 3
@@ -283,7 +283,7 @@ def _mark_own_body(spec: mujoco.MjSpec) -> None:
 
 
 def robot_spec(variant: str, robot: RobotConfig, camera: CameraConfig, scene: SceneConfig) -> mujoco.MjSpec:
-    """Return a robot by itself, as it goes into a scene; a ``colias`` has no shell that the scene's settings are of."""
+    """Make one robot for a scene. The settings of the shell do not apply to a ``colias``."""
     spec = _driving(mujoco.MjSpec.from_file(str(ROBOTS[variant])), robot, camera)
     if variant != "colias":
         set_shell(spec, scene)
@@ -313,13 +313,13 @@ def _driving(spec: mujoco.MjSpec, robot: RobotConfig, camera: CameraConfig) -> m
 
 
 def _resized(geom: mujoco.MjsGeom, radius: float) -> list[float]:
-    """Size a wheel's geom with another radius: a tyre is an ellipsoid (r, w, r), the drawn wheel a cylinder."""
+    """Return a wheel's size with another radius: a tyre is an ellipsoid (r, w, r), the drawn wheel a cylinder."""
     _, second, _ = geom.size
     return [radius, second, radius] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else [radius, second, 0.0]
 
 
 def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:
-    """Return the bytes of a texture, a view of the model's. Who renders has a copy, made when its context was made."""
+    """Return a view of a texture's bytes in the model. A renderer has its own copy from the time it was made."""
     tex = model.tex(texture).id
     start = model.tex_adr[tex]
     size = model.tex_height[tex] * model.tex_width[tex] * model.tex_nchannel[tex]
@@ -328,7 +328,7 @@ def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:
 
 
 def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[np.uint8]:
-    """Return the bytes of a texture with its contrast about its mean multiplied; what exceeds 0..255 is cut."""
+    """Multiply the contrast of a texture's bytes about their mean, clipped to 0..255."""
     plain = texture.astype(np.float64)
     scaled = plain.mean() + contrast * (plain - plain.mean())
     cut: npt.NDArray[np.uint8] = np.clip(np.rint(scaled), 0, 255).astype(np.uint8)
@@ -336,7 +336,7 @@ def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[n
 
 
 def base_mass(robot: RobotConfig, model: mujoco.MjModel, name: str) -> float:
-    """Return the mass of a robot's base in kg, as `compose` sets it: what the two wheels leave of the whole."""
+    """Compute the mass of a robot's base in kg, as `compose` sets it: the whole mass minus the wheels."""
     return robot.mass_g / 1000 - float(
         model.body(f"{name}/left_wheel").mass[0] + model.body(f"{name}/right_wheel").mass[0]
     )

@@ -1,4 +1,4 @@
-"""The light on the camera's sensor: renders of the scene as grey levels, added up over an exposure."""
+"""The camera's sensor: add up renders of the scene, as grey levels, over an exposure."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Floats = npt.NDArray[np.float32]
 
 
 class Sensor:
-    """Adds up the renders of one frame, and with a rolling shutter those of the next.
+    """Adds up the renders of one frame, and with a rolling shutter also the next frame's.
 
     Parameters
     ----------
     eye
-        The camera of the scene that is rendered.
+        The scene's camera to render.
     option
-        What is visible to it.
+        The groups that it renders.
     offscreen
         Framebuffer, with the slots of `slots_of`.
     config
@@ -43,7 +43,7 @@ class Sensor:
 
     @property
     def bands(self) -> bool:
-        """Tell whether it was made to render bands of rows: a rolling shutter."""
+        """Whether it renders bands of rows, for a rolling shutter."""
         return self._strips is not None
 
     def restart(self) -> None:
@@ -52,7 +52,7 @@ class Sensor:
         self._ahead[:] = 0.0
 
     def expose(self, data: mujoco.MjData, render: Render) -> None:
-        """Render the present scene, and add it to the exposure under way."""
+        """Render the present scene, and add it to the current exposure."""
         if render.bottom:
             assert self._strips is not None, "only a rolling shutter renders bands of rows"
             self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
@@ -66,17 +66,17 @@ class Sensor:
         self._exposures += render.parts
 
     def collect(self) -> None:
-        """Read what OpenGL has drawn since the last time."""
+        """Read the pixels that OpenGL has drawn since the last call."""
         if self._strips is not None:
             self._strips.collect(self._light, self._ahead)
 
     def average(self, samples: int) -> Floats:
-        """Divide the light of the frame under way by its renders, in place: (R, C).
+        """Divide the light of the current frame, (R, C), by its number of renders, in place.
 
         Parameters
         ----------
         samples
-            The renders of each row where these are bands of rows; otherwise they were counted.
+            Number of renders of each row, for bands of rows; otherwise the renders are counted.
         """
         exposures = self._exposures if self._strips is None else samples
         if exposures > 1:
@@ -84,22 +84,22 @@ class Sensor:
         return self._light
 
     def discard(self) -> None:
-        """Discard the exposure under way."""
+        """Discard the current exposure."""
         self.collect()
         self._light[:] = 0.0
         self._exposures = 0
 
     def turn(self) -> None:
-        """Go on to the next frame, parts of which may be exposed already."""
+        """Continue with the next frame, parts of which may be exposed already."""
         self._light, self._ahead = self._ahead, self._light
 
     def mean(self, data: mujoco.MjData) -> float:
-        """Mean grey of the present scene, all rows at this moment; no exposure takes part."""
+        """Compute the mean grey of the present scene, with all rows at this moment, outside any exposure."""
         self._render(data)
         return float(cv2.mean(self._grey)[0])
 
     def still(self, data: mujoco.MjData) -> Floats:
-        """Grey levels of the present scene, all rows at this moment, (R, C) float32; no exposure takes part."""
+        """Render the present scene, (R, C) float32, with all rows at this moment, outside any exposure."""
         self._render(data)
         return self._shrunk()
 
@@ -110,19 +110,19 @@ class Sensor:
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
 
     def _shrunk(self) -> Floats:
-        """Average the render's pixels over those of the picture, (R, C)."""
+        """Average the render's pixels within each pixel of the picture, (R, C)."""
         height, width = self._light.shape
         grey = self._grey.astype(np.float32)
         return np.asarray(cv2.resize(grey, (width, height), interpolation=cv2.INTER_AREA), np.float32)
 
 
 def slots_of(config: CameraConfig) -> int:
-    """Return the slots that the framebuffer needs."""
+    """Count the slots that the framebuffer needs."""
     return Strips.slots(config) if _has_bands(config) else 1
 
 
 def render_shape(config: CameraConfig) -> tuple[int, int]:
-    """Return rows and columns of a whole render."""
+    """Compute rows and columns of a whole render."""
     return config.height * config.supersample, config.width * config.supersample * config.supersample_columns
 
 
@@ -137,16 +137,16 @@ _MOST_SLOTS = 4
 
 @dataclass(frozen=True, slots=True)
 class _Band:
-    """A band that OpenGL has drawn, and nobody has read."""
+    """A band of rows that OpenGL has drawn and `Strips` has not yet read."""
 
     render: Render
     slot: int
 
 
 class Strips:
-    """Draws bands of rows, and reads several of them together, as OpenGL waits for each reading.
+    """Draws bands of rows, and reads several of them together, because OpenGL waits at each reading.
 
-    A band is drawn into the first slot of the framebuffer where nothing unread lies in its rows. Where there is none,
+    A band is drawn into the first slot of the framebuffer without unread pixels in its rows. If there is none,
     everything is read first.
 
     Parameters
@@ -166,14 +166,14 @@ class Strips:
 
     @staticmethod
     def slots(config: CameraConfig) -> int:
-        """Tell how many slots spare readings: one for each sample of an exposure, and one for the next frame's."""
+        """Count the slots that save readings: one for each sample of an exposure, and one for the next frame's."""
         return min(config.exposure_samples + 1, _MOST_SLOTS)
 
     def draw(
         self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, render: Render,
         light: Floats, ahead: Floats,
     ) -> None:  # fmt: skip
-        """Draw a band of the present scene. ``light`` and ``ahead`` are those of `collect`, in case it is due."""
+        """Draw a band of the present scene. ``light`` and ``ahead`` are passed to `collect` if that is due."""
         taken = {
             strip.slot for strip in self._drawn if strip.render.top < render.bottom and render.top < strip.render.bottom
         }
@@ -185,12 +185,12 @@ class Strips:
         self._drawn.append(_Band(render, slot))
 
     def collect(self, light: Floats, ahead: Floats) -> None:
-        """Read what was drawn, and add it to the exposures.
+        """Read the drawn bands, and add them to the exposures.
 
         Parameters
         ----------
         light, ahead
-            The exposure of the frame under way and that of the next, (R, C).
+            The exposures of the current and of the next frame, (R, C).
         """
         drawn, self._drawn = self._drawn, []
         for slot in sorted({strip.slot for strip in drawn}):
@@ -202,7 +202,7 @@ class Strips:
                 target[render.top : render.bottom] += render.parts * grey[render.top - top : render.bottom - top]
 
     def _read(self, top: int, bottom: int, slot: int) -> Floats:
-        """Return rows of a slot as grey levels, first row uppermost."""
+        """Read rows of a slot as grey levels, top row first."""
         rgb = self._offscreen.read(self._rows(top, bottom), slot)
         grey = cv2.flip(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), 0).astype(np.float32)
         if grey.shape == (bottom - top, self._width):
@@ -210,5 +210,5 @@ class Strips:
         return np.asarray(cv2.resize(grey, (self._width, bottom - top), interpolation=cv2.INTER_AREA), np.float32)
 
     def _rows(self, top: int, bottom: int) -> range:
-        """Return rows of the framebuffer, counted from below."""
+        """Convert rows to rows of the framebuffer, counted from the bottom."""
         return range((self._height - bottom) * self._scale, (self._height - top) * self._scale)

@@ -1,4 +1,4 @@
-"""The shape of a robot as simple solids, for viewers that are not MuJoCo's."""
+"""The shape of a robot as simple solids, for viewers other than MuJoCo's."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class Shape:
     Parameters
     ----------
     kind
-        What it is.
+        The kind of solid.
     half_size
-        Half its extents along its own axes, in metres; of a cylinder the radius twice, then half its height.
+        Half its extents along its own axes, in metres. For a cylinder: radius, radius, half the height.
     centre
-        Where it is, in metres.
+        Its centre, in metres.
     turn
         Its orientation, a quaternion (x, y, z, w).
     colour
-        As RGB, 0 to 255.
+        Its colour, RGB, 0 to 255.
     """
 
     kind: Kind
@@ -49,19 +49,19 @@ class Shape:
 
 @lru_cache(maxsize=32)
 def robot_shapes(variant: str, scene: SceneConfig) -> tuple[Shape, ...]:
-    """Return the solids that are drawn of a robot; what is transparent, or there for collisions alone, is not.
+    """List the visible solids of a robot, without transparent and collision-only ones.
 
     Parameters
     ----------
     variant
         One of `scenes.ROBOTS`.
     scene
-        Says what the shell of a robot that has one looks like.
+        Settings, including the look of the robot's shell.
 
     Returns
     -------
     tuple of Shape
-        Those of the body first, then those of the wheels.
+        The solids of the body, then of the wheels.
     """
     model = robot_spec(variant, RobotConfig(), CameraConfig(), scene).compile()
     data = mujoco.MjData(model)

@@ -21,12 +21,12 @@ from colias_sim.robot import ParkedRobot, Robot
 from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150
-"""Physics steps in which robots settle on their wheels at a reset."""
+"""Physics steps for robots to settle on their wheels at a reset."""
 ROBOT_DIAMETER = 0.04
 """Diameter of a hull, in metres."""
 
 Control = Callable[[float], None]
-"""A controller: called before each control interval with its length in seconds; commands wheels by `Robot.drive`."""
+"""A controller. It is called before each control interval with its length in seconds, and calls `Robot.drive`."""
 
 TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 """The robots of a trial: name -> variant."""
@@ -35,32 +35,32 @@ TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 class Simulation:
     """A compiled scene with its robots and one camera. Use it in a ``with`` statement, or close it.
 
-    Only `reset` and `step` draw random numbers, and only from the generators that they are given. So equal seeds give
-    equal frames, in any process and after any number of earlier trials.
+    Only `reset` and `step` draw random numbers, and only from the generators that you pass. So equal seeds give equal
+    frames, in any process and after any number of earlier trials.
 
-    The attribute ``robots`` holds the robots that drive, ``parked`` those that cannot, and ``everyone`` both, by name.
-    ``obstacles`` are what stands in the arena. ``command_interval`` is the time between two commands, in seconds.
+    The attribute ``robots`` holds the driving robots by name, ``parked`` the fixed ones, and ``everyone`` both.
+    ``obstacles`` lists the arena's obstacles. ``command_interval`` is the time between two commands, in seconds.
 
     Parameters
     ----------
     robot, camera, scene
         The settings of the apparatus; ``None`` for the defaults.
     robots
-        Name -> variant of each robot, as `scenes.ROBOTS` lists them; ``None`` for those of a trial: ``observer``, a
-        ``colias``, and ``stimulus``, a ``colias_black``.
+        Name -> variant of each robot, from `scenes.ROBOTS`. ``None`` for a trial's robots: ``observer``, a ``colias``,
+        and ``stimulus``, a ``colias_black``.
     eye_of
         Name of the robot whose camera is used.
     fence
         Whether robots collide with the wall.
     seeing
-        Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation on.
+        Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation forward.
 
     Raises
     ------
     ValueError
-        For an unknown arena, variant or camera, and an arena that is refused.
+        The arena, a variant or the camera is unknown, or the arena is refused.
     colias_sim.GLUnavailable
-        Where nothing can render, unless ``seeing`` is false.
+        No OpenGL backend works, unless ``seeing`` is false.
 
     Examples
     --------
@@ -112,7 +112,7 @@ class Simulation:
 
     @property
     def seeing(self) -> bool:
-        """Tell whether there is a camera."""
+        """Whether there is a camera."""
         return self._camera is not None
 
     @property
@@ -134,22 +134,22 @@ class Simulation:
             self._camera.close()
 
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
-        """Start again: put every robot down at rest, and draw the light and the wall's phase.
+        """Start a trial: place every robot at rest, and draw the light and the wall's phase.
 
         Parameters
         ----------
         placements
-            The pose of each robot by name. A robot that is left out stands at the origin.
+            The pose of each robot by name. A robot without an entry stands at the origin.
         rng
-            Generator of light and phase, and of what robots draw in `Robot.restart`.
+            Generator of light and phase, and of the robots' draws in `Robot.restart`.
         light
-            A factor on the light of the lamps, beside that of the scene.
+            A factor on the light of the lamps, in addition to the scene's.
 
         Raises
         ------
         ValueError
-            For an unknown robot, a pose that is not finite, robots that overlap, and one that stands in an obstacle.
-            Nothing has changed then.
+            A robot is unknown, a pose is not finite, robots overlap, or one stands in an obstacle. The simulation is
+            then unchanged.
         """
         self._check(placements)
         mujoco.mj_resetData(self.model, self.data)  # in full: state that a solver keeps would change the next trial
@@ -172,18 +172,16 @@ class Simulation:
         Parameters
         ----------
         angle
-            Where to, in radians, left positive.
+            The new angle, in radians, left positive.
         """
         self.wall_turn = angle
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
-        """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap or stand in
-        obstacles.
-        """
+        """Raise ``ValueError`` for poses that `reset` refuses."""
         for name, pose in placements.items():
             if name not in self.everyone:
-                raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(self.everyone)}")
+                raise ValueError(f"no robot '{name}' in this scene: known are {', '.join(self.everyone)}")
             if not all(map(math.isfinite, (pose.x, pose.y, pose.heading))):
                 raise ValueError(f"{name} must be placed at finite numbers, got {pose}")
         places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in self.everyone]
@@ -198,7 +196,7 @@ class Simulation:
                 )
 
     def _settle(self) -> None:
-        """Let the robots sink onto their wheels by some microns, which the camera would see as motion."""
+        """Let the robots sink onto their wheels by some microns, so that the camera does not see this motion."""
         mujoco.mj_step(self.model, self.data, SETTLE_STEPS)
         self.data.time = 0.0
         mujoco.mj_forward(self.model, self.data)
@@ -216,7 +214,7 @@ class Simulation:
         Returns
         -------
         Frame
-            The frame that ends now. It shows nothing that comes later.
+            The frame that ends now.
 
         Raises
         ------
@@ -227,7 +225,7 @@ class Simulation:
         return self.camera.develop(rng, self.data.time)
 
     def advance(self, control: Control | None = None, *, look: bool = True) -> None:
-        """Advance by one frame without developing it: afterwards ``camera.develop`` gives the frame.
+        """Advance by one frame without developing it; call ``camera.develop`` for the frame.
 
         Parameters
         ----------
@@ -260,9 +258,10 @@ class Simulation:
 def _events(
     clock: FrameClock, plan: FramePlan | None, following: FramePlan | None
 ) -> tuple[tuple[int, bool, tuple[Render, ...]], ...]:
-    """Return the parts of a frame: (physics steps, whether a command precedes them, renders after them).
+    """Divide a frame into parts: (physics steps, whether a command precedes them, renders after them).
 
-    Renders are those of the frame's ``plan``, and those of the ``following`` frame that are due within this one.
+    It includes the renders of the frame's ``plan``, and renders of the ``following`` frame that are due within this
+    one.
     """
     commands = range(0, clock.steps, clock.command_steps)
     due = [render for render in plan.renders if render.step >= 1] if plan else []

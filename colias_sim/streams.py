@@ -1,11 +1,11 @@
-"""The random streams of an env's episodes, by name.
+"""Independent random streams of an env's episodes, by name.
 
-``world`` is Gymnasium's own generator. It decides the starts of all robots, the driving of the other robots, light,
-randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not
-change the world. ``film`` is the generator of the camera's noise: an episode is the same whatever is observed of it.
-``factor`` is a generator for each factor that is randomised within a range: none changes the draws of another.
-``clearing`` draws new starts for robots that stand where a reset's options put another. Trials of the testbed pass
-generators of their own to `Simulation.reset` and `Simulation.step`.
+``world`` is Gymnasium's own generator. It draws the starts of all robots, the driving of the other robots, light,
+randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not change
+the world. ``film`` is the generator of the camera's noise, so an episode does not depend on the observation. ``factor``
+is a generator for each factor that is randomised within a range, so no factor changes another's draws. ``clearing``
+draws new starts for robots that a reset's options displace. Trials pass their own generators to `Simulation.reset` and
+`Simulation.step`.
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ import numpy as np
 from gymnasium.utils import seeding
 
 _FACTORS = 4
-"""Begins the spawn keys of factors; a factor's name is the rest of its key."""
+"""First word of the spawn keys of factors; a factor's name is the rest of its key."""
 _CLEARING = 5
 """The spawn key of `clearing`."""
 
 
 def world(seed: int) -> np.random.Generator:
-    """Make the generator that an env has after ``reset(seed=seed)``, before anything is drawn from it."""
+    """Make the generator of an env just after ``reset(seed=seed)``, before any draw."""
     return seeding.np_random(seed)[0]
 
 
 def episode(drawn_from: np.random.Generator) -> int:
-    """Draw the seed of an episode's own streams, by one draw from the generator of its world."""
+    """Draw the seed of an episode's own streams from the generator of its world."""
     return int(drawn_from.integers(2**63))
 
 
 def film(episode: int) -> np.random.Generator:
-    """Make the camera's generator for an episode, of the seed that `episode` drew."""
+    """Make the camera's generator for an episode, from the seed that `episode` drew."""
     return np.random.default_rng(episode)
 
 
 def factor(episode: int, name: str) -> np.random.Generator:
-    """Make the generator of one factor for an episode, of the seed that `episode` drew."""
+    """Make the generator of one factor for an episode, from the seed that `episode` drew."""
     return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_FACTORS, *name.encode())))
 
 
 def clearing(episode: int) -> np.random.Generator:
-    """Make the generator of starts that are drawn anew, for an episode, of the seed that `episode` drew."""
+    """Make the generator of new starts for an episode, from the seed that `episode` drew."""
     return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_CLEARING,)))

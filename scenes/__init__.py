@@ -1,4 +1,4 @@
-"""The MuJoCo files: robots, arenas and their small generated textures. A new arena is one file and one line here."""
+"""MuJoCo files of robots and arenas, with their generated textures. A new arena is one file and one line here."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from scenes.hints import nearest
 
 FOLDER = Path(__file__).parent
-"""Folder of the files."""
+"""The folder of the files."""
 
 ARENA_RADIUS_CM, WALL_HEIGHT_CM = 45.0, 40.0
 WALL_PANELS = 24  # flat panels around
@@ -19,27 +19,27 @@ ARENAS = {
     "leaves": "a wall of dark and light discs of every size: it can be seen to come near",
     "drum": "dark and light stripes of 15 degrees each, to be turned: for the optomotor response",
 }
-"""The arenas: name -> what it is."""
+"""The arenas: name -> description."""
 
 ROBOTS = {
     "colias": FOLDER / "colias.xml",
     "colias_black": FOLDER / "colias_black.xml",
     "colias_parked": FOLDER / "colias_parked.xml",
 }
-"""The variants of robots: name -> MJCF file. A parked one is fixed to the floor."""
+"""The variants of robots: name -> MJCF file. A parked robot is fixed to the floor."""
 
 
 ARENA_ENDINGS = (".xml", ".py")
-"""Endings of an arena of one's own: an MJCF file, or a Python file that declares ``ARENA``."""
+"""Endings of your own arena: an MJCF file, or a Python file that declares ``ARENA``."""
 
 
 def is_arena_file(name: str) -> bool:
-    """Tell whether an arena's name means a file of one's own rather than one of `ARENAS`."""
+    """Whether an arena's name is the path of a file instead of one of `ARENAS`."""
     return name.endswith(ARENA_ENDINGS) or "/" in name
 
 
 def arena_name(name: str) -> str:
-    """Return an arena's name for people: of a file of one's own that of the file, without folder and ending."""
+    """Return an arena's short name: for a path, the file's name without folder and ending."""
     return Path(name).stem if is_arena_file(name) else name
 
 
@@ -49,17 +49,17 @@ def arena_path(name: str) -> Path:
     Parameters
     ----------
     name
-        Its name in `ARENAS`, or the path of a file of one's own (`ARENA_ENDINGS`).
+        Its name in `ARENAS`, or the path of your own file (`ARENA_ENDINGS`).
 
     Returns
     -------
     Path
-        The file; one's own by its absolute path, without links.
+        The file; your own file by its absolute path, without links.
 
     Raises
     ------
     ValueError
-        There is no such arena; the message has the nearest known name. Or there is no such file.
+        The arena is unknown (the message suggests the most similar name), or the file does not exist.
     """
     if name in ARENAS:
         return FOLDER / f"{name}.xml"

@@ -1,7 +1,6 @@
-"""Draw the scenes' textures and the wall again: ``python -m scenes.generate [FOLDER]``.
+"""Generate the scenes' textures and the wall: ``python -m scenes.generate [FOLDER]``.
 
-``scenes/arena_wall.xml`` and the files in ``scenes/assets`` came from exactly this script (seeds below); nothing in
-them is from elsewhere.
+``scenes/arena_wall.xml`` and the files in ``scenes/assets`` come entirely from this script with the seeds below.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy.typing as npt
 from scenes import ARENA_RADIUS_CM, FOLDER, WALL_HEIGHT_CM, WALL_PANELS
 
 SEEDS = {"clutter": 2018, "leaves": 2019}
-"""Seeds of each picture's own stream. The files in ``scenes/assets`` came from these: never change one."""
+"""Seed of each picture's stream. The files in ``scenes/assets`` depend on them: never change one."""
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
 STRIPES = 12
 FINER, LEAVES, SMALLEST, LARGEST = 2, 9000, 4.0, 90.0  # texels, two per millimetre and more, of the leaves
@@ -24,7 +23,7 @@ RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, WALL_HEIGHT_CM / 100, WALL_
 
 
 def clutter() -> npt.NDArray[np.uint8]:
-    """A grey panorama (HEIGHT, WIDTH), seamless around: 1/f mottling under pale soft-edged shapes."""
+    """Draw a seamless grey panorama (HEIGHT, WIDTH): 1/f mottling under pale soft-edged shapes."""
     rng = np.random.default_rng(SEEDS["clutter"])
     canvas = np.full((HEIGHT, 3 * WIDTH), 246.0, np.float32)
     for _ in range(150):
@@ -42,7 +41,7 @@ def clutter() -> npt.NDArray[np.uint8]:
 
 
 def mottle(rng: np.random.Generator) -> npt.NDArray[np.float64]:
-    """Noise of unit variance with a 1/f amplitude spectrum, periodic along both axes, (HEIGHT, WIDTH)."""
+    """Draw noise of unit variance with a 1/f amplitude spectrum, periodic along both axes, (HEIGHT, WIDTH)."""
     fy, fx = np.fft.fftfreq(HEIGHT)[:, None], np.fft.rfftfreq(WIDTH)[None, :]
     radius = np.hypot(fx, fy)
     radius[0, 0] = np.inf
@@ -52,9 +51,9 @@ def mottle(rng: np.random.Generator) -> npt.NDArray[np.float64]:
 
 
 def leaves() -> npt.NDArray[np.uint8]:
-    """Dark and light discs of every size, one over another, (HEIGHT, WIDTH), seamless around.
+    """Draw overlapping dark and light discs of all sizes, (HEIGHT, WIDTH), seamless around.
 
-    Sizes are scale free (probability as 1 / r^3), so that the wall has as much to see from near as from far.
+    Sizes are scale free (probability 1 / r^3), so that the wall has as much detail from near as from far.
     """
     rng = np.random.default_rng(SEEDS["leaves"])
     canvas = np.full((FINER * HEIGHT, 3 * FINER * WIDTH), 128, np.uint8)
@@ -69,16 +68,16 @@ def leaves() -> npt.NDArray[np.uint8]:
 
 
 def stripes() -> npt.NDArray[np.uint8]:
-    """Dark and light stripes (8, WIDTH), `STRIPES` of each around, edges as soft as a lens would make them."""
+    """Draw dark and light stripes (8, WIDTH), `STRIPES` of each around, with edges as soft as behind a lens."""
     phase = np.arange(WIDTH) * 2 * np.pi * STRIPES / WIDTH
     edge = np.tanh(6.0 * np.sin(phase))
     return np.tile(np.rint(140.0 + 100.0 * edge).astype(np.uint8), (8, 1))
 
 
 def wall() -> str:
-    """The wall as MJCF: an open cylinder of flat panels that face inward, its texture wrapped once around.
+    """Write the wall as MJCF: an open cylinder of flat panels that face inward, with the texture wrapped once around.
 
-    MuJoCo reads MJCF alike in every locale, unlike a mesh in Wavefront OBJ.
+    MuJoCo reads MJCF in every locale, unlike a mesh in Wavefront OBJ.
     """
     vertices, normals, texels, faces = [], [], [], []
     for turn in (i / PANELS for i in range(PANELS + 1)):

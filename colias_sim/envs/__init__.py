@@ -3,8 +3,8 @@
 ## Action Space
 
 `Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of the robot's maximum (35 cm/s at the rim, or 15.3
-cm/s with `robot="colias4"`). Commands change by at most 2 m/s^2 (0.18 s from rest to 35 cm/s), as faster changes would
-throw the robot over. A speed beyond the space is clipped to it. Another shape, and NaN, raise
+cm/s with `robot="colias4"`). Commands change by at most 2 m/s^2 (0.18 s from rest to 35 cm/s), because faster changes
+would tip the robot over. Speeds are clipped to the space. Another shape, and NaN, raise
 `gymnasium.error.InvalidAction`.
 
 | Num | Action | Min | Max | Unit |
@@ -42,9 +42,9 @@ By the argument `observation`:
 | 6 | azimuth: horizontal position of the motion (0 in a model without it) | -1 | 1 | half views, rightward positive |
 
 - `"both"`: a `Dict` of `pixels` and `neural`.
-- `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, the state of the world, which a real robot cannot
-  know, for privileged baselines. Nothing is rendered. `colias_sim.envs.State.read` decodes it into SI units, and
-  the directions into bearings, right positive:
+- `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, the state of the world for privileged baselines, which a real robot
+  cannot know. Nothing is rendered. `colias_sim.envs.State.read` decodes it into SI units, and the directions into
+  bearings, right positive:
 
 | Num | Observation | Scale |
 |---|---|---|
@@ -56,37 +56,37 @@ By the argument `observation`:
 | 8, 9 + 5 i | its direction: sine, cosine, left positive | |
 | 10, 11 + 5 i | its velocity relative to the observer's: ahead, to the left | 0.35 m/s |
 
-The observation of a reset is of one frame, in which the robot stands.
+The observation of a reset is a single frame, in which the robot stands.
 
 ## Rewards
 
-The reward is the sum of the env's terms and of `touch`, which is -10 when the hull touches anything. Each is the mean
-over the frames of a step, but for `touch`.
+The reward is the sum of the env's terms and of `touch`, which is -10 when the hull touches anything. Each term except
+`touch` is the mean over the frames of a step.
 
 ## Info
 
 `info` has the reward's terms as `reward_...`, the observer's pose as `x_cm`, `y_cm` and `heading_deg`, `driven_cm` (the
 distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the turn rate relative to the wall),
-`drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`. With `randomise` or the
-options of a reset the info of a reset has `randomised`, a dict of the values drawn or given.
+`drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`. With `randomise` or options
+of a reset, the info of a reset has `randomised`, a dict of the values drawn or given.
 
 ## Randomisation
 
-The env's seed alone decides what differs between episodes: places, the paths of the other robots, camera noise, light
-(standard deviation 3 %) and the phase of the wall's texture.
+Only the env's seed determines the differences between episodes: places, the paths of the other robots, camera noise,
+light (standard deviation 3 %) and the phase of the wall's texture.
 
-`randomise` adds to this. A number adds, in proportion to its value: light by up to 30 %, shells from black to a
+`randomise` adds variation. A number adds, in proportion to its value: light by up to 30 %, shells from black to a
 reflectance of 0.42, the speed of each wheel by up to 5 %, and the camera's direction by up to 3 degrees in pitch and
-yaw. A mapping such as `{"light": (0.7, 1.3), "mass_g": (26, 30)}` draws each of its factors uniformly between two ends,
-anew in each episode. Each factor has random numbers of its own, so that none changes what is drawn of the others or of
-the world. The name of a preset is short for a mapping, and `{"preset": NAME, ...}` adds to it. A range that needs more
-than the camera has is refused: `ae_target` needs a camera with `auto_exposure`.
+yaw. A mapping such as `{"light": (0.7, 1.3), "mass_g": (26, 30)}` draws each factor uniformly between two ends in each
+episode. Each factor has its own random numbers, so that it does not change the draws of the others or of the world. The
+name of a preset is short for a mapping, and `{"preset": NAME, ...}` adds to it. A range that the camera cannot provide
+is refused: `ae_target` needs a camera with `auto_exposure`.
 
-`reset(options={"light": 0.5, "tilt": (3, -2)})` gives the same factors one value each, for that episode alone; a factor
-with two draws takes two values. It stands in the place of what `randomise` would draw, and changes no other draw.
-`options={"poses": {"observer": (x_cm, y_cm, heading_deg)}}` gives start poses, up to 42 cm from the arena's middle and
-5 cm apart. Another robot that the seed puts within 5 cm of a given pose is drawn anew. Scripted robots go on to their
-usual paths from where they are put. `row_time_us` above 0 needs a camera that was made with a rolling shutter.
+`reset(options={"light": 0.5, "tilt": (3, -2)})` sets these factors for one episode; a factor with two draws takes two
+values. It replaces the draw of `randomise`, and changes no other draw. `options={"poses": {"observer": (x_cm, y_cm,
+heading_deg)}}` gives start poses, up to 42 cm from the arena's middle and 5 cm apart. Another robot that the seed puts
+within 5 cm of a given pose is drawn again. Scripted robots drive to their usual paths from the given pose.
+`row_time_us` above 0 needs a camera that was made with a rolling shutter.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ ENVS: Mapping[str, EnvEntry] = MappingProxyType(
 
 
 def register_envs() -> None:
-    """Make `ENVS` known to ``gymnasium.make`` and ``gymnasium.make_vec``. A second call does nothing."""
+    """Register `ENVS` with ``gymnasium.make`` and ``gymnasium.make_vec``. A second call does nothing."""
     for name, entry in ENVS.items():
         if name not in gym.registry:
             gym.register(

@@ -1,4 +1,4 @@
-"""Puts the settings of an episode into a simulation that was compiled once."""
+"""Apply the settings of an episode to a simulation that was compiled once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Apparatus:
     Parameters
     ----------
     sim
-        The simulation. Its camera was made with settings that need as much room as any of the episodes' do.
+        The simulation. Its camera has the settings that need the most memory of all episodes.
     observer
         Name of the robot that the agent drives.
     shells
@@ -29,7 +29,7 @@ class Apparatus:
     compiled
         The settings that the model was compiled with.
     retexture
-        Called with the index of a texture that has changed, for those who hold copies of it.
+        Called with the index of a changed texture, to update copies of it.
     """
 
     def __init__(
@@ -45,12 +45,12 @@ class Apparatus:
         self._plain_wall = self._wall.copy()
 
     def set(self, settings: EpisodeSettings) -> None:
-        """Set everything but light, wheel gains, shift and latency. Call it before the simulation's reset.
+        """Set everything except light, wheel gains, shift and latency. Call it before the simulation's reset.
 
         Parameters
         ----------
         settings
-            Of the episode.
+            The settings of the episode.
         """
         for material in self._materials:
             material.rgba[:3] = settings.shell_grey
@@ -73,5 +73,5 @@ class Apparatus:
         model.body(f"{self._observer}/base").mass[:] = base_mass(settings.robot, model, self._observer)
         set_motor_gain(model, self._observer, settings.robot.motor_gain)
         mujoco.mj_setConst(model, self._sim.data)
-        # The solver's tolerance is relative to this, which MuJoCo computes only when it compiles: one after another.
+        # The solver's tolerance is relative to this, which MuJoCo only computes when it compiles.
         model.stat.meaninertia = np.add.accumulate(model.dof_M0)[-1] / model.nv

@@ -32,10 +32,10 @@ ENTRY = EnvEntry(
 @with_field_docs
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class AvoidanceOptions(EnvOptions):
-    """The keyword arguments of `Avoidance`."""
+    """Keyword arguments of `Avoidance`."""
 
     arena: Arena = "leaves"
-    """An arena of scenes, or a file of one's own."""
+    """An arena of scenes, or your own file."""
     robots: int = Field(default=10, ge=1, le=MOST_ROBOTS)
     """Other robots, moving and parked."""
     moving: int = Field(default=5, ge=0, le=MOST_ROBOTS)

@@ -38,15 +38,15 @@ if TYPE_CHECKING:
 Wheels = npt.NDArray[np.float32]
 
 TOUCH_COST = 10.0
-"""Cost of touching anything: the reward's term ``touch`` is minus this."""
+"""Cost of touching anything, the negative of the reward's term ``touch``."""
 MOST_STARTS = 500
-"""Draws of an episode's start among obstacles."""
+"""Most draws of an episode's start among obstacles."""
 HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
 """Half of the horizontal field of view, in radians."""
 
 
 class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
-    """Base class of the envs.
+    """Base class of the envs: Gymnasium's contract for one robot with a camera.
 
     A subclass declares its keyword arguments as a dataclass (``options_type``), the other robots (`_others`), the
     start of an episode (`_begin`) and the reward (`_reward`).
@@ -61,7 +61,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     ValueError
         An argument is unknown or out of range, the vision model cannot be built, or the arena is refused.
     colias_sim.GLUnavailable
-        Where nothing can render, and for ``render_mode="human"`` where there is no screen.
+        No OpenGL backend works, or ``render_mode="human"`` has no screen.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012
@@ -73,7 +73,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         cls.__signature__ = inspect.signature(cls.options_type)  # type: ignore[attr-defined]
 
     def __init__(self, **arguments: Any) -> None:
-        # Not before: MuJoCo takes its time to load, and whoever lists the envs does without.
+        # A late import: MuJoCo loads slowly, and listing the envs does not need it.
         from colias_sim.envs.apparatus import Apparatus
         from colias_sim.envs.render import Renderer
         from colias_sim.simulation import Simulation
@@ -93,7 +93,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._model = model if options.observation in ("neural", "both") else None
         self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self._luma.flags.writeable = False
-        # The camera is made for the upper ends of what is drawn: those need the most room.
+        # The camera is made for the upper ends of all ranges, which need the most memory.
         self._made_with = ends(plain, options.randomise)[1].camera
         sim = Simulation(
             plain.robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
@@ -105,7 +105,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._forget()
         try:
             self._renderer = Renderer(sim, options) if options.render_mode else None
-            self._drawn(world(0))  # an arena without room for the robots is refused here
+            self._drawn(world(0))  # refuses an arena without room for the robots
         except BaseException:
             self.close()
             raise
@@ -116,17 +116,17 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     @abstractmethod
     def _others(self) -> Mapping[str, str]:
-        """List the other robots. It is called once, when the env is made.
+        """List the other robots, once when the env is made.
 
         Returns
         -------
         mapping of str to str
-            Name -> variant, as `scenes.ROBOTS` lists them; ``options.robots`` of them.
+            Name -> variant from `scenes.ROBOTS`, with ``options.robots`` entries.
         """
 
     @abstractmethod
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        """Draw an episode.
+        """Draw the start of an episode, and the drivers of the other robots.
 
         Parameters
         ----------
@@ -136,10 +136,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         Returns
         -------
         poses : mapping of str to Pose
-            The start of every robot by name, that of ``observer`` too.
+            The start of every robot by name, including ``observer``.
         drivers : mapping of str to Driver
-            What drives each of the other robots that moves: its ``wheels(dt, poses)`` gives the wheel speeds for a
-            control interval of ``dt`` seconds.
+            The driver of each other robot that moves. Its ``wheels(dt, poses)`` returns the wheel speeds for a control
+            interval of ``dt`` seconds.
         """
 
     @abstractmethod
@@ -153,7 +153,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """
 
     def _steer(self, wheels: Wheels) -> Wheels:
-        """Convert the wheel speeds of an action to those to command; here they are the same.
+        """Convert the wheel speeds of an action to commanded speeds; here they are the same.
 
         Parameters
         ----------
@@ -185,10 +185,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         Parameters
         ----------
         seed
-            Seed of this episode and of those that follow it, 0 or more; ``None`` goes on with the present generator.
+            Seed of this and the following episodes, 0 or more; ``None`` continues with the present generator.
         options
-            For this episode alone: factors of ``randomise`` -> their values, and ``poses`` -> {robot: (x_cm, y_cm,
-            heading_deg)}. What is not named is as the env's arguments and the seed say.
+            For this episode only: factors of ``randomise`` -> their values, and ``poses`` -> {robot: (x_cm, y_cm,
+            heading_deg)}. Everything else follows from the env's arguments and the seed.
 
         Returns
         -------
@@ -200,7 +200,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         Raises
         ------
         ValueError
-            An option is unknown or out of range. Nothing has changed then.
+            An option is unknown or out of range. The env is then unchanged.
         gymnasium.error.ClosedEnvironmentError
             After `close`.
         """
@@ -209,10 +209,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         poses = given_poses(asked.pop("poses", {}), self._sim.everyone, obstacles)
         values = given_values(asked, self._plain, self.options.randomise, self._made_with)
         if OBSERVER in poses:
-            values["start"] = (0.0, 0.0)  # its pose stands in the place of a move
+            values["start"] = (0.0, 0.0)  # the given pose replaces the move
         super().reset(seed=seed)
         self._forget()
-        # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
+        # The camera's noise has its own generator, so that the world does not depend on the observation, and
         # baselines with other observations can be compared in pairs.
         rng = episode(self.np_random)
         placements, self._drivers = self._drawn(self.np_random)
@@ -237,7 +237,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         return self._observation(), {**info, "randomised": drawn} if drawn else info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Hold one action for ``frame_skip`` frames.
+        """Apply one action for ``frame_skip`` frames.
 
         Parameters
         ----------
@@ -249,18 +249,19 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         observation : ndarray or dict of str to ndarray
             The observation of the last frame.
         reward : float
-            The sum of the reward's terms, each the mean over the frames, but for ``touch``.
+            The sum of the reward's terms. Each term except ``touch`` is the mean over the frames.
         terminated : bool
             Whether the observer touched anything.
         truncated : bool
-            False: the time limit is Gymnasium's wrapper.
+            Always false; Gymnasium's wrapper sets the time limit.
         info : dict
             The reward's terms as ``reward_...`` and the measures of the env's page.
 
         Raises
         ------
         gymnasium.error.InvalidAction
-            The action is no pair of numbers, one of them is NaN, or there is no such manoeuvre. Nothing has moved then.
+            The action is not a pair of numbers, a number is NaN, or the manoeuvre is unknown. The env is then
+            unchanged.
         gymnasium.error.ResetNeeded
             Before the first reset, and after the end of an episode.
         gymnasium.error.ClosedEnvironmentError
@@ -287,13 +288,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         return self._observation(), sum(terms.values()), self._touched, False, self._info(terms)
 
     def render(self) -> Any:
-        """Show the scene by ``render_mode``.
+        """Render the scene for people, as ``render_mode`` sets.
 
         Returns
         -------
         ndarray or None
-            For ``rgb_array`` a picture (``render_height``, ``render_width``, 3) uint8; otherwise ``None``, as the
-            viewer's window shows the scene.
+            For ``rgb_array`` a picture (``render_height``, ``render_width``, 3) uint8; otherwise ``None``, and a window
+            shows the scene.
 
         Raises
         ------
@@ -322,7 +323,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     @property
     def luma(self) -> npt.NDArray[np.uint8]:
-        """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``, which renders nothing."""
+        """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``."""
         return self._luma
 
     @property
@@ -332,7 +333,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     @property
     def response(self) -> Response | None:
-        """The vision model's answer to the last frame; ``None`` without a model."""
+        """The vision model's response to the last frame; ``None`` without a model."""
         return self._responses[-1] if self._responses else None
 
     @property
@@ -342,13 +343,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """The obstacles that stand in the arena, beside the wall."""
+        """The obstacles in the arena, without the wall."""
         return self._sim.obstacles
 
     # Private.
 
     def _effort(self) -> float:
-        """Return the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
+        """Compute the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
         left, right = self._wheels
         return -0.05 * float((left * left + right * right) / 2)
 
@@ -364,14 +365,14 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         return np.minimum(np.maximum(wheels, np.float32(-1.0)), np.float32(1.0))
 
     def _retexture(self, texture: int) -> None:
-        """Give a texture that has changed to all who hold a copy."""
+        """Update all copies of a changed texture."""
         if self._sim.seeing:
             self._sim.camera.retexture(texture)
         if self._renderer:
             self._renderer.retexture(texture)
 
     def _drawn(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        """Draw an episode, again as long as a robot would stand in an obstacle; ``ValueError`` where that is always."""
+        """Draw an episode until no robot stands in an obstacle; ``ValueError`` after too many draws."""
         for _ in range(MOST_STARTS):
             placements, drivers = self._begin(rng)
             if not self._sim.obstacles or all(
@@ -381,13 +382,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         raise ValueError(f"arena {self.options.arena}: its obstacles leave no room in {MOST_STARTS} draws of the start")
 
     def _forget(self) -> None:
-        """Set what an episode changes back to what it is before the first one."""
+        """Reset the episode's state to its state before the first episode."""
         self._rest()
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), (1.0, 1.0)
         self._responses = []
 
     def _frame(self, look: bool) -> None:
-        """Advance the world by one frame; with ``look``, take the camera's frame and ask the model."""
+        """Advance the world by one frame; with ``look``, develop the camera's frame and run the model."""
         self._advance(look)
         if look and self._sim.seeing:
             self._luma = self._sim.camera.develop(self._film, self._sim.data.time).luma
@@ -400,13 +401,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
                 return self.state.vector()
             case "neural":
                 return neural_observation(self._responses)
-        pixels = self._luma[..., None].copy()  # a copy, which the agent may write to
+        pixels = self._luma[..., None].copy()  # a copy that the agent may modify
         if self.options.observation == "pixels":
             return pixels
         return {"pixels": pixels, "neural": neural_observation(self._responses)}
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
-        """Return the reward's terms as ``reward_...``, and the measures; their names end in their units."""
+        """Collect the reward's terms as ``reward_...``, and the measures, whose names end in their units."""
         rewards = {f"reward_{name}": value for name, value in terms.items()}
         return {**rewards, **self._motion(), **self._measures()}
 
@@ -416,7 +417,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
 
 class TargetEnv(ColiasEnv[Options]):
-    """Base class of an env whose first other robot is the target; the rest are parked."""
+    """Base class of envs whose first other robot is the target; the rest are parked."""
 
     def _others(self) -> Mapping[str, str]:
         return {TARGET: "colias_black"} | parked_robots(self.options.robots - 1)
@@ -426,10 +427,10 @@ class TargetEnv(ColiasEnv[Options]):
         return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
 
     def _centre(self) -> float:
-        """Return the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
+        """Compute the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
         return max(1.0 - abs(self._bearing()) / HALF_VIEW, -1.0)
 
     def _bearing(self) -> float:
-        """Return the target's angle off the optical axis in radians, right positive."""
+        """Compute the target's angle off the optical axis in radians, right positive."""
         eye = self._sim.camera_config.forward_cm / 100
         return bearing(self._here, self._sim.robots[TARGET].pose, eye)

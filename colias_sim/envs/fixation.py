@@ -41,12 +41,12 @@ ENTRY = EnvEntry(
 @with_field_docs
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class FixationOptions(EnvOptions):
-    """The keyword arguments of `Fixation`."""
+    """Keyword arguments of `Fixation`."""
 
     robots: int = Field(default=1, ge=1, le=MOST_ROBOTS)
     """Other robots: the target, the rest parked."""
     follow: bool = False
-    """Whether the observer may drive about; otherwise it only turns on the spot."""
+    """Whether the observer may drive; otherwise it only turns on the spot."""
     orbit_cm: Annotated[float, unit("cm")] = Field(default=15.0, ge=8.0, le=35.0)
     """Distance from the observer's start to the target's path."""
     slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=10.0, ge=0.0, le=120.0)
@@ -114,7 +114,7 @@ class Fixation(TargetEnv[FixationOptions]):
         return min(obstacle.nearest(pose.x, pose.y)[0] for pose in self._path()) < HULL_RADIUS
 
     def _path(self) -> list[Pose]:
-        """List places of the target's orbit."""
+        """Sample poses on the target's orbit."""
         far = self.options.orbit_cm / 100
         return [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
 
@@ -124,7 +124,7 @@ class Fixation(TargetEnv[FixationOptions]):
         far, turn = options.orbit_cm / 100, heading + off
         start = Pose(far * math.cos(turn), far * math.sin(turn), turn + math.pi / 2)
         places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
-        # The parked robots stand clear of the whole path, and of the observer in its middle.
+        # The parked robots keep clear of the whole path, and of the observer in its middle.
         taken, obstacles = [*self._path(), places[OBSERVER]], self._sim.obstacles
         others = random_poses(rng, options.robots - 1, taken, apart=0.05, clear=0.055, obstacles=obstacles)
         places |= zip(parked_robots(options.robots - 1), others, strict=True)

@@ -1,4 +1,4 @@
-"""Distances and places in the round arena, and among what stands in it."""
+"""Distances and free places in the round arena with its robots and obstacles."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ ARENA_RADIUS = ARENA_RADIUS_CM / 100
 HULL_RADIUS = 0.02
 """Radius of a robot's hull, in metres."""
 CLEARANCE = 0.01
-"""Least gap between a start that was moved or given and the nearest robot, obstacle or wall, in metres."""
+"""Least gap between a moved or given start and the nearest robot, obstacle or wall, in metres."""
 APART = 2 * HULL_RADIUS + CLEARANCE
-"""Least distance between the centres of two starts that were given, in metres."""
+"""Least distance between the centres of two given starts, in metres."""
 _SHARES = 20
 
 
 def gap_to_arena(here: Pose, obstacles: Collection[Obstacle] = ()) -> tuple[float, float]:
-    """Measure the way to the nearest point of the wall or of an obstacle.
+    """Measure distance and direction to the nearest point of the wall or of an obstacle.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def gap_to_arena(here: Pose, obstacles: Collection[Obstacle] = ()) -> tuple[floa
     Returns
     -------
     gap : float
-        Distance from the robot's hull to it, in metres.
+        Distance from the robot's hull to this point, in metres.
     direction : float
-        Its direction off the robot's heading, in radians, left positive.
+        Direction of this point off the robot's heading, in radians, left positive.
     """
     out = math.hypot(here.x, here.y)
     direction = math.atan2(here.y, here.x) if out > 1e-9 else here.heading
@@ -55,7 +55,7 @@ def gap_to_arena(here: Pose, obstacles: Collection[Obstacle] = ()) -> tuple[floa
 
 
 def gap_to_robot(here: Pose, there: Pose) -> tuple[float, float]:
-    """Measure the way from one robot to another.
+    """Measure distance and direction from one robot to another.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def random_poses(
     rng: np.random.Generator, count: int, taken: Iterable[Pose] = (), *, apart: float = 0.08, clear: float = 0.12,
     obstacles: Collection[Obstacle] = (),
 ) -> list[Pose]:  # fmt: skip
-    """Draw poses that keep a distance from each other and from poses that are taken already.
+    """Draw poses at a distance from each other and from occupied poses.
 
-    Each pose is the first of at most 200 draws that keeps both distances; if none does, the one that comes nearest
-    to keeping them, which is still outside of every hull.
+    Each pose is the first of at most 200 draws that satisfies both distances. If none does, it is the best draw, which
+    is still outside every hull.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def random_poses(
     Returns
     -------
     list of Pose
-        ``count`` poses, uniform over the arena but for 4 cm along its wall, with uniform headings.
+        ``count`` poses, uniform over the arena except 4 cm along its wall, with uniform headings.
     """
     kept = [(pose, clear) for pose in taken]
     placed: list[Pose] = []
@@ -125,23 +125,23 @@ def random_poses(
 def moved(
     places: Mapping[str, Pose], name: str, ahead: float, left: float, obstacles: Collection[Obstacle] = ()
 ) -> dict[str, Pose]:
-    """Move one robot's start, or as much of the way as keeps it clear of all others, the wall and obstacles.
+    """Move one robot's start, as far as it stays clear of other robots, the wall and obstacles.
 
     Parameters
     ----------
     places
         The start of every robot.
     name
-        Which one to move.
+        The robot to move.
     ahead, left
-        How far, in metres, along its heading and to its left.
+        Distances, in metres, along its heading and to its left.
     obstacles
         What stands in the arena.
 
     Returns
     -------
     dict
-        The starts, with the largest twentieth of the move that leaves a gap of `CLEARANCE`, or none of it.
+        The starts. The move is shortened in steps of a twentieth until a gap of `CLEARANCE` remains.
     """
     start = places[name]
     cos, sin = math.cos(start.heading), math.sin(start.heading)
@@ -178,7 +178,7 @@ def given_poses(
     Raises
     ------
     ValueError
-        There is no such robot, or it would come within 1 cm of another one, an obstacle or the wall.
+        The robot is unknown, or is within 1 cm of another robot, an obstacle or the wall.
     """
     poses: dict[str, Pose] = {}
     for name, place in given.items():
@@ -200,24 +200,24 @@ def placed(
     places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random.Generator,
     obstacles: Collection[Obstacle] = (),
 ) -> dict[str, Pose]:  # fmt: skip
-    """Put robots at given starts; others that would stand in the way are drawn anew.
+    """Place robots at given starts, and draw new starts for other robots in their way.
 
     Parameters
     ----------
     places
         The start of every robot, as drawn.
     given
-        The starts that were asked for, from `given_poses`.
+        The requested starts, from `given_poses`.
     rng
-        Generator of the starts that are drawn anew.
+        Generator of the new starts.
     obstacles
         What stands in the arena.
 
     Returns
     -------
     dict
-        The starts. Robots that are not in ``given`` stay where they were drawn, unless their hull would come within
-        `CLEARANCE` of a given one.
+        The starts. A robot that is not in ``given`` keeps its drawn start, unless its hull is within `CLEARANCE` of a
+        given one.
     """
     poses = {**places, **given}
     for name in places:

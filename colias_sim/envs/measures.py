@@ -1,4 +1,4 @@
-"""Measures of an env's episodes, declared as data. Whoever plays the episodes computes the numbers."""
+"""Declare the measures of an env's episodes; the program that plays the episodes computes them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,15 @@ class EpisodeColumn:
     name
         Name of the column.
     kind
-        ``mean``: the mean of ``info`` over the steps. ``mean_abs``: the mean of its absolute value.
-        ``mean_abs_error``: the mean absolute difference from the env's argument ``target``. ``optomotor_gain``: of
-        slip and drift, ``1 - sum(slip sign(drift)) / sum(|drift|)``, null where the drift is 0 throughout. ``rms``: the
-        root of the mean square of ``info``, in which what swings to either side does not cancel. ``share``: the share
-        of the steps in which ``info`` is true.
+        ``mean``: the mean of ``info`` over the steps. ``mean_abs``: the mean of its absolute value. ``mean_abs_error``:
+        the mean absolute difference from the env's argument ``target``. ``optomotor_gain``: ``1 - sum(slip sign(drift))
+        / sum(|drift|)``, null if the drift is always 0. ``rms``: the root of the mean square of ``info``, in which
+        opposite signs do not cancel. ``share``: the share of the steps in which ``info`` is true.
     info
         The key of ``info``; for ``optomotor_gain`` the key of the slip.
     target
-        For ``mean_abs_error`` the env's argument that holds the wanted value, for ``optomotor_gain`` the key of
-        ``info`` that holds the drift; otherwise empty.
+        For ``mean_abs_error`` the env's argument with the target value, for ``optomotor_gain`` the key of ``info`` with
+        the drift; otherwise empty.
     """
 
     name: str
@@ -38,7 +37,7 @@ class EpisodeColumn:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest number that the kind can give; no interval goes beyond them."""
+        """The least and the largest possible value of the kind, which bound its intervals."""
         if self.kind in ("mean", "optomotor_gain"):
             return -math.inf, math.inf
         return 0.0, 1.0 if self.kind == "share" else math.inf
@@ -58,7 +57,7 @@ class Measure:
     column
         A column of the table of episodes.
     per
-        For ``collision_rate``: how many units of ``column`` make one of the rate's, for example 60 s a minute.
+        For ``collision_rate``: units of ``column`` per unit of the rate, for example 60 for s and minutes.
     """
 
     name: str
@@ -76,28 +75,28 @@ RETURN = Measure("return", "mean", "reward")
 
 IN_VIEW = EpisodeColumn("in_view", "share", "in_view")
 OFF_AXIS = EpisodeColumn("off_axis_deg", "mean_abs", "bearing_deg")
-"""Columns of every env with a target."""
+"""Column of every env with a target."""
 
 
 @dataclass(frozen=True, slots=True)
 class EnvEntry:
-    """An env as the registry has it, declared in the env's own file.
+    """A registered env: its class, baselines and measures, declared in the env's own file.
 
     Parameters
     ----------
     entry_point
         The env's class, as ``module:name``.
     max_episode_steps
-        After how many steps an episode is truncated.
+        Number of steps after which an episode is truncated.
     summary
         The task, in a few words.
     baselines
-        Names of the behaviours that any other is compared with: a random walk, driving straight, and an oracle that
-        is given the state of the world.
+        Names of the behaviours for comparison: a random walk, driving straight, and an oracle that receives the state
+        of the world.
     measures
-        The env's measures, `RETURN` not among them.
+        The env's measures, without `RETURN`.
     columns
-        The columns of its episodes beyond those that all envs have.
+        The columns of its episodes in addition to the common ones.
     note
         A sentence or two printed under the table of measures; empty for none.
     draws_paths

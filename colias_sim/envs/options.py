@@ -25,9 +25,9 @@ from scenes.hints import nearest
 
 MOST_ROBOTS = 20
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True, arbitrary_types_allowed=True)
-"""The pydantic configuration of every options class; these are keyword-only dataclasses too."""
+"""The pydantic configuration of every options class. These classes are keyword-only dataclasses too."""
 FPS = 30.0
-"""Frames per second of an env's camera: actions, limits of steps and the models' times are counted in its frames."""
+"""Frame rate of an env's camera. Actions, step limits and the models' times are counted in its frames."""
 
 Options = TypeVar("Options", bound="EnvOptions")
 T = TypeVar("T")
@@ -51,7 +51,8 @@ def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
     Raises
     ------
     ValueError
-        In one line: each wrong value by its name and what it must be, or the unknown name and the nearest known one.
+        A value is out of range, or a name is unknown. The message is one line with each name and its bound, or the most
+        similar known name.
     """
     try:
         return kind(**values)
@@ -71,7 +72,7 @@ def _problem(problem: Mapping[str, Any], known: list[str]) -> str:
 
 
 def _configured(kind: type[CameraConfig] | type[RobotConfig], value: Any) -> Any:
-    """Turn a preset's name, or settings by name, into a configuration."""
+    """Convert a preset's name, or settings by name, to a configuration."""
     if isinstance(value, str):
         return kind.preset(value)
     if isinstance(value, Mapping):
@@ -82,19 +83,19 @@ def _configured(kind: type[CameraConfig] | type[RobotConfig], value: Any) -> Any
 
 
 Arena = Annotated[str, AfterValidator(known_arena)]
-"""The name of a registered arena, or the path of a file of one's own."""
+"""The name of a registered arena, or the path of your own file."""
 Camera = Annotated[CameraConfig, BeforeValidator(partial(_configured, CameraConfig))]
-"""A camera: a preset's name, settings by name (with ``preset``, changes to that), or a configuration."""
+"""A camera: a preset's name, settings by name (with ``preset``, changes to it), or a configuration."""
 Wheels = Annotated[RobotConfig, BeforeValidator(partial(_configured, RobotConfig))]
 """A robot, likewise."""
 Randomise = Annotated[float | Mapping[str, Range], PlainValidator(checked_randomise)]
-"""A strength, a preset's name, or factors with their ranges (with ``preset``, beside those of that)."""
+"""A strength, a preset's name, or factors with their ranges (with ``preset``, additions to it)."""
 
 
 @with_field_docs
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class EnvOptions:
-    """The keyword arguments that every env takes."""
+    """Keyword arguments of every env."""
 
     observation: Literal["pixels", "neural", "both", "state"] = "pixels"
     """What the agent observes."""
@@ -105,21 +106,22 @@ class EnvOptions:
     robots: int = Field(default=1, ge=0, le=MOST_ROBOTS)
     """Other robots in the arena."""
     arena: Arena = "bright"
-    """An arena of scenes, or a file of one's own."""
+    """An arena of scenes, or your own file."""
     camera: Camera = Field(default=cast(Any, "default"), validate_default=True)
-    """The observer's eye: a preset, settings by name (with preset, changes to that), or a CameraConfig."""
+    """The observer's camera: a preset, settings by name (with preset, changes to it), or a CameraConfig."""
     robot: Wheels = Field(default=cast(Any, "default"), validate_default=True)
     """Body and wheels of all robots: a preset, settings by name, or a RobotConfig."""
     noise: float = Field(default=1.0, ge=0.0, le=10.0)
     """Camera noise, times the camera's own."""
     randomise: Randomise = 0.0
-    """Domain randomisation: 0 none .. 1, a preset, or a range for each factor (with preset, beside those of that)."""
+    """Domain randomisation: a strength from 0 (none) to 1, a preset, or ranges of factors (with preset, additions to
+    it)."""
     model: Any = "hybrid"
     """Vision model of neural observations: a name, a .py file, an entry, or a factory called with (rows, columns)."""
     render_mode: Literal["rgb_array", "human"] | None = None
-    """How render() shows the scene."""
+    """Output of render(): a picture, or a window."""
     render_view: Literal["arena", "top", "observer"] = "arena"
-    """Where render() looks from."""
+    """Viewpoint of render()."""
     render_width: Annotated[int, unit("px")] = Field(default=480, ge=16, le=1920)
     """Width of render()'s picture."""
     render_height: Annotated[int, unit("px")] = Field(default=360, ge=16, le=1080)
@@ -138,12 +140,12 @@ class EnvOptions:
         Returns
         -------
         EpisodeSettings
-            Camera, with its noise times ``noise``, and robot.
+            Settings of the camera, with its noise times ``noise``, and of the robot.
 
         Raises
         ------
         ValueError
-            The camera cannot have that much noise.
+            The camera's noise would exceed its range.
         """
         noisy = dataclasses.replace(
             self.camera, shot_noise=self.noise * self.camera.shot_noise, read_noise=self.noise * self.camera.read_noise

@@ -39,7 +39,7 @@ ENTRY = EnvEntry(
 HARDEST_PUSH_DEG_S = 180.0
 _PUSHED_DEG_S = (0.0, 58.0, 93.0, 130.0, 169.0, 207.0)
 _PUSH_N_M = (0.0, 8.25e-4, 1.237e-3, 1.649e-3, 2.061e-3, 2.474e-3)
-"""Measured: the turn rates (degrees/s) to which these torques (N m) bring a robot whose wheels are commanded to rest.
+"""Measured: turn rates (degrees/s), and the torques (N m) that turn a robot at these rates against resting wheels.
 
 The motors yield to the torque. From 4e-3 N m on the tyres slip too.
 """
@@ -48,14 +48,14 @@ The motors yield to the torque. From 4e-3 N m on the tyres slip too.
 @with_field_docs
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class OptomotorOptions(EnvOptions):
-    """The keyword arguments of `Optomotor`."""
+    """Keyword arguments of `Optomotor`."""
 
     robots: int = Field(default=0, ge=0, le=MOST_ROBOTS)
     """Other robots, parked."""
     arena: Arena = "drum"
-    """An arena of scenes, or a file of one's own."""
+    """An arena of scenes, or your own file."""
     disturbance: Literal["drum", "push"] = "drum"
-    """What disturbs the robot: the wall turns (drum), or a torque turns the robot (push)."""
+    """Disturbance of the robot: the wall turns (drum), or a torque turns the robot (push)."""
     slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=20.0, ge=0.0, le=360.0)
     """Least rate of the disturbance."""
     fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=90.0, gt=0.0, le=360.0)
@@ -77,7 +77,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     ## Description
 
     Hold the heading against a disturbance that turns the view: a striped drum that turns about the robot
-    (`disturbance="drum"`), or a torque that turns the robot itself (`"push"`). Rate and direction are drawn anew every
+    (`disturbance="drum"`), or a torque that turns the robot itself (`"push"`). Rate and direction are drawn again every
     2 to 4 s. A robot that turns with the drum, or resists the push, sees nothing move. The task is to keep the turn
     rate *relative to the wall* at 0.
 
@@ -89,9 +89,9 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     ## Info
 
-    The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a
-    robot that does nothing, 1 for one whose view never turns. It is a signed mean: a robot that swings about the
-    drum's rate may have a gain of 1 too. The root-mean-square slip tells them apart.
+    The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a robot that
+    does nothing, 1 for one whose view never turns. It is a signed mean: a robot that swings about the drum's rate may
+    have a gain of 1 too. The root-mean-square slip distinguishes the two.
 
     ## Starting State
 

@@ -46,12 +46,12 @@ ENTRY = EnvEntry(
 @with_field_docs
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class PursuitOptions(EnvOptions):
-    """The keyword arguments of `Pursuit`."""
+    """Keyword arguments of `Pursuit`."""
 
     robots: int = Field(default=1, ge=1, le=MOST_ROBOTS)
     """Other robots: the target, the rest parked."""
     distance_cm: Annotated[float, unit("cm")] = Field(default=10.0, ge=2.0, le=30.0)
-    """Gap between the hulls to be kept."""
+    """Target gap between the hulls."""
     target_speed_cm_s: Annotated[float, unit("cm/s")] = Field(default=6.0, ge=0.0, le=20.0)
     """Speed of the target."""
 
@@ -61,7 +61,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
     ## Description
 
     Follow a black Colias that wanders about the arena, at a set distance. The target meanders, and turns away on the
-    spot from anything that comes within 4.5 cm of it, but for the observer, which it does not notice.
+    spot from anything within 4.5 cm of it, except the observer.
 
     ## Rewards
 
@@ -75,8 +75,8 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     ## Starting State
 
-    The target stands at a random place on a ring about the arena's middle. The observer stands behind it at the
-    distance to be kept, and looks at it. Robots beyond the first are parked at random places.
+    The target stands at a random place on a ring about the arena's middle. The observer stands behind it at the target
+    distance, and faces it. Robots beyond the first are parked at random places.
 
     ## Episode End
 

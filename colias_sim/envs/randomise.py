@@ -1,6 +1,6 @@
-"""Domain randomisation: the factors that may vary between episodes, their draws, and the settings that follow.
+"""Domain randomisation: the factors that may vary between episodes, their draws, and the resulting settings.
 
-To add a factor, add an entry to `FACTORS`, and say in `changed` what it changes. Nothing is compiled anew for any.
+To add a factor, add an entry to `FACTORS`, and apply it in `changed`. No factor compiles the scene again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, check_tuna
 from scenes.hints import nearest
 
 Range = tuple[float, float]
-"""The lower and the upper end of what a factor is drawn from, uniformly."""
+"""The lower and the upper end of a factor's uniform distribution."""
 
 WIDEST_LIGHT = 0.3
 """Largest change of the lamps, as a share of their light, at strength 1."""
@@ -30,17 +30,17 @@ WIDEST_MOTOR = 0.05
 WIDEST_TILT_DEG = 3.0
 """Largest tilt of the camera in pitch and in yaw, in degrees, at strength 1."""
 USUAL_SHELL = SceneConfig().shell_grey
-"""Reflectance of the other robots' shells where nothing changes it."""
+"""Default reflectance of the other robots' shells."""
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeSettings:
-    """Settings of one episode: those of the env's arguments, changed by the values of factors.
+    """Settings of one episode: the env's arguments, changed by the values of factors.
 
     Parameters
     ----------
     camera, robot
-        The observer's camera and body. Of the robot only mass and motor gain may differ from the env's argument.
+        The observer's camera and body. Only mass and motor gain of the robot may differ from the env's argument.
     light
         A factor on the light of the lamps.
     shell_grey
@@ -52,7 +52,7 @@ class EpisodeSettings:
     tilt
         Pitch and yaw of the camera off its usual direction, in radians.
     shift
-        How far ahead and to the left of its usual start the observer begins, in metres.
+        Shift of the observer's start ahead and to the left, in metres.
     latency
         Time from an action to the command to the wheels, in seconds.
     """
@@ -70,18 +70,18 @@ class EpisodeSettings:
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """One thing that may vary.
+    """One factor that may vary between episodes.
 
     Parameters
     ----------
     unit
         Unit of its values; empty for a share or a factor.
     low, high
-        The ends within which its values must be.
+        Bounds of its values.
     changes
         What it changes, in words.
     parts
-        The names of the values drawn, as ``info["randomised"]`` has them. Each is drawn from the same range.
+        The names of its values in ``info["randomised"]``. Each is drawn from the same range.
     """
 
     unit: str
@@ -114,7 +114,7 @@ FACTORS: Mapping[str, Factor] = MappingProxyType({
 """Name -> factor, in the order in which they are applied."""
 
 PRESET = "preset"
-"""A mapping's key that names a preset, to which the mapping's other entries are added."""
+"""The key of a mapping that names a preset; the other entries are added to it."""
 
 _LIGHT = 1.0 - WIDEST_LIGHT, 1.0 + WIDEST_LIGHT
 _WHEELS = 1.0 - WIDEST_MOTOR, 1.0 + WIDEST_MOTOR
@@ -124,7 +124,7 @@ PRESETS: Mapping[str, Mapping[str, Range]] = MappingProxyType({
         "light": _LIGHT, "noise": (0.5, 2.0), "blur_px": (0.0, 0.5), "tilt": (-WIDEST_TILT_DEG, WIDEST_TILT_DEG),
         "shell": (USUAL_SHELL, USUAL_SHELL + WIDEST_SHELL), "wheel_gain": _WHEELS,
     },
-    # Around CameraConfig.preset("ov7670"): how far a robot's own eye may be from it is assumed.
+    # Around CameraConfig.preset("ov7670"); the deviation of a real camera is assumed.
     "ov7670": {
         "light": _LIGHT, "noise": (0.5, 2.0), "ae_target": (88.0, 128.0), "row_time_us": (376.0, 460.0),
         "blur_px": (0.15, 0.62),
@@ -132,7 +132,7 @@ PRESETS: Mapping[str, Mapping[str, Range]] = MappingProxyType({
     # Around RobotConfig.preset("colias4"), likewise.
     "colias4": {"mass_g": (26.0, 30.0), "motor_gain": (0.8, 1.25), "wheel_gain": _WHEELS, "latency_ms": (0.0, 50.0)},
 })  # fmt: skip
-"""Name -> factor -> range: what a name given as ``randomise`` is short for."""
+"""Name of a preset -> factor -> range."""
 
 Values = dict[str, tuple[float, ...]]
 """Factor -> a value for each of its parts, in the factor's unit."""
@@ -149,12 +149,12 @@ def checked_randomise(value: Any) -> float | dict[str, Range]:
     Returns
     -------
     float or dict
-        The number, or the ranges in the order of `FACTORS`, with those of the preset.
+        The number, or the ranges in the order of `FACTORS`, including the preset's.
 
     Raises
     ------
     ValueError
-        An unknown name, or a value that is out of range.
+        A name is unknown, or a value is out of range.
     """
     if isinstance(value, int | float | np.integer | np.floating) and 0.0 <= value <= 1.0:
         return float(value)
@@ -167,7 +167,7 @@ def checked_randomise(value: Any) -> float | dict[str, Range]:
     for name, ends in given.items():
         low, high = _checked(name, ends, 2)
         if low > high:
-            raise ValueError(f"the lower end of {name} comes first, got {ends!r}")
+            raise ValueError(f"{name} must have its lower end first, got {ends!r}")
         ranges[name] = low, high
     return {name: ranges[name] for name in FACTORS if name in ranges}
 
@@ -179,7 +179,7 @@ def _preset(name: Any) -> Mapping[str, Range]:
 
 
 def _checked(name: str, given: Any, count: int) -> tuple[float, ...]:
-    """Return ``count`` values of a factor; ``ValueError`` for an unknown factor or a value out of its range."""
+    """Check ``count`` values of a factor; ``ValueError`` for an unknown factor or a value out of its range."""
     if name not in FACTORS:
         raise ValueError(f"no factor '{name}' ({nearest(name, FACTORS, after='; ')}all: {', '.join(FACTORS)})")
     factor = FACTORS[name]
@@ -218,7 +218,7 @@ def given_values(
     Raises
     ------
     ValueError
-        An unknown factor, a value out of range, or one that this env's robot or camera cannot take.
+        A factor is unknown, a value is out of range, or this env's robot or camera refuses it.
     """
     values: Values = {}
     for name, given in options.items():
@@ -235,14 +235,14 @@ def changed(settings: EpisodeSettings, values: Values) -> EpisodeSettings:
     Parameters
     ----------
     settings
-        Those without them.
+        The settings without these values.
     values
         Factor -> its values.
 
     Returns
     -------
     EpisodeSettings
-        Those with them.
+        The settings with these values.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def _changed(settings: EpisodeSettings, name: str, values: tuple[float, ...]) ->
 def ends(
     plain: EpisodeSettings, randomise: float | Mapping[str, Range], given: Values | None = None
 ) -> tuple[EpisodeSettings, EpisodeSettings]:
-    """Compute the settings with all factors at the lower, and with all at the upper end of their ranges.
+    """Compute the settings with all factors at the lower, and at the upper end of their ranges.
 
     Parameters
     ----------
@@ -299,12 +299,12 @@ def ends(
     randomise
         The checked argument of the env.
     given
-        Factor -> values that are given, and therefore at neither end.
+        Factor -> given values, which replace both ends.
 
     Returns
     -------
     tuple of EpisodeSettings
-        Lower and upper; a number varies nothing that a robot or camera could refuse.
+        Lower and upper settings. A number only varies values that no robot or camera refuses.
 
     Raises
     ------
@@ -322,17 +322,17 @@ def draw(
 ) -> tuple[EpisodeSettings, dict[str, float]]:  # fmt: skip
     """Draw the settings of an episode.
 
-    Six numbers are drawn from the world whatever ``randomise`` is, so that it does not change the draws that follow.
-    Factors with ranges have streams of their own: none changes the draws of the others.
+    Six numbers are always drawn from the world, so that ``randomise`` does not change later draws. Factors with ranges
+    have their own streams, so that no factor changes another's draws.
 
     Parameters
     ----------
     plain
         The settings of an episode without randomisation.
     randomise
-        The checked argument of the env: 0 for none up to 1 for the widest of some factors, or ranges.
+        The checked argument of the env: a strength from 0 (none) to 1 (widest), or ranges.
     given
-        Factor -> values that are given, and therefore not drawn. They change no other draw.
+        Factor -> given values, which are not drawn. They change no other draw.
     world
         The generator of the episode's world.
     episode
@@ -343,7 +343,7 @@ def draw(
     settings : EpisodeSettings
         The settings.
     values : dict of str to float
-        Name of each value drawn or given -> the value, in the unit of its name.
+        Name -> value, drawn or given, in the unit of its name.
     """
     light, shell, left, right, pitch, yaw = world.uniform(-1.0, 1.0, 6).tolist()
     values: Values = {}

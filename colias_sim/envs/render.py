@@ -1,4 +1,4 @@
-"""Rendering of an env for people: pictures of the scene, or MuJoCo's own viewer on the screen."""
+"""Render an env for people: pictures of the scene, or MuJoCo's viewer on the screen."""
 
 from __future__ import annotations
 
@@ -35,32 +35,32 @@ HALF = math.tan(math.radians(FOVY_DEG / 2))
 """Half the height of the picture at a depth of 1."""
 ELEVATIONS_DEG: Mapping[str, float] = {"arena": -42.0, "top": -90.0}
 WALL_SHOWN = 0.13
-"""Least height of the wall that a view on the whole arena has in it, in metres."""
+"""Least visible height of the wall in a view of the whole arena, in metres."""
 MARGIN = 0.97
 """The share of the picture that the arena fills in its tighter direction."""
 LEAST_INSET_WIDTH = 200
-"""Width of a picture, in pixels, from which the view ``arena`` has insets, and each has the scale."""
+"""Least width of a picture, in pixels, for insets in the view ``arena`` and for the scale bar."""
 INSET_SHARE, LEAST_INSET_SHARE = 0.26, 0.1
-"""Width of an inset, as a share of the picture's: as large as it may be, and so small that it is left out."""
+"""Largest and smallest width of an inset, as a share of the picture's width. Smaller insets are omitted."""
 ROBOT_SHOWN = 0.035
-"""Height over the floor, in metres, below which nothing is covered by an inset: that of a robot."""
+"""Height of a robot over the floor, in metres. Insets cover nothing below it."""
 SCALE_M, SCALE_GREY = 0.10, 245
-"""Length of the scale, and its grey level."""
+"""Length of the scale bar, and its grey level."""
 FRAME = 60
 """Grey level of the line around an inset."""
 CLOSE_M, CLOSE_ELEVATION_DEG = 0.13, -32.0
-"""Distance and elevation of the close view on the observer."""
+"""Distance and elevation of the close view of the observer."""
 
 GROUND_RGBA = (0.42, 0.44, 0.47, 1.0)
 MARKERS: Mapping[str, tuple[float, float, float]] = {OBSERVER: (0.05, 0.60, 0.30), TARGET: (0.95, 0.45, 0.0)}
 OTHER_MARKER = 0.25, 0.35, 0.75
 MARKER_RADIUS, MARKER_ALPHA = 0.036, 0.45
-"""A marker is a disc on the floor under a robot; radius in metres."""
+"""Radius, in metres, and opacity of a marker, a disc on the floor under a robot."""
 ARROW_LENGTH, ARROW_WIDTH = 0.07, 0.005
 
 
 class Renderer:
-    """Shows a simulation as ``options.render_mode`` asks. The viewer's window opens with the first episode.
+    """Shows a simulation as pictures or in a window, which opens with the first episode (``options.render_mode``).
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Renderer:
     Raises
     ------
     colias_sim.GLUnavailable
-        Where nothing can render, and in mode ``human`` where there is no screen.
+        No OpenGL backend works, or mode ``human`` has no screen.
     """
 
     def __init__(self, sim: Simulation, options: EnvOptions) -> None:
@@ -111,7 +111,7 @@ class Renderer:
         Returns
         -------
         ndarray or None
-            A picture, (H, W, 3) uint8; ``None`` where the window shows the scene.
+            A picture, (H, W, 3) uint8; ``None`` if the window shows the scene.
         """
         if self._offscreen is None:
             return None
@@ -136,7 +136,7 @@ class Renderer:
         return picture
 
     def retexture(self, texture: int) -> None:
-        """Notice that the model's texture of this index has changed."""
+        """Upload the model's texture of this index again after a change."""
         if self._offscreen is not None:
             self._offscreen.retexture(texture)
         if self._viewer is not None:
@@ -152,7 +152,7 @@ class Renderer:
 
 
 def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
-    """Close the window and wait until its threads are gone."""
+    """Close the window and wait until its threads have ended."""
     viewer.close()
     for thread in threads:
         thread.join(timeout=5.0)
@@ -172,7 +172,7 @@ class View:
     rect
         Left, bottom, width and height, in pixels.
     people
-        Whether markers, ground and the observer's body are drawn; the robot's own eye sees none of them.
+        Whether markers, ground and the observer's body are drawn, which the robot's camera never sees.
     follows
         Whether the camera follows the observer.
     """
@@ -184,7 +184,7 @@ class View:
 
     @property
     def option(self) -> mujoco.MjvOption:
-        """The groups that are drawn, of the observer's own body for people alone: its lens stands in front of it."""
+        """Select the drawn groups; the observer's own body is only drawn for people, as its lens is in front of it."""
         option = mujoco.MjvOption()
         for group in range(mujoco.mjNGROUP):
             option.geomgroup[group] = group in DRAWN
@@ -200,23 +200,23 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
     model
         The compiled scene.
     view
-        ``arena``: all of it from above at an angle, with insets of the observer and of what its eye sees where the
-        picture is wide enough; they cover neither floor nor robots. ``top``: all of it from straight above.
-        ``observer``: the observer's eye alone.
+        ``arena``: the whole arena from above at an angle. A wide picture has insets with the observer and its camera's
+        view, which cover neither floor nor robots. ``top``: the whole arena from straight above. ``observer``: only the
+        observer's camera.
     width, height
         Size of the picture, in pixels.
 
     Returns
     -------
     tuple of View
-        In the order in which they are drawn.
+        The views in the order of drawing.
     """
     own = mujoco.MjvCamera()
     own.type, own.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(f"{OBSERVER}/eye").id
     whole = 0, 0, width, height
     if view == "observer":
         return (View(own, whole, people=False),)
-    model.vis.global_.fovy = FOVY_DEG  # that of free cameras; the robot's own eye has another
+    model.vis.global_.fovy = FOVY_DEG  # for free cameras; the robot's own camera has another
     arena = _whole_arena(ELEVATIONS_DEG[view], width / height)
     size = _inset_size(arena, width, height) if view == "arena" and width >= LEAST_INSET_WIDTH else None
     if size is None:
@@ -227,7 +227,7 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
 
 
 def _free_eye(elevation_deg: float, distance: float) -> mujoco.MjvCamera:
-    """Return a free camera that looks along +y from above."""
+    """Make a free camera that looks along +y from above."""
     eye = mujoco.MjvCamera()
     eye.type, eye.azimuth = mujoco.mjtCamera.mjCAMERA_FREE.value, 90.0
     eye.elevation, eye.distance = elevation_deg, distance
@@ -235,7 +235,7 @@ def _free_eye(elevation_deg: float, distance: float) -> mujoco.MjvCamera:
 
 
 def _projected(eye: mujoco.MjvCamera, points: Vector) -> tuple[Vector, Vector, Vector]:
-    """Project points (N, 3): right and up of a free camera's middle, in halves of the picture's height; depth, m."""
+    """Project points (N, 3) to a free camera's picture: right and up in halves of its height, and depth in m."""
     down = math.radians(-eye.elevation)
     upward = np.array([0.0, math.sin(down), math.cos(down)])
     forward = np.array([0.0, math.cos(down), -math.sin(down)])
@@ -245,13 +245,13 @@ def _projected(eye: mujoco.MjvCamera, points: Vector) -> tuple[Vector, Vector, V
 
 
 def _rim(height: float) -> Vector:
-    """Return points around the arena at a height, (N, 3), in metres."""
+    """Sample points around the arena at a height, (N, 3), in metres."""
     turn = np.linspace(0.0, 2 * np.pi, 361)
     return np.column_stack([ARENA_RADIUS * np.cos(turn), ARENA_RADIUS * np.sin(turn), np.full_like(turn, height)])
 
 
 def _whole_arena(elevation_deg: float, aspect: float) -> mujoco.MjvCamera:
-    """Return the nearest free camera that has the whole floor in the picture, and some of the wall."""
+    """Find the nearest free camera with the whole floor and some of the wall in the picture."""
     wall = _rim(WALL_SHOWN if elevation_deg > -90.0 else 0.04)
     shown = np.vstack([_rim(0.0), wall[wall[:, 1] > 0.0] if elevation_deg > -90.0 else wall])
     near, far = 0.5, 20.0
@@ -269,7 +269,7 @@ def _whole_arena(elevation_deg: float, aspect: float) -> mujoco.MjvCamera:
 
 
 def _inset_size(eye: mujoco.MjvCamera, width: int, height: int) -> tuple[int, int] | None:
-    """Return the largest size of insets in the upper corners that cover neither floor nor robot; ``None``: no room."""
+    """Find the largest insets in the upper corners that cover neither floor nor robot; ``None`` without room."""
     across, up, _ = _projected(eye, np.vstack([_rim(0.0), _rim(ROBOT_SHOWN)]))
     columns, rows = (width + across * height) / 2, (1 - up) * height / 2  # from the upper left corner
     for wide in range(round(INSET_SHARE * width), round(LEAST_INSET_SHARE * width), -1):
@@ -283,7 +283,7 @@ def _inset_size(eye: mujoco.MjvCamera, width: int, height: int) -> tuple[int, in
 
 
 def dress(scene: mujoco.MjvScene, floor: int, poses: Mapping[str, Pose], driven: Collection[str]) -> None:
-    """Add to a scene what people need: ground around the round floor, and a marker under each robot.
+    """Add ground around the round floor, and a marker under each robot, for people.
 
     Parameters
     ----------
@@ -339,14 +339,14 @@ def _draw_frame(picture: Picture, inset: View) -> None:
 def _draw_scale(picture: Picture, eye: mujoco.MjvCamera) -> None:
     """Draw a bar of `SCALE_M` and its length into a picture (H, W, 3) of the whole arena.
 
-    It lies on the ground beside the floor, at the depth of the floor's nearest point.
+    It lies on the ground outside the floor, at the depth of the floor's nearest point.
     """
     height, width, _ = picture.shape
     _, up, depth = _projected(eye, np.array([[0.0, -ARENA_RADIUS, 0.0]]))
     per_metre = height / 2 / float(depth[0]) / HALF
     start = max(0.03 * width, width / 2 - ARENA_RADIUS * per_metre)
     left, right, row = round(start), round(start + SCALE_M * per_metre), round((1 - float(up[0])) * height / 2)
-    for grey, extra in ((FRAME, 2), (SCALE_GREY, 0)):  # an outline, so that it is seen before any ground
+    for grey, extra in ((FRAME, 2), (SCALE_GREY, 0)):  # with an outline, to be visible on any ground
         tint, rim = (grey, grey, grey), extra // 2
         cv2.rectangle(picture, (left - rim, row - 2 - rim), (right + rim, row + rim), tint, -1)
         font, place = cv2.FONT_HERSHEY_SIMPLEX, (left, max(row - 6, 0))

@@ -1,4 +1,4 @@
-"""Scripted drivers of the other robots. They command wheel speeds, and know the poses of all robots."""
+"""Scripted drivers of the other robots: they know the poses of all robots, and command wheel speeds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Driver(Protocol):
-    """A driver of one robot."""
+    """The interface of a driver of one robot."""
 
     def wheels(self, dt: float, poses: Mapping[str, Pose]) -> WheelSpeeds:
         """Choose the wheel speeds for the next control interval.
@@ -27,7 +27,7 @@ class Driver(Protocol):
         dt
             Length of the interval, in seconds.
         poses
-            Poses of all robots by name, the driven one among them.
+            Poses of all robots by name, including the driven one.
 
         Returns
         -------
@@ -38,10 +38,10 @@ class Driver(Protocol):
 
 
 class Wander:
-    """Wandering: ahead on a meandering path, with turns on the spot before a wall, an obstacle or a robot.
+    """Wandering driver: it meanders ahead, and turns on the spot near a wall, an obstacle or a robot.
 
-    The driver notices what is within ``REACH`` metres of the hull and inside a cone about the heading. The cone is
-    the wider the nearer the thing is. The robot turns away from the thing until the way is free.
+    The driver detects anything within ``REACH`` metres of the hull inside a cone about the heading. The cone widens as
+    the distance falls. The robot turns away until the path is free.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Wander:
     rng
         Generator of the meandering.
     unheeded
-        Names of the robots that it does not notice.
+        Names of the robots that it ignores.
     obstacles
         What stands in the arena.
     """
@@ -74,7 +74,7 @@ class Wander:
         """Choose the wheel speeds for the next ``dt`` seconds, as `Driver.wheels`."""
         fade = math.exp(-dt / self.MEMORY_S)
         kick = math.sqrt(1.0 - fade * fade) * self.MEANDER * float(self._rng.standard_normal())
-        self._turn = fade * self._turn + kick  # drawn even if unused: later draws do not depend on what is near
+        self._turn = fade * self._turn + kick  # drawn even if unused, so that later draws are the same
         side = self._blocked(poses)
         if side == 0.0:
             self._avoiding = 0.0
@@ -83,7 +83,7 @@ class Wander:
         return self._robot.wheels_for(0.0, self._avoiding)
 
     def _blocked(self, poses: Mapping[str, Pose]) -> float:
-        """Return the side of the nearest thing in the way: 1 left, -1 right, 0 if the way is free."""
+        """Find the side of the nearest thing in the path: 1 left, -1 right, 0 if the path is free."""
         here = poses[self._robot.name]
         nearest, side = self.REACH, 0.0
         others = (gap_to_robot(here, there) for name, there in poses.items() if name not in self._unheeded)
@@ -97,9 +97,9 @@ class Wander:
 
 
 class Orbit:
-    """Circling to and fro about a centre. Every 1 to 4 seconds the driver draws a new angular rate and direction.
+    """Orbiting driver: it circles back and forth about a centre.
 
-    To reverse, the robot drives backwards.
+    Every 1 to 4 seconds it draws a new angular rate and direction. To reverse, the robot drives backward.
 
     Parameters
     ----------

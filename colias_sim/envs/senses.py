@@ -1,4 +1,4 @@
-"""What an agent senses and does: the spaces, the seven numbers of a vision model, and the manoeuvres."""
+"""Observations and actions of the envs: their spaces, the neural observation, and the manoeuvres."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from dsnn import Response
 
 WIRING = "experiments.wiring"
-"""The module that builds models from names. `colias_sim` knows no model, so it imports this one when one is built."""
+"""The module that builds models from names. `colias_sim` contains no model, so it imports this one on demand."""
 
 MANOEUVRES: Mapping[str, tuple[float, float]] = {
     "stop": (0.0, 0.0), "ahead": (0.3, 0.3), "bend left": (0.2, 0.3), "bend right": (0.3, 0.2),
@@ -32,7 +32,7 @@ _HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0],
 
 
 class Model(Protocol):
-    """A vision model as an env uses it. The models of ``dsnn`` satisfy this protocol."""
+    """The interface of a vision model in an env. The models of ``dsnn`` satisfy it."""
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Respond to the next frame, (R, C) uint8."""
@@ -44,13 +44,13 @@ class Model(Protocol):
 
 
 def build_model(model: Any, shape: tuple[int, int]) -> Model:
-    """Build the vision model of the neural observations. Its responses are checked at every frame.
+    """Build the vision model of the neural observations, with a check of its response to every frame.
 
     Parameters
     ----------
     model
-        The name of a registered model, the path of a .py file that declares ``MODEL``, an entry such as that
-        ``MODEL``, or a factory that is called with ``shape``, the tuple (rows, columns), as its only argument.
+        The name of a registered model, the path of a .py file that declares ``MODEL``, or such an entry. A factory
+        works too: it is called with ``shape``, the tuple (rows, columns), as its only argument.
     shape
         Rows and columns of the frames.
 
@@ -62,7 +62,7 @@ def build_model(model: Any, shape: tuple[int, int]) -> Model:
     Raises
     ------
     ValueError
-        If the name is unknown, the file declares no model, or ``model`` is none of the above.
+        The name is unknown, the file declares no model, or ``model`` has another type.
     """
     built: Model = importlib.import_module(WIRING).build(model, shape)
     return built
@@ -79,8 +79,8 @@ def neural_observation(responses: Sequence[Response]) -> npt.NDArray[np.float32]
     Returns
     -------
     ndarray
-        (7,) float32, the entries of `NEURAL`: potentials and azimuth of the last response, and the sums of the spikes
-        of all responses, clipped to the observation space.
+        (7,) float32, the entries of `NEURAL`: potentials and azimuth of the last response, and the summed spikes of all
+        responses, clipped to the observation space.
     """
     last = responses[-1]
     values = (

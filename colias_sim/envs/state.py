@@ -1,4 +1,4 @@
-"""The state of the world as an observation: what a real robot cannot know, for privileged baselines."""
+"""The state of the world as an observation for privileged baselines, which a real robot cannot know."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Vector = npt.NDArray[np.float32]
 SPEED, TURN, LENGTH = 0.35, 5.0, 2 * ARENA_RADIUS_CM / 100
 """The scales of speeds (m/s), turn rates (rad/s) and distances (m): a state's entry is the quantity over its scale."""
 OWN_ENTRIES, OTHER_ENTRIES = 7, 5
-"""Number of entries of the state vector that describe the observer itself, and that describe each other robot."""
+"""Number of entries of the state vector for the observer, and for each other robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +75,9 @@ class State:
         Returns
         -------
         ndarray
-            (7 + 5 N,) float32 for N other robots. Each quantity is divided by its scale and clipped to [-1, 1];
-            directions are encoded as sine and cosine, left positive as the turn rates are: a bearing's sine has the
-            other sign.
+            (7 + 5 N,) float32 for N other robots. Each quantity is divided by its scale and clipped to [-1, 1].
+            Directions are encoded as sine and cosine, left positive like the turn rates, so the sine has the opposite
+            sign of a bearing's.
         """
         observer = (
             self.speed / SPEED, self.turn_rate / TURN, self.slip / TURN, self.drift / TURN,
@@ -102,12 +102,12 @@ class State:
         Returns
         -------
         State
-            The state in SI units. Quantities that `vector` clipped have the value of the clip.
+            The state in SI units. Quantities that `vector` clipped stay clipped.
 
         Raises
         ------
         ValueError
-            There are not 7 + 5 N numbers.
+            The number of entries is not 7 + 5 N.
         """
         speed, turn, slip, drift, wall, sine, cosine, *rest = (float(value) for value in vector)
         others = tuple(

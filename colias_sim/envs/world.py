@@ -1,4 +1,4 @@
-"""The world of an env without Gymnasium: the observer among other robots, advanced one frame at a time."""
+"""The world of an env, without Gymnasium: the observer among other robots, advanced one frame at a time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from colias_sim.simulation import Simulation
 
 OBSERVER, TARGET = "observer", "target"
-"""Names of the robot that an agent drives, and of the one that some tasks are about."""
+"""Names of the robot that the agent drives, and of the target robot in some tasks."""
 
 
 class World:
@@ -37,7 +37,7 @@ class World:
     # A subclass may disturb the world.
 
     def _disturb(self, dt: float) -> float:
-        """Disturb drum and robot for ``dt`` seconds; return the rate in rad/s at which that alone turns the view."""
+        """Disturb drum and robot for ``dt`` seconds; return the disturbance's own turn rate of the view, in rad/s."""
         return 0.0
 
     def _wall_rate(self) -> float:
@@ -53,7 +53,7 @@ class World:
 
     @property
     def state(self) -> State:
-        """The state of the world, in SI units, whatever is observed."""
+        """The state of the world, in SI units, with any observation."""
         here, (vx, vy) = self._here, self._sim.robots[OBSERVER].velocity
         cos, sin = math.cos(here.heading), math.sin(here.heading)
         seen = []
@@ -90,7 +90,7 @@ class World:
     # Private.
 
     def _motion(self) -> dict[str, float | bool]:
-        """List the measures of the observer's motion that every env's ``info`` has; their names end in their units."""
+        """Compute the observer's motion for every env's ``info``; names end in their units."""
         pose = self._here
         return {
             "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),
@@ -100,7 +100,7 @@ class World:
         }  # fmt: skip
 
     def _rest(self) -> None:
-        """Set what an episode changes back to what it is before the first one; the simulation stays as it is."""
+        """Reset the episode's state to its state before the first episode; the simulation does not change."""
         self._command = WheelSpeeds(0.0, 0.0)
         self._delay(0.0)
         self._drivers: Mapping[str, Driver] = {}
@@ -109,12 +109,12 @@ class World:
         self._here = self._sim.robots[OBSERVER].pose
 
     def _delay(self, latency: float) -> None:
-        """Let commands arrive ``latency`` seconds after they are given, to the nearest control interval."""
+        """Delay commands by ``latency`` seconds, rounded to control intervals."""
         intervals = round(latency / self._sim.command_interval)
         self._sent = deque([self._command] * intervals)
 
     def _advance(self, look: bool) -> None:
-        """Advance by one frame; with ``look``, expose the camera. Adds up the way driven, and notices touches."""
+        """Advance by one frame; with ``look``, expose the camera. Add up the distance driven, and detect touches."""
         before = self._here
         self._sim.advance(self._drive, look=look)
         self._notice_touch()
@@ -122,7 +122,7 @@ class World:
         self._driven += math.hypot(self._here.x - before.x, self._here.y - before.y)
 
     def _drive(self, dt: float) -> None:
-        """Command the wheels of all robots, and disturb, for a control interval of ``dt`` seconds."""
+        """Command the wheels of all robots, and disturb the world, for a control interval of ``dt`` seconds."""
         self._notice_touch()
         self._sent.append(self._command)
         self._sim.robots[OBSERVER].ease(self._sent.popleft(), dt)
@@ -137,5 +137,5 @@ class World:
 
 
 def parked_robots(count: int) -> dict[str, str]:
-    """Name parked robots: ``count`` entries, name -> variant."""
+    """Make ``count`` parked robots: name -> variant."""
     return {f"parked{i}": "colias_parked" for i in range(1, count + 1)}

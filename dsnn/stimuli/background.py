@@ -85,8 +85,7 @@ def _panorama(image: str, shape: tuple[int, int], seed: int, changed_ns: int) ->
 
 
 def _photograph(rows: int) -> Floats:
-    """Return the photograph joined to its mirror image, so that it repeats without a seam; mirrored downward as
-    needed."""
+    """Join the photograph to its mirror image, so that it repeats without a seam; mirrored downward as needed."""
     data = np.frombuffer(resources.files("dsnn.stimuli").joinpath("photograph.png").read_bytes(), np.uint8)
     picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.float32)
     height, width = picture.shape

@@ -38,7 +38,7 @@ class DotsParams(TimedParams):
 
 
 class Dots(TimedStimulus[DotsParams]):
-    """Square dots on an even ground. Dots that leave the frame re-enter on its other side; all stand still in the
+    """Square dots on an even ground. Dots that leave the frame re-enter on its other side; all are still in the
     rest."""
 
     def __init__(self, params: DotsParams, seed: int = 0) -> None:
