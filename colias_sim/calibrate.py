@@ -217,6 +217,16 @@ def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
     References
     ----------
     EMVA 1288, Release 4.0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from colias_sim.calibrate import noise_levels, photon_transfer
+    >>> light = np.linspace(40.0, 200.0, 72 * 99).reshape(72, 99)
+    >>> noise = np.random.default_rng(0).normal(size=(60, 72, 99)) * np.sqrt(0.4 + 0.006 * light)
+    >>> line = photon_transfer([noise_levels(np.rint(light + noise).astype(np.uint8))])
+    >>> round(line.slope, 3)
+    0.006
     """
     mean = np.concatenate([level.mean for level in levels])
     variance = np.concatenate([level.variance for level in levels])
@@ -342,6 +352,14 @@ def lean(columns: Floats, rows: Whole) -> float:
     -------
     float
         Columns per row.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from colias_sim.calibrate import lean
+    >>> rows = np.arange(20, 40)
+    >>> round(lean(50.0 + 0.1 * rows, rows), 3)
+    0.1
     """
     return float(np.polyfit(rows, columns, 1)[0])
 
@@ -366,6 +384,12 @@ def row_time_us(leans: Sequence[float], speeds_px_s: Sequence[float]) -> float:
     ------
     CalibrationError
         The edge does not move.
+
+    Examples
+    --------
+    >>> from colias_sim.calibrate import row_time_us
+    >>> round(row_time_us([0.04, -0.04], [100.0, -100.0]))
+    400
     """
     lean_px, speed = np.asarray(leans, np.float64), np.asarray(speeds_px_s, np.float64)
     if not np.abs(speed).max(initial=0.0) > 0.0:
@@ -430,6 +454,14 @@ def gamma_points(grey: Floats, luma: Floats) -> Floats:
     ------
     CalibrationError
         The steps do not span the curve's inputs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from colias_sim.calibrate import gamma_points
+    >>> grey = np.linspace(0.0, 255.0, 40)
+    >>> gamma_points(grey, grey).round(6)[:4].tolist()
+    [4.0, 8.0, 16.0, 32.0]
     """
     if grey.min() > GAMMA_INPUTS[0] or grey.max() < GAMMA_INPUTS[-1]:
         wanted = f"{GAMMA_INPUTS[0]} to {GAMMA_INPUTS[-1]}"
@@ -461,6 +493,15 @@ def contrast_and_brightness(grey: Floats, luma: Floats, center: float = CONTRAS_
     ------
     CalibrationError
         Fewer than 3 steps are not clipped.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from colias_sim.calibrate import contrast_and_brightness
+    >>> grey = np.linspace(60.0, 200.0, 8)
+    >>> contrast, brightness = contrast_and_brightness(grey, (grey - 128.0) * 0.75 + 128.0 + 5.0)
+    >>> round(contrast), round(brightness)
+    (48, 5)
     """
     inside = (luma > MARGIN) & (luma < 255.0 - MARGIN) & (grey > MARGIN) & (grey < 255.0 - MARGIN)
     if inside.sum() < 3:

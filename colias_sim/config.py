@@ -139,6 +139,12 @@ class RobotConfig(_Presets):
     slowly at 27 and 30, which is a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 /
     sqrt(12) = 0.29 rms, which the preset has. The dead band, below the lowest power of that firmware, is an assumption.
     A command has 6 bytes, or 8 with framing, of 10 bits each at 38,400 baud.
+
+    Examples
+    --------
+    >>> from colias_sim import RobotConfig
+    >>> RobotConfig.preset("colias4").trim
+    3
     """
 
     _named: ClassVar = {
@@ -203,6 +209,12 @@ class CameraConfig(_Presets):
     References
     ----------
     OmniVision: data sheets of the OV7670 and the OV7675. Public firmware of the Colias (ColiasSenseV4).
+
+    Examples
+    --------
+    >>> from colias_sim import CameraConfig
+    >>> round(CameraConfig().focal_px, 1), CameraConfig.preset("ov7670").auto_exposure
+    (70.7, True)
     """
 
     _named: ClassVar = {
@@ -335,7 +347,13 @@ class CameraConfig(_Presets):
 
 @parameters
 class SceneConfig:
-    """Settings of the arena, the light and the stimulus's shell, and their variation between trials."""
+    """Settings of the arena, the light and the stimulus's shell, and their variation between trials.
+
+    Examples
+    --------
+    >>> from colias_sim import SceneConfig, Simulation
+    >>> simulation = Simulation(scene=SceneConfig(arena="leaves", light=0.7), seeing=False)
+    """
 
     arena: Annotated[str, AfterValidator(known_arena)] = "bright"
     """An arena: bright, plain, dim, leaves or drum, or the path of your own .xml or .py file."""

@@ -35,6 +35,15 @@ class Stretch:
         Time that the robot stands or turns, where the length is 0.
     rate
         Turn rate on the spot, in rad/s, left positive.
+
+    Examples
+    --------
+    >>> from math import degrees, pi
+    >>> from colias_sim import Pose, Route, Stretch
+    >>> quarter = Stretch(length=0.1 * pi / 2, speed=0.05, end_speed=0.05, curvature=10.0)
+    >>> round(degrees(quarter.turn))
+    90
+    >>> route = Route(Pose(0.0, 0.0, 0.0), (quarter,))
     """
 
     length: float = 0.0
@@ -140,6 +149,13 @@ class Route:
         Its pieces, in order.
     backward
         Whether the robot drives backward, and faces the other way.
+
+    Examples
+    --------
+    >>> from colias_sim import Pose, Route
+    >>> route = Route.line(Pose(0.0, 0.0, 0.0), length=0.3, speed=0.02)
+    >>> route.point(0.1)
+    Pose(x=0.1, y=0.0, heading=0.0)
     """
 
     start: Pose
@@ -279,6 +295,14 @@ class Tracker:
     ----------
     route
         The route.
+
+    Examples
+    --------
+    >>> from colias_sim import Pose, Route, Tracker
+    >>> tracker = Tracker(Route.line(Pose(0.0, 0.0, 0.0), length=0.3, speed=0.02))
+    >>> tracker.see(Pose(0.1, 0.01, 0.0))
+    >>> round(tracker.along, 3), round(tracker.offset, 3)
+    (0.1, 0.01)
     """
 
     def __init__(self, route: Route) -> None:
@@ -345,6 +369,13 @@ class Schedule:
         The route.
     acceleration
         Acceleration of starts, stops and steps of the speed, in m/s^2. ``inf``: immediate.
+
+    Examples
+    --------
+    >>> from colias_sim import Pose, Route, Schedule
+    >>> schedule = Schedule(Route.line(Pose(0.0, 0.0, 0.0), length=0.3, speed=0.02), acceleration=float("inf"))
+    >>> round(schedule.pose(5.0).x, 3)
+    0.1
     """
 
     def __init__(self, route: Route, acceleration: float) -> None:
@@ -546,6 +577,21 @@ class PathFollower:
         The route.
     acceleration
         Slope of the ramps, in m/s^2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from colias_sim import PathFollower, Pose, Route, Simulation
+    >>> start, rng = Pose(0.1, 0.1, 0.0), np.random.default_rng(0)
+    >>> with Simulation(seeing=False) as simulation:
+    ...     simulation.reset({"observer": Pose(0.0, 0.0, 0.0), "stimulus": start}, rng)
+    ...     robot = simulation.robots["stimulus"]
+    ...     follower = PathFollower(robot, Route.line(start, length=0.1, speed=0.05))
+    ...     for _ in range(30):
+    ...         simulation.advance(lambda dt: robot.drive(follower.wheels(dt)))
+    ...     x = robot.pose.x
+    >>> 0.13 < x < 0.16
+    True
     """
 
     HEADING_GAIN = 80.0  # per metre travelled

@@ -51,6 +51,13 @@ def bearing(observer: Pose, target: Pose, forward: float) -> float:
     -------
     float
         Angle in radians, right positive as in the image.
+
+    Examples
+    --------
+    >>> from math import degrees
+    >>> from colias_sim import Pose, bearing
+    >>> round(degrees(bearing(Pose(0.0, 0.0, 0.0), Pose(0.1, -0.1, 0.0), forward=0.0)))
+    45
     """
     x, y = observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading)
     return math.remainder(observer.heading - math.atan2(target.y - y, target.x - x), 2 * math.pi)

@@ -68,6 +68,13 @@ def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "
     ------
     dsnn.FrameError
         The frame has another shape or type, or values that are not finite or outside 0 to 255.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dsnn.frames import luma
+    >>> luma(np.zeros((72, 99, 3), np.uint8), (72, 99), "rgb").shape
+    (72, 99)
     """
     if not isinstance(frame, np.ndarray):
         raise FrameError(f"frame must be a numpy array of shape {shape}, got a {type(frame).__name__}")

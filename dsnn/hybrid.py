@@ -70,6 +70,15 @@ class Hybrid(Model[HybridParams]):
     ----------
     Fu, Bellotto and Yue 2018, arXiv 1808.07692: their discussion. Yue and Rind 2006, IEEE Transactions on Neural
     Networks 17. Reichardt and Poggio 1976.
+
+    Examples
+    --------
+    >>> from dsnn import Hybrid
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = Hybrid(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0, bool(series.looming.max() > 0.9)
+    (True, True)
     """
 
     def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:

@@ -89,6 +89,13 @@ class Response:
         Spikes of the looming detector in this frame, 0 or more.
     azimuth
         Position of the motion in the view, from -1 at the left edge to 1 at the right.
+
+    Examples
+    --------
+    >>> from dsnn import Response
+    >>> response = Response(hs=0.3, hs_spikes=2)
+    >>> response.hs, response.hs_spikes, response.vs
+    (0.3, 2, 0.0)
     """
 
     hs: float = 0.0
@@ -119,6 +126,13 @@ class ResponseSeries:
         Position of the motion, (T,), from -1 at the left edge to 1 at the right.
     time_s
         Time of each frame, (T,), in s, from the video; otherwise frames are 1/30 s apart.
+
+    Examples
+    --------
+    >>> from dsnn import Response, ResponseSeries
+    >>> series = ResponseSeries.from_responses([Response(hs_spikes=2), Response(hs_spikes=-1)])
+    >>> series.accumulated_spikes("hs")
+    3
     """
 
     hs: npt.NDArray[np.float64]
@@ -176,6 +190,17 @@ class VisionModel(Protocol):
 
     It is a protocol: any class with these methods is a model, whatever it inherits from. The shape of the frames is
     fixed when you make the model.
+
+    Examples
+    --------
+    >>> from dsnn import Response
+    >>> class Brightness:
+    ...     def __init__(self, shape):
+    ...         self.shape = shape
+    ...     def step(self, frame, *, channels="grey", maps=False):
+    ...         return Response(hs=float(frame.mean()) / 255.0)
+    ...     def reset(self):
+    ...         pass
     """
 
     @property

@@ -21,6 +21,13 @@ class DSNNParams:
     References
     ----------
     Fu, Bellotto and Yue 2018, arXiv 1808.07692: table ``tableParams``.
+
+    Examples
+    --------
+    >>> from dsnn import DSNNParams
+    >>> params = DSNNParams.robot(n_con=4)
+    >>> params.t_sp, len(params.delays())
+    (0.2, 4)
     """
 
     n_p: Annotated[int, unit("frames")] = Field(default=2, ge=0, le=60)

@@ -74,6 +74,13 @@ class ModelEntry:
     ------
     pydantic.ValidationError
         The name has other characters, a channel is unknown, or a value has the wrong type.
+
+    Examples
+    --------
+    >>> from dsnn import LGMD1, LGMD1Params, ModelEntry
+    >>> entry = ModelEntry("mine", "LGMD1 that ignores weak groups", LGMD1, LGMD1Params(t_g=40.0), ("looming",))
+    >>> entry.threshold("looming", entry.robot)
+    0.78
     """
 
     name: Name
@@ -238,6 +245,14 @@ def model_entry(name: str) -> ModelEntry:
     ------
     ValueError
         The model is unknown; the message suggests the most similar name.
+
+    Examples
+    --------
+    >>> from dsnn import model_entry
+    >>> entry = model_entry("lgmd1")
+    >>> entry.channels
+    ('looming',)
+    >>> model = entry.build((72, 99), entry.robot)
     """
     return look_up("model", name, MODELS)
 

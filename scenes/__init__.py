@@ -60,6 +60,12 @@ def arena_path(name: str) -> Path:
     ------
     ValueError
         The arena is unknown (the message suggests the most similar name), or the file does not exist.
+
+    Examples
+    --------
+    >>> from scenes import arena_path
+    >>> arena_path("bright").name
+    'bright.xml'
     """
     if name in ARENAS:
         return FOLDER / f"{name}.xml"

@@ -59,6 +59,13 @@ class State:
         Direction of that point off the heading, in radians, right positive.
     others
         The other robots: the target first, then the rest by distance.
+
+    Examples
+    --------
+    >>> from colias_sim.envs import State
+    >>> state = State(speed=0.1, turn_rate=0.0, slip=0.0, drift=0.0, wall_distance=0.4, wall_bearing=0.5, others=())
+    >>> round(State.read(state.vector()).wall_bearing, 3)
+    0.5
     """
 
     speed: float

@@ -66,6 +66,15 @@ class EMD(Model[EMDParams]):
     References
     ----------
     Hassenstein and Reichardt 1956; Iida and Lambrinos 2000.
+
+    Examples
+    --------
+    >>> from dsnn import EMD
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = EMD(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: EMDParams | None = None) -> None:

@@ -64,6 +64,15 @@ class EMDNormalised(Model[EMDNormalisedParams]):
     References
     ----------
     Drews and others 2020, Current Biology 30:209.
+
+    Examples
+    --------
+    >>> from dsnn import EMDNormalised
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = EMDNormalised(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: EMDNormalisedParams | None = None) -> None:

@@ -60,6 +60,15 @@ class Flow(Model[FlowParams]):
     References
     ----------
     Kroeger, Timofte, Dai and Van Gool 2016, ECCV (DIS).
+
+    Examples
+    --------
+    >>> from dsnn import Flow
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = Flow(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: FlowParams | None = None) -> None:

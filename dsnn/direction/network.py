@@ -103,6 +103,15 @@ class ReferenceDSNN(DSNN):
     References
     ----------
     Fu, Bellotto and Yue 2018, arXiv 1808.07692.
+
+    Examples
+    --------
+    >>> from dsnn import ReferenceDSNN
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = ReferenceDSNN(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:

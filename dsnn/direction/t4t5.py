@@ -58,6 +58,15 @@ class T4T5(Model[T4T5Params]):
     References
     ----------
     Liu and Fu 2025, arXiv 2504.04477.
+
+    Examples
+    --------
+    >>> from dsnn import T4T5
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = T4T5(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: T4T5Params | None = None) -> None:

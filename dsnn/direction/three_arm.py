@@ -68,6 +68,15 @@ class ThreeArm(Model[ThreeArmParams]):
     ----------
     Haag, Arenz, Serbe, Gabbiani and Borst 2016, eLife 5:e17421; Haag, Mishra and Borst 2017, eLife 6:e29044; of the
     quadrants: Eichner, Joesch, Schnell, Reiff and Borst 2011, Neuron 70:1155.
+
+    Examples
+    --------
+    >>> from dsnn import ThreeArm
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = ThreeArm(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: ThreeArmParams | None = None) -> None:

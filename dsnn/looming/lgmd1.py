@@ -96,6 +96,15 @@ class LGMD1(Detector[LGMD1Params]):
     References
     ----------
     Yue and Rind 2006, IEEE Transactions on Neural Networks 17.
+
+    Examples
+    --------
+    >>> from dsnn import LGMD1
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = LGMD1(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None, *, form: str | None = None) -> None:

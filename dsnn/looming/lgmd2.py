@@ -141,6 +141,15 @@ class LGMD2(Detector[LGMD2Params]):
     References
     ----------
     Fu, Hu and Yue 2018, arXiv 1801.06452.
+
+    Examples
+    --------
+    >>> from dsnn import LGMD2
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = LGMD2(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD2Params | None = None) -> None:

@@ -92,6 +92,15 @@ class LPLC2(Detector[LPLC2Params]):
     References
     ----------
     Hua, Fu, Peng, Yue and Luan 2022, IJCNN.
+
+    Examples
+    --------
+    >>> from dsnn import LPLC2
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = LPLC2(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2Params | None = None) -> None:

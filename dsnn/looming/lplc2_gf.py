@@ -147,6 +147,15 @@ class LPLC2GF(Detector[LPLC2GFParams]):
     References
     ----------
     Zhao, Xi, Li, Guo and Wu 2023, iScience 26:106337 (PMC10073940).
+
+    Examples
+    --------
+    >>> from dsnn import LPLC2GF, LPLC2GFParams
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = LPLC2GF(clip.shape, LPLC2GFParams.robot()).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2GFParams | None = None) -> None:

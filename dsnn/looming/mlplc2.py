@@ -71,6 +71,15 @@ class MLPLC2(Detector[MLPLC2Params]):
     References
     ----------
     Liu and Fu 2025, arXiv 2504.04477.
+
+    Examples
+    --------
+    >>> from dsnn import MLPLC2
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = MLPLC2(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: MLPLC2Params | None = None) -> None:

@@ -87,6 +87,15 @@ class PONLGMD(Detector[PONLGMDParams]):
     References
     ----------
     Fu and Li 2022: Harmonizing motion and contrast vision for robust looming detection.
+
+    Examples
+    --------
+    >>> from dsnn import PONLGMD
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = PONLGMD(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: PONLGMDParams | None = None) -> None:

@@ -103,6 +103,15 @@ class SILGMD1(Detector[SILGMD1Params]):
     ----------
     Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by
     its public firmware for Colias.
+
+    Examples
+    --------
+    >>> from dsnn import SILGMD1
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = SILGMD1(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD1Params | None = None) -> None:

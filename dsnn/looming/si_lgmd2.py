@@ -174,6 +174,15 @@ class SILGMD2(Detector[SILGMD2Params]):
     ----------
     Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by
     its public firmware for Colias.
+
+    Examples
+    --------
+    >>> from dsnn import SILGMD2
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("looming")
+    >>> series = SILGMD2(clip.shape).run(frame.luma for frame in clip)
+    >>> series.accumulated_spikes("looming") > 0
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD2Params | None = None) -> None:

@@ -50,6 +50,15 @@ class OnboardDSNN(Model[OnboardParams]):
     References
     ----------
     Fu, Bellotto and Yue 2018, arXiv 1808.07692; the formats are our choice.
+
+    Examples
+    --------
+    >>> from dsnn import OnboardDSNN
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", motion="leftward", rows=72, columns=99, width=20, height=40)
+    >>> series = OnboardDSNN(clip.shape).run(frame.luma for frame in clip)
+    >>> bool(series.hs.min() < -0.1)
+    True
     """
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams | None = None, *, form: str | None = None) -> None:

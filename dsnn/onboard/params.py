@@ -29,6 +29,12 @@ class OnboardParams(DSNNParams):
 
     By default the paper's eight spacings at 99x72 fit into the robot's memory, together with three camera frames and 16
     kB for other use (``colias firmware budget``). Of such formats the default has the least error.
+
+    Examples
+    --------
+    >>> from dsnn import OnboardParams
+    >>> OnboardParams().state_bits, OnboardParams.presets()["bits16"].state_bits
+    (8, 16)
     """
 
     state_bits: Annotated[Literal[8, 16], unit("bits")] = 8

@@ -36,6 +36,13 @@ class Jitter(Stimulus[ClipParams]):
     ------
     ValueError
         ``sd_px`` is outside 0 to 10, or the seed is below 0.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import Jitter, stimulus
+    >>> clip = Jitter(stimulus("plain"), sd_px=0.5, seed=1)
+    >>> clip[0].luma.shape
+    (180, 320)
     """
 
     def __init__(self, inner: Stimulus[ClipParams], sd_px: float = 0.3, seed: int = 0) -> None:

@@ -110,6 +110,12 @@ def stimulus_entry(name: str) -> StimulusEntry:
     ------
     ValueError
         The stimulus is unknown; the message suggests the most similar name.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import stimulus_entry
+    >>> stimulus_entry("looming").params.end_deg
+    60.0
     """
     return look_up("stimulus", name, STIMULI)
 

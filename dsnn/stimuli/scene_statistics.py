@@ -53,6 +53,12 @@ def contrasts(picture: Luma) -> Contrasts:
     -------
     Contrasts
         The four contrasts.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import contrasts, scene
+    >>> 0.2 < contrasts(scene("dead-leaves", (180, 540), seed=1)).rms < 1.0
+    True
     """
     grey = np.asarray(picture, np.float64)
     low, high = np.percentile(grey, (1, 99))
@@ -80,6 +86,13 @@ def amplitude_spectrum(picture: Luma) -> tuple[Floats, Floats]:
     -------
     tuple of numpy.ndarray
         Frequencies in cycles/px and amplitudes in grey levels, the means of up to 16 rings in log frequency.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import amplitude_spectrum, scene
+    >>> frequencies, amplitudes = amplitude_spectrum(scene("pink", (180, 540), seed=1))
+    >>> bool(amplitudes[0] > amplitudes[-1])
+    True
     """
     grey = np.asarray(picture, np.float64)
     window = np.outer(*(np.hanning(side + 2)[1:-1] for side in grey.shape))

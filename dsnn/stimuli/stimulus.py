@@ -44,6 +44,12 @@ class Box:
         Its upper left corner: column and row, px.
     width, height
         Its size, px.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import Box
+    >>> Box.about(10.0, 20.0, width=4.0, height=6.0)
+    Box(left=8.0, top=17.0, width=4.0, height=6.0)
     """
 
     left: float
@@ -118,6 +124,13 @@ class Truth:
     time_to_contact_s
         Time to a looming object's contact, s. For a receding object it is negative: the time since contact. Otherwise
         ``None``.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import stimulus
+    >>> truth = stimulus("looming")[60].truth
+    >>> truth.motion, truth.time_to_contact_s > 0.0
+    ('looming', True)
     """
 
     motion: str
