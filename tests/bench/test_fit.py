@@ -186,7 +186,7 @@ def same(one, other):
 def test_a_kill_changes_nothing_whatever_the_workers(folder, undisturbed):
     out = "killed"
     process = start(folder, *CLI, *arguments(folder, out, "hill,luck", *SMALL, "--workers", "1"))
-    assert wait_until(lambda: (folder / out / "search-0001").exists() or process.poll() is not None, 60)
+    assert wait_until(lambda: (folder / out / "search-0001").exists() or process.poll() is not None)
     process.send_signal(signal.SIGKILL)
     process.communicate(timeout=20)
     assert not (folder / out / "fit.json").exists(), "it was killed before its end"

@@ -27,7 +27,7 @@ def start(folder: Path, *command: str, **environment: str) -> subprocess.Popen[s
     )  # fmt: skip
 
 
-def wait_until(holds, seconds: float = 60.0) -> bool:
+def wait_until(holds, seconds: float = 300.0) -> bool:
     deadline = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > deadline:
