@@ -38,7 +38,9 @@ def draw(result: Any) -> Figure:
     cell = f"Blue: the claim holds, orange: it fails, k/n: in k of n = {number} replicates; hatched: not judged."
     symbols = [cell if named or (len(plan.axes) > 1 and result.counts.height) else ""]
     if not named and len(plan.axes) < 2:
-        symbols.append(f"Whiskers: 95 % interval, or the range of n = {number} replicates.")
+        symbols.append(
+            f"Whiskers: 95 % interval, or the range of n = {number} replicates." if number > 1 else "n = 1 replicate."
+        )
     if not named and any(place(axis) is not None for axis in plan.axes):
         symbols.append("Triangles: defaults.")
     if "unknown constants" in result.counts.columns and result.counts["unknown constants"].sum():
