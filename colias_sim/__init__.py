@@ -22,6 +22,7 @@ from colias_sim.robot import ParkedRobot, Robot
 
 try:
     __version__ = version("colias-sim")
+    """The version of colias-sim that is installed."""
 except PackageNotFoundError:  # run from a folder of sources that was never installed
     __version__ = "0+unknown"
 

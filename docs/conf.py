@@ -14,7 +14,7 @@ os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.envir
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
 os.environ["COLUMNS"] = "100"
 
-from tools.pages import parameters  # noqa: E402  (after the path)
+from tools.pages import api  # noqa: E402  (after the path)
 
 project = "colias-sim"
 author = "the colias-sim authors"
@@ -31,9 +31,10 @@ extensions = [
     "tools.pages.mathml",
     "tools.pages.blocks",
     "tools.pages.generated",
-    "tools.pages.parameters",
+    "tools.pages.api",
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints", "reference/equations"]  # which the models' pages take in
+# Other pages include the last two.
+exclude_patterns = ["_build", "**/.ipynb_checkpoints", "reference/equations", "generated/scenes"]
 root_doc = "index"
 nitpicky = False
 
@@ -50,16 +51,16 @@ nb_merge_streams = True
 default_role = "py:obj"  # a `name` in a docstring is a link where that has a page, and code elsewhere
 templates_path = ["_templates"]
 autosummary_generate = True
-autosummary_filename_map = parameters.filenames()
+autosummary_filename_map = api.filenames()
 autosummary_imported_members = True
-autosummary_context = {"left_out": parameters.left_out()}
+autosummary_context = {"fields": api.fields()}
 autodoc_member_order = "bysource"
 maximum_signature_line_length = 80  # with types: a parameter a line
 python_use_unqualified_type_names = True
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 numpydoc_xref_param_type = True
-numpydoc_xref_aliases = parameters.aliases()
+numpydoc_xref_aliases = api.links()
 numpydoc_xref_ignore = "all"  # other words of types than these aliases
 
 html_theme = "pydata_sphinx_theme"

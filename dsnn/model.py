@@ -273,7 +273,26 @@ class Model(ABC, Generic[P]):
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Respond to the next frame.
 
-        Parameters, returns and errors are those of `dsnn.VisionModel.step`.
+        Parameters
+        ----------
+        frame
+            Grey levels from 0 to 255, uint8 or floating point, (R, C) as ``shape`` says; or a colour image, uint8 of
+            (R, C, 3), which is reduced to its luma (ITU-R BT.601).
+        channels
+            What the frame has: grey levels, or the order of its colours.
+        maps
+            Whether to copy the layers' activity into the response. Only the DSNN's family has such layers; other
+            models leave ``maps`` empty.
+
+        Returns
+        -------
+        Response
+            The answer to this frame, of this frame and those before it.
+
+        Raises
+        ------
+        dsnn.FrameError
+            The frame has another shape or type, or values that are not finite or outside 0 to 255.
         """
         return self._respond(self._luma(frame, channels), maps)
 

@@ -60,7 +60,15 @@ class Jitter(Stimulus[ClipParams]):
     def frame(self, index: int) -> StimulusFrame:
         """Paint a frame.
 
-        Parameters, returns and errors are those of `dsnn.stimuli.Stimulus.frame`.
+        Parameters
+        ----------
+        index
+            From 0 to ``len(clip) - 1``.
+
+        Returns
+        -------
+        StimulusFrame
+            The frame and its truth.
         """
         still = self.inner.frame(index)
         x, y = self.shifts[index].tolist()

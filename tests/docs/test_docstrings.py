@@ -7,18 +7,15 @@ import dataclasses
 import doctest
 import importlib
 import inspect
-import re
 import types
 from typing import Any
 
 import pytest
 from numpydoc.docscrape import NumpyDocString
 
-from tests.helpers.chapters import PAGES, ROOT, blocks
-from tests.helpers.surface import CLASSES, EXPORTED, FUNCTIONS, PUBLIC, page
-from tools.pages import docstrings, surface
-
-API = ROOT / "docs" / "reference" / "api"
+from tests.helpers.chapters import PAGES, blocks
+from tests.helpers.surface import CLASSES, EXPORTED, FUNCTIONS, PUBLIC, documented, is_constant
+from tools.pages import api
 
 
 def is_property(name: str) -> bool:
@@ -36,52 +33,45 @@ def expected(function: Any) -> list[str]:
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_documents_what_it_takes_and_gives(name):
     function = FUNCTIONS[name]
-    documented = page(function)
-    assert docstrings.names_in(documented["Parameters"]) == expected(function)
+    assert documented(function, "Parameters") == expected(function)
+    page = NumpyDocString(inspect.getdoc(function) or "")
     gives = inspect.signature(function).return_annotation not in ("None", None, inspect.Signature.empty)
-    assert bool(documented["Returns"] or documented["Yields"]) == (gives and not is_property(name))
+    assert bool(page["Returns"] or page["Yields"]) == (gives and not is_property(name))
 
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_a_class_documents_how_it_is_made(name):
     cls = CLASSES[name]
-    documented = page(cls)
-    listed = [name for title in docstrings.LISTS for name in docstrings.names_in(documented[title])]
     if dataclasses.is_dataclass(cls):
-        assert set(listed) == set(docstrings.fields(cls))
-        written = NumpyDocString(inspect.getdoc(cls) or "")
-        own = {field.name for field in dataclasses.fields(cls)} & set(vars(cls).get("__annotations__", ()))
-        assert own <= {name for title in docstrings.LISTS for name in docstrings.names_in(written[title])}, "for help()"
-    elif getattr(cls, "_is_protocol", False):
-        return
-    elif isinstance(cls.__init__, types.FunctionType):
-        assert docstrings.names_in(documented["Parameters"]) == expected(cls.__init__)
+        made_of = {field.name for field in dataclasses.fields(cls) if field.init}
+        assert set(documented(cls, "Parameters", "Attributes")) == made_of
+    elif not getattr(cls, "_is_protocol", False) and isinstance(cls.__init__, types.FunctionType):
+        assert documented(cls, "Parameters") == expected(cls.__init__)
 
 
 def test_constants_are_described():
     for name, thing in PUBLIC.items():
-        if surface.is_constant(thing):
-            assert docstrings.constant(name, thing), name
+        assert not is_constant(thing) or api.constant(name), name
 
 
 def test_the_pages_list_every_name_once():
-    text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(API.glob("*.md")))
-    listed = re.findall(r"^   ([\w.]+)$", text, re.MULTILINE)
-    assert sorted(listed) == sorted(PUBLIC)
+    assert len(api.listed()) == len(PUBLIC)
+    for name, thing in EXPORTED.items():
+        twice = not is_constant(thing) and any(thing is other for other in PUBLIC.values())  # by another package
+        assert name in PUBLIC or twice, name
+    things = [id(thing) for thing in PUBLIC.values() if not is_constant(thing)]
+    assert len(things) == len(set(things))
 
 
 def test_what_chapters_import_is_public():
-    exported = list(EXPORTED.values())
     for where in PAGES:
         for block in (block for block in blocks(where) if block.language == "python"):
             for node in ast.walk(ast.parse(block.text)):
-                if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] in surface.OURS:
+                if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] in api.PACKAGES:
                     module = importlib.import_module(str(node.module))
                     for alias in node.names:
-                        assert any(getattr(module, alias.name) is entry for entry in exported), (
-                            block.where,
-                            alias.name,
-                        )
+                        public = any(getattr(module, alias.name) is thing for thing in PUBLIC.values())
+                        assert public, (block.where, alias.name)
 
 
 # --- examples --------------------------------------------------------------------------------------------------------

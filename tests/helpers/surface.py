@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import types
 from collections.abc import Callable, Iterator
@@ -9,18 +10,21 @@ from typing import Any
 
 from numpydoc.docscrape import NumpyDocString
 
-from tools.pages import docstrings, surface
+from tools.pages import api
 
-EXPORTED, PUBLIC = surface.exported(), surface.public()
+PACKAGES = ("experiments", "colias_sim", "colias_sim.envs", "colias_sim.calibrate", "dsnn", "dsnn.stimuli")
+"""Packages whose ``__all__`` is public."""
+EXPORTED = {f"{module}.{name}": getattr(importlib.import_module(module), name)
+            for module in PACKAGES for name in importlib.import_module(module).__all__}  # fmt: skip
+PUBLIC = api.public()
 
 
 def is_ours(cls: type) -> bool:
-    return cls.__module__.partition(".")[0] in surface.OURS
+    return cls.__module__.partition(".")[0] in api.PACKAGES
 
 
-def find(name: str) -> Any:
-    owner, _, last = name.rpartition(".")
-    return PUBLIC[name] if name in PUBLIC else getattr(PUBLIC[owner], last)
+def is_constant(thing: object) -> bool:
+    return not inspect.isclass(thing) and not inspect.isfunction(thing)
 
 
 def functions() -> Iterator[tuple[str, Callable[..., Any]]]:
@@ -38,10 +42,10 @@ def functions() -> Iterator[tuple[str, Callable[..., Any]]]:
 
 
 FUNCTIONS = dict(functions())
-
-
 CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
 
 
-def page(thing: Any) -> NumpyDocString:
-    return docstrings.completed(thing, inspect.getdoc(thing) or "", find)
+def documented(thing: Any, *titles: str) -> list[str]:
+    """The names that a docstring's sections document, without stars."""
+    page = NumpyDocString(inspect.getdoc(thing) or "")
+    return [name.strip().lstrip("*") for title in titles for entry in page[title] for name in entry.name.split(",")]

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from colias_sim.envs import ENVS
-from tests.helpers.surface import FUNCTIONS
+from tests.helpers.surface import FUNCTIONS, PUBLIC
 from tests.site import SITE
-from tools.pages import surface
 
 pytestmark = pytest.mark.site
 
@@ -53,4 +52,4 @@ def pages() -> dict[str, Described]:
 def test_every_public_name_has_an_anchor(pages):
     anchors = {name for document in pages.values() for name in document.sections}
     envs = {entry.entry_point.replace(":", ".") for entry in ENVS.values()}
-    assert {*surface.public(), *FUNCTIONS, *envs} <= anchors
+    assert {*PUBLIC, *FUNCTIONS, *envs} <= anchors

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
 from typing import get_args, get_type_hints
 
@@ -10,9 +11,11 @@ import pytest
 import typer
 
 from dsnn import CHANNELS, MODELS
+from dsnn.field_docs import meaning
 from dsnn.stimuli import STIMULI
-from tools.pages import commands, docstring_text, parameter_tables
-from tools.pages.models import EQUATIONS, assumed
+from experiments.bench.run.settings import described
+from tools.pages import commands
+from tools.pages.models import EQUATIONS
 
 CODE = re.compile(r"`([^`]+)`")
 
@@ -59,24 +62,26 @@ ASSUMED_CONSTANTS = {
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_the_page_of_every_model_lists_what_is_assumed(name):
+def test_every_model_says_what_is_assumed(name):
     """Its constants that no source gives, and the choices that its class lists."""
-    listed = [re.match(r"`(\w+) = ", item) for item in assumed(MODELS[name])]
-    assert {item[1] for item in listed if item} >= ASSUMED_CONSTANTS.get(name, set())
-    assert None in listed, "its class lists choices"
+    values = MODELS[name].robot
+    constants = {field for field in fields(name) if "(assumed" in meaning(type(values), field)}
+    assert constants >= ASSUMED_CONSTANTS.get(name, set())
+    assert re.search("^Assumed", inspect.getdoc(MODELS[name].build) or "", re.MULTILINE), "its class lists choices"
 
 
-def test_every_command_has_a_page_with_all_its_options(tmp_path):
+def test_the_page_of_commands_has_every_option(tmp_path):
     commands.write(tmp_path)
-    group = commands.shown(typer.main.get_command(commands.app))
-    assert {path.stem for path in tmp_path.iterdir()} == {*group, "index"}
-    for name, command in group.items():
-        text = (tmp_path / f"{name}.md").read_text()
-        below = commands.shown(command)
-        options = {option for each in (command, *below.values()) for param in each.params if not param.hidden
-                   for option in param.opts if option.startswith("--")}  # fmt: skip
-        assert not [option for option in options if option not in text], name
-        assert all(f"colias {name} {subcommand} " in text for subcommand in below)
+    text = (tmp_path / "index.md").read_text()
+    sections = dict(re.findall(r"^#+ (colias .*)\n\n```text\n([^`]*)```$", text, re.MULTILINE))
+    group = typer.main.get_command(commands.app)
+    assert set(sections) == set(commands.shown(group, "colias"))
+    for name, section in sections.items():
+        command = group
+        for word in name.split()[1:]:
+            command = command.commands[word]
+        assert not [option for param in command.params if not param.hidden
+                    for option in param.opts if option.startswith("--") and option not in section]  # fmt: skip
 
 
 ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s": "s", "rest_s": "s"}
@@ -88,34 +93,9 @@ ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s
     ids=lambda values: type(values).__name__,
 )  # fmt: skip
 def test_units_are_those_that_names_promise(values):
-    for row in parameter_tables.rows(values):
+    for row in described({"section": values}):
+        name = row.key.partition(".")[2]
         for mark, unit in ENDINGS.items():
-            if row.key.startswith(mark) or row.key.endswith(mark):
+            if name.startswith(mark) or name.endswith(mark):
                 assert row.unit == unit, row
         assert not (row.unit and row.value in ("true", "false")), row
-
-
-def test_a_table_of_parameters_tells_every_one_and_where_presets_differ():
-    entry = MODELS["dsnn"]
-    lines = parameter_tables.parameters(entry.robot, {"off-line": entry.offline}).splitlines()
-    rows = [line.split(" | ") for line in lines if line.startswith("| `")]
-    assert [row[0].strip("| `") for row in rows] == [field.name for field in dataclasses.fields(entry.robot)]
-    assert {row[0].strip("| `") for row in rows if "off-line" in row[1]} == {"k_sp", "t_sp"}
-    assert parameter_tables.changes(entry.robot, entry.offline) == ["k_sp=1", "t_sp=0.2"]
-
-
-def test_docstrings_lose_their_sections_and_keep_code():
-    def documented() -> None:
-        """Takes ``a | b`` and `c`, 2 * d.
-
-        - one
-          goes on
-        - two
-
-        Parameters
-        ----------
-        none
-            There are none.
-        """
-
-    assert docstring_text.paragraphs(documented) == ["Takes `a \\| b` and `c`, 2 \\* d.", "- one goes on\n- two"]

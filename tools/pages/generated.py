@@ -13,7 +13,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, envs, experiments, models, new, playground, scenes, stimuli
+from tools.pages import commands, envs, experiments, models, playground, scenes, stimuli
 
 WRITERS: dict[str, Callable[[Path], None]] = {
     "commands": commands.write,
@@ -22,7 +22,6 @@ WRITERS: dict[str, Callable[[Path], None]] = {
     "scenes": scenes.write,
     "experiments": experiments.write,
     "envs": envs.write,
-    "new": new.write,
     "playground": playground.write,
 }
 """The folder in docs/generated/ -> what writes into it."""

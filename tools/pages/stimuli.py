@@ -1,53 +1,62 @@
-"""Pages: a page for each stimulus, with its picture."""
+"""The page of stimuli: each with frames of it, a slice through space and time, and its parameters."""
 
 from __future__ import annotations
 
 import inspect
 from pathlib import Path
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from dsnn.stimuli import STIMULI, StimulusEntry
-from tools.pages import docstring_text, markdown, stimulus_pictures
-from tools.pages.markdown import code, prose, sentence, table
-from tools.pages.parameter_tables import parameters
+from experiments.bench.report import style
+from tools.pages import markdown
+
+SHOWN = 5
+"""Frames of a clip in its picture."""
 
 
 def write(folder: Path) -> None:
-    """Write the pages into ``folder``."""
-    for entry in STIMULI.values():
-        _write_page(folder, entry)
-    rows = ((f"[{code(name)}]({name}.md)", prose(sentence(entry.summary))) for name, entry in STIMULI.items())
+    """Write the page and its pictures into ``folder``."""
+    parts = []
+    for name, entry in STIMULI.items():
+        with style.look():
+            file = style.save(_drawn(entry), folder / name).name
+        documented = [type(entry.params), *([entry.build] if inspect.isclass(entry.build) else [])]
+        parts += [
+            f"## {name}\n\n{markdown.sentence(entry.summary)}\n",
+            markdown.picture(file, f"Five frames of the stimulus {name}, and a slice through space and time",
+                             "Five frames from the first that moves to the last. Below, the row through the object's"
+                             " first place, one frame below the other."),
+            *map(markdown.autodoc, documented),
+        ]  # fmt: skip
     markdown.write(
         folder / "index.md",
         "# Stimuli\n",
-        "Synthetic clips with their ground truth.\n"
-        "[`colias video NAME --out NAME.avi`](../commands/video.md) writes one,"
-        " [`colias watch NAME`](../commands/watch.md) shows it to a model,"
+        "Synthetic clips with their ground truth, here with their default parameters at seed 0.\n"
+        "`colias video NAME --out NAME.avi` writes one, `colias watch NAME` shows it to a model,"
         " and `dsnn.stimuli.stimulus(NAME)` makes it in Python.\n"
+        "`--set NAME.PARAMETER=VALUE` sets a parameter.\n"
         "An experiment of your own [declares clips of them](../../how-to/experiments-claims-and-arenas.md).\n",
-        table(("Stimulus", "What it shows"), rows),
-        markdown.toctree(STIMULI),
+        *parts,
     )
 
 
-def _write_page(folder: Path, entry: StimulusEntry) -> None:
-    name, params = entry.name, type(entry.params)
-    row = stimulus_pictures.draw(entry, folder / f"{name}.png")
-    band = stimulus_pictures.BANDS.get(name)
-    slice_text = f"the darkest of the {band} rows about row {row}" if band else f"row {row}"
-    caption = (
-        f"Frames of {code(name)} as its defaults make it, at seed 0."
-        f" Below, {slice_text} of every frame, one below the other; the marks at its right are the frames above."
-    )
-    about = docstring_text.paragraphs(params)
-    kind = [] if not inspect.isclass(entry.build) else docstring_text.paragraphs(entry.build)
-    markdown.write(
-        folder / f"{name}.md",
-        f"# {name}\n",
-        f"{prose(sentence(entry.summary))}\n",
-        *(f"{text}\n" for text in (*about, *kind)),
-        markdown.picture(f"{name}.png", f"Five frames of the stimulus {name}, and a slice through space and time",
-                         caption),
-        "## Parameters\n",
-        f"`--set {name}.NAME=VALUE` sets one, and `colias list parameters {name}` lists them.\n",
-        parameters(entry.params),
-    )  # fmt: skip
+def _drawn(entry: StimulusEntry) -> Figure:
+    """Draw a stimulus as its defaults make it."""
+    clip = entry.build(entry.params, 0)
+    frames = tuple(clip)
+    moving = [index for index, frame in enumerate(frames) if frame.truth.motion != "still"] or range(len(frames))
+    box = next((frame.truth.box for frame in frames if frame.truth.box is not None), None)
+    rows, columns = clip.shape
+    row = int(np.clip(box.top + box.height / 2, 0, rows - 1)) if box else rows // 2
+    drawn = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
+    axes = drawn.subplot_mosaic([list(range(SHOWN)), ["slice"] * SHOWN])
+    for place, index in enumerate(np.linspace(moving[0], moving[-1], SHOWN).round().astype(int)):
+        axes[place].imshow(frames[index].luma, cmap="gray", vmin=0, vmax=255)
+        axes[place].set(title=f"{index / clip.fps:.2f} s", xticks=[], yticks=[])
+    slice_of_rows = np.stack([frame.luma[row] for frame in frames])
+    axes["slice"].imshow(slice_of_rows, cmap="gray", vmin=0, vmax=255, aspect="auto",
+                         extent=(0, columns, len(frames) / clip.fps, 0))  # fmt: skip
+    axes["slice"].set(xlabel="x (px)", ylabel="time (s)")
+    return drawn

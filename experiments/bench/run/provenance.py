@@ -39,6 +39,7 @@ GIT_S = 20.0
 
 
 __version__ = importlib.metadata.version("colias-sim")
+"""The version of colias-sim that is installed."""
 
 
 class OtherCode(UsageError):

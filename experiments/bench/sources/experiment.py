@@ -127,7 +127,10 @@ class Experiment:
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions of its design, in order.
 
-        Parameters, returns and errors are those of `experiments.Translation.conditions`.
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
         """
         return tuple(self.design.conditions())
 
