@@ -18,7 +18,7 @@ import polars as pl
 from experiments.bench import offline, trials
 from experiments.bench.grid import Point
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
-from experiments.bench.report.terminal import count
+from experiments.bench.report import terminal
 from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, new_folder
@@ -227,7 +227,8 @@ def batch(plan: Plan, name: str = "") -> Batch[Any]:
         parameters=plan.parameters,
         things=plan.things,
         amount=lambda: (
-            f"{len(plan.points)} points, {count(plan.study.replicates, 'replicate')}, {len(plan.specs)} {plan.things}"
+            f"{len(plan.points)} points, {terminal.count(plan.study.replicates, 'replicate')},"
+            f" {len(plan.specs)} {plan.things}"
         ),
         size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
