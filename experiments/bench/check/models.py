@@ -75,7 +75,7 @@ def _demand_equal(now: ResponseSeries, before: ResponseSeries, channels: tuple[s
 
 
 def answers(chosen: ConfiguredModel) -> None:
-    """Every frame, of 99x72 and 320x180, gets a legal answer."""
+    """Every frame, of 99x72 and 320x180, gets a response in its range."""
     for frames in (crossing(), approach(), crossing(LARGER)[:10]):
         looming = _run(chosen, frames).looming
         low, high = looming.min(), looming.max()
@@ -84,7 +84,7 @@ def answers(chosen: ConfiguredModel) -> None:
 
 
 def reset(chosen: ConfiguredModel) -> None:
-    """After reset() the same frames get the same answers."""
+    """After reset() the same frames get the same responses."""
     model = chosen.build(SHAPE)
     first = answered(model, crossing(), chosen.channels)
     model.reset()
@@ -93,7 +93,7 @@ def reset(chosen: ConfiguredModel) -> None:
 
 
 def determinism(chosen: ConfiguredModel) -> None:
-    """Two models built alike answer alike."""
+    """Two models built alike respond alike."""
     otherwise = "in another model built alike: draws need a seed of their own, a parameter"
     _demand_equal(_run(chosen, crossing()), _run(chosen, crossing()), chosen.channels, otherwise)
 
@@ -143,7 +143,7 @@ def mirror(chosen: ConfiguredModel) -> None:
 
 
 def refusal(chosen: ConfiguredModel) -> None:
-    """Frames of another shape are refused."""
+    """Frames of another shape are rejected."""
     model, wrong = chosen.build(SHAPE), np.zeros((SHAPE[0], SHAPE[1] - 1), np.uint8)
     try:
         for _ in range(2):  # some compare a frame with the last
@@ -155,7 +155,7 @@ def refusal(chosen: ConfiguredModel) -> None:
 
 
 def declaration(chosen: ConfiguredModel) -> None:
-    """What it answers is declared, and what passes a threshold spikes."""
+    """Channels that respond are declared, and what passes a threshold spikes."""
     runs = [(chosen.build(frames.shape[1:]), frames) for frames in (crossing(), approach())]
     responses = [model.step(frame) for model, frames in runs for frame in frames]
 
