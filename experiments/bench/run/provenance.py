@@ -212,7 +212,10 @@ def commit(source: Mapping[str, Any]) -> str | None:
 def check(expected: str) -> None:
     """Raise `OtherCode` where this process, of a cluster say, has other code of colias-sim than is ``expected``."""
     if expected != digest():
-        raise OtherCode("a worker has other code of colias-sim than this process: install the same on all machines")
+        raise OtherCode(
+            "a worker has other code of colias-sim than this process: install the same on all machines, "
+            "and do not edit it while it runs"
+        )
 
 
 def drawn_from(folder: Path) -> str:
