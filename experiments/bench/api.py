@@ -123,9 +123,9 @@ def _viewer_for(live: bool | str, resources: Resources) -> str | None:
         raise UsageError("--live: a viewer listens on this machine alone: use --workers, not --cluster")
     address = f"{viewer.HOST}:{viewer.PORT}" if live is True else viewer.parsed(live)
     if not viewer.listens(address):
-        instead = "leave --live out and use colias view RUN --web, or give the address of one elsewhere to --viewer"
+        instead = "leave --live out and use colias view RUN --web, or give experiments.run the address of one elsewhere"
         if live is not True:
-            raise UsageError(f"--viewer {address}: no Rerun viewer listens there; start one with: rerun --bind HOST")
+            raise UsageError(f"live={address}: no Rerun viewer listens there; start one with: rerun --bind HOST")
         viewer.require_screen("--live: ", instead)
         _, address = viewer.opened(f"--live: Rerun's viewer did not open on this screen: {instead}")
     if not resources.quiet:

@@ -50,7 +50,7 @@ def parsed(text: str) -> str:
     """Check the address of a viewer, HOST:PORT or the URL that it prints; return HOST:PORT."""
     match = re.fullmatch(r"(?:rerun\+http://)?([A-Za-z0-9.\-]+):(\d{1,5})(?:/proxy)?", text)
     if match is None or not 0 < int(match[2]) < 2**16:
-        raise UsageError(f"--viewer {short(text)}: legal is HOST:PORT, as {HOST}:{PORT}")
+        raise UsageError(f"live must be HOST:PORT, such as {HOST}:{PORT}, got {short(text)}")
     return f"{match[1]}:{match[2]}"
 
 

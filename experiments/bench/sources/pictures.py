@@ -58,7 +58,7 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
         raise UsageError(f"{option}: cannot be read ({error.strerror})") from None
     paths.sort(key=by_number)
     if not paths:
-        raise UsageError(f"{option}: no pictures in it; legal is one or more, as PNG, JPEG, TIFF or BMP files")
+        raise UsageError(f"{option}: must hold one picture or more (PNG, JPEG, TIFF or BMP)")
     try:
         for path in paths:
             read_picture(path)

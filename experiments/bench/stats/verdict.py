@@ -87,7 +87,7 @@ class Outcome:
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
-            raise ValueError(f"outcome: verdict={short(self.verdict)}: legal is {', '.join(get_args(Judged))}")
+            raise ValueError(f"verdict must be one of {', '.join(get_args(Judged))}, got {short(self.verdict)}")
 
     @classmethod
     def of(
