@@ -258,7 +258,7 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     curves = {key: _samples(of, column) for key, of in style.by(rows.drop_nulls(column), "model", "other")}
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
-        return drawn_of(noun, varies, fewest)
+        return drawn_of(noun, _unit(varies)[0], fewest)
     most = max((len(levels) for levels, _ in curves.values()), default=0)
     orders = {key: order(*curve, varies) for key, curve in curves.items() if len(curve[0]) > 1 or most == 1}
     (common, so), *others = Counter(orders.values()).most_common() or [("is not known", 0)]
@@ -277,9 +277,9 @@ def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
     return ", ".join(parts)
 
 
-def drawn_of(noun: str, varies: str, n: int) -> str:
-    """Name what is drawn where n, one or two trials of each condition, carries no finding."""
-    return f"{noun} by {_unit(varies)[0]}, {'one trial' if n == 1 else 'two trials'} each"
+def drawn_of(noun: str, along: str, n: int) -> str:
+    """Name what is drawn along an axis where n, one or two trials of each condition, carries no finding."""
+    return f"{noun} by {along}, {'one trial' if n == 1 else 'two trials'} each"
 
 
 def _samples(rows: pl.DataFrame, column: str) -> tuple[list[Any], list[list[float]]]:
@@ -413,7 +413,10 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     for part, x, y in zip(parts, (_axis(varies), label), (COUNT[1], "potential (HS right positive)"), strict=True):
         part.supxlabel(x, fontsize=style.BODY)
         part.supylabel(y, fontsize=style.BODY)
-    _headlines(parts, [finding(rows, measure, varies) for measure in (COUNT, MECHANISM[-1])])
+    traced, fewest = finding(rows, MECHANISM[-1], varies), style.by(rows, "model", "level", "other").len()["len"].min()
+    if fewest < LEAST_FOR_INTERVAL:
+        traced = drawn_of("Potential", "bearing" if axis == BEARING[0] else "time", fewest)
+    _headlines(parts, [finding(rows, COUNT, varies), traced])
     _caption(figure, title, rows, varies, TRACES)
     last = min(across, len(shown)) - 1
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
@@ -519,7 +522,9 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
     n, w_i = excitations.select("n", "w_i").row(0)
     words = style.sentence(f"{whole}; with w_i = 1 the {balanced}")
-    style.headline(figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", varies, n))
+    style.headline(
+        figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", _unit(varies)[0], n)
+    )
     left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
     style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")
     return figure
