@@ -63,7 +63,7 @@ def budget(
         show(pl.DataFrame(worst).with_columns(pl.col("median", "worst").round().cast(int)), "instructions a frame")
     least, most = chip.CYCLES
     frame_ms = 1e3 / programs[0][0].fps
-    line = f"Memory in bytes; ms: the worst frame, of {frame_ms:.1f}, at {least} to {most} cycles an instruction (assumed)"
+    line = f"Bytes; ms: the worst frame, of {frame_ms:.1f}, at an assumed {least} to {most} cycles an instruction"
     out_console.print(f"{line}. {qemu.versions()}", soft_wrap=True)
     return 0
 
