@@ -103,10 +103,10 @@ class Tab:
 
 
 @contextmanager
-def browser(profile: Path) -> Iterator[Tab]:
-    """Start Chromium, and end it when the block is left."""
+def browser(profile: Path, *flags: str) -> Iterator[Tab]:
+    """Start Chromium with more ``flags``, and end it when the block is left."""
     (theirs_in, to), (back, theirs_out) = os.pipe(), os.pipe()
-    command = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}", "--remote-debugging-pipe"]
+    command = [str(CHROMIUM), *FLAGS, *flags, f"--user-data-dir={profile}", "--remote-debugging-pipe"]
 
     def connect() -> None:  # DevTools reads from 3 and writes to 4
         first, second = os.dup(theirs_in), os.dup(theirs_out)
