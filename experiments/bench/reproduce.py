@@ -23,7 +23,7 @@ from experiments.bench.behave import BehaviourPlan
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.report.terminal import error_console
-from experiments.bench.result import Run
+from experiments.bench.result import Run, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
@@ -35,7 +35,6 @@ from experiments.bench.sources import motion
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
 from experiments.bench.sources.episodes import short_name
-from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.sources.judge import judge as judge_rows
 from experiments.bench.sources.pictures import Pictures
@@ -380,9 +379,9 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
             failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
         failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
-    shows = [(part, rows(done)) for part, done in zip(plans.clips, clips, strict=True)]
+    shows = [(part, whole_networks(done)) for part, done in zip(plans.clips, clips, strict=True)]
     specs = [spec for part in plans.paper() for spec in part.specs()]
-    every = [replicate(specs, [row for done in runs for row in rows(done)])]
+    every = [replicate(specs, [row for done in runs for row in whole_networks(done)])]
     if REPLICATES in counts:
         every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
     studies = [*_read_off(shows), *counts.values()]
@@ -394,13 +393,6 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, clips, played, studies, failures)
     _write(result)
     return result
-
-
-def rows(run: Run) -> list[dict[str, Any]]:
-    """Return the rows of a run's trials, but those of models that are parts of another; none where all failed."""
-    found = run.trials.to_dicts() if run.done else []
-    whole = run.kind == "trials" and run.description["experiment"]["figure"] == "excitation"
-    return without_parts(found) if whole else found
 
 
 def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:

@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from dsnn.model import SPIKING
 from experiments.bench.run import parameters, provenance
 from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, read_description
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import has_tables, read_table
+from experiments.bench.run.models import counted_channel
 from experiments.bench.run.recordings import recordings_in
 from experiments.bench.run.rows import Failure, columns_of, table
 from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.excitation import without_parts
 from experiments.bench.stats import stored
 from experiments.bench.stats.tests import Summary
 from experiments.bench.stats.verdict import Verdict
@@ -124,6 +125,18 @@ class Run:
         if self.kind in ("trials", "measured") and not (self.folder / "comparisons.csv").is_file():
             return pl.DataFrame(schema=pl.Schema(COMPARISONS))
         return self._csv("comparisons.csv")
+
+    @cached_property
+    def excitations(self) -> pl.DataFrame:
+        """Excitation and inhibition in each condition and frame, as in ``excitation.csv``; no rows in other runs."""
+        from experiments.bench.sources import excitation
+
+        networks = {
+            model["label"]: model["network"] for model in self.description.get("settings", {}).get("models", ())
+        }
+        if excitation.WHOLE not in networks or self.description["experiment"]["figure"] != "excitation":
+            return pl.DataFrame()
+        return excitation.table(self.trials.to_dicts(), self.frames, float(networks[excitation.WHOLE]["w_i"]))
 
     @cached_property
     def claims(self) -> pl.DataFrame:
@@ -394,8 +407,7 @@ def _draw(run: Run) -> Figure:
 
         declared = described["experiment"]
         title = clips.title(declared["name"], described["seed"], changed)
-        thresholds = _thresholds(run, described["models"])
-        return clips.draw(Drawing(**declared["figure"]), run.trials, run.frames, thresholds, title)
+        return clips.draw(Drawing(**declared["figure"]), run.trials, run.frames, _thresholds(run), title)
     if run.kind in ("trials", "measured"):
         return _draw_robot(run, run.trials.to_dicts(), changed)
     if run.kind == "episodes":
@@ -406,15 +418,10 @@ def _draw(run: Run) -> Figure:
     raise UsageError(f"{run.folder}: the figure of a {run.kind} is not drawn from its tables; see the pictures there")
 
 
-def excitations(run: Run, rows: Sequence[Any]) -> pl.DataFrame | None:
-    """Tabulate excitation and inhibition in each condition of a run's rows; ``None`` where that is not its figure."""
-    from experiments.bench.sources import excitation
-
-    models = {model["label"]: model for model in run.description["settings"]["models"]}
-    if run.description["experiment"]["figure"] != "excitation" or excitation.WHOLE not in models:
-        return None
-    table = excitation.table(rows, run.frames, float(models[excitation.WHOLE]["network"]["w_i"]))
-    return table if len(table) else None
+def whole_networks(run: Run) -> list[dict[str, Any]]:
+    """Return the rows of a run's trials without models that are parts of another; none where all trials failed."""
+    rows = run.trials.to_dicts() if run.done else []
+    return without_parts(rows) if run.description["experiment"]["figure"] == "excitation" else rows
 
 
 def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure:
@@ -424,20 +431,15 @@ def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure
     from scenes import arena_name
 
     declared, settings = run.description["experiment"], run.description["settings"]
-    excited = excitations(run, rows)
     title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
                         open_loop=settings["robot"]["open_loop"])  # fmt: skip
     return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
-                      _thresholds(run, settings["models"]), title, () if excited is None else excited)  # fmt: skip
+                      _thresholds(run), title, run.excitations)  # fmt: skip
 
 
-def _thresholds(run: Run, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+def _thresholds(run: Run) -> dict[str, float | None]:
     """Read the threshold of each model's counted channel, as ``run.json`` has it."""
-    stored_levels = {model["label"]: run.description[THRESHOLDS][model["label"]] for model in models}
-    return {
-        label: next((levels[channel] for channel in SPIKING if channel in levels), None)
-        for label, levels in stored_levels.items()
-    }
+    return {label: levels.get(counted_channel(levels)) for label, levels in run.description[THRESHOLDS].items()}
 
 
 def _png(drawn: Figure) -> bytes:

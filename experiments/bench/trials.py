@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from experiments.bench.result import Run, excitations, load
+from experiments.bench.result import Run, load, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError, explain
@@ -28,7 +28,6 @@ from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.sources import room
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures
@@ -328,12 +327,12 @@ def conclude(plan: Plan, folder: RunFolder) -> Run:
         return run
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
-    whole = without_parts(rows) if plan.experiment.figure == "excitation" else rows
+    whole = whole_networks(run)
     folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED))
     if compared := compare(whole, plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""):
         folder.write_rows("comparisons.csv", compared)
-    if (excited := excitations(run, rows)) is not None:
-        folder.write_rows("excitation.csv", excited.to_dicts())
+    if run.excitations.height:
+        folder.write_rows("excitation.csv", run.excitations.to_dicts())
     style.save(run.figure(), folder.folder / "figure")
     return run
 

@@ -6,7 +6,6 @@ import numpy as np
 import polars as pl
 import pytest
 
-from colias_sim.config import CameraConfig, RobotConfig
 from dsnn import MODELS
 from experiments.background import SPEEDS
 from experiments.bench import registry, reproduce, sweep, sweep_plan
@@ -26,8 +25,6 @@ from experiments.studies.robot import APPARATUS, DEFAULTS, EYES, NETWORK, READIN
 from tests.bench.stats.test_replicates import rows_of
 from tests.helpers.clip_rows import T, judge, row
 from tests.helpers.paper import design
-
-APPARATUS_OF = {"camera": CameraConfig(), "robot": RobotConfig()}
 
 
 def planned(name, seed=0, **changes):

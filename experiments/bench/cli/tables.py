@@ -7,14 +7,13 @@ from typing import Any
 
 import polars as pl
 
-from dsnn.model import SPIKING
 from experiments.bench.report import terminal
 from experiments.bench.report.terminal import count, out_console, show_files, show_line, show_verdicts
-from experiments.bench.result import Run
+from experiments.bench.result import Run, whole_networks
 from experiments.bench.run.description import THRESHOLDS
+from experiments.bench.run.models import counted_channel
 from experiments.bench.run.rows import RECORDING, group
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.sources.excitation import without_parts
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE, flaws
 from experiments.bench.sources.trial_rows import drawable, varying
 from experiments.bench.stats.tests import summary_rows
@@ -49,7 +48,7 @@ def show_trials(run: Run) -> None:
     """Print the means of each condition, the verdicts, tests between models, and where everything is."""
     provenance, declared = run.provenance if run.kind == "measured" else "", run.description["experiment"]
     robot, every = run.description["settings"]["robot"], run.trials.to_dicts() if run.done else []
-    rows = without_parts(every) if declared["figure"] == "excitation" else every
+    rows = whole_networks(run)
     if provenance:
         show_line(f"{provenance}: imported from a log")
     if rows:
@@ -81,7 +80,7 @@ def conditions(run: Run, rows: Sequence[Mapping[str, Any]]) -> pl.DataFrame:
     """Return the table of conditions: what varies, n, means over trials, and the 95 % interval of the spikes' mean."""
     declared, open_loop = run.description["experiment"], run.description["settings"]["robot"]["open_loop"]
     varies, levels = declared["varies"], run.description[THRESHOLDS]
-    counted = {model: next((name for name in SPIKING if name in levels[model]), "hs") for model in levels}
+    counted = {model: counted_channel(levels[model]) for model in levels}
     ends = [{"peak": row.get(f"peak_{counted[row['model']]}"), "trough": row.get(f"trough_{counted[row['model']]}")}
             for row in rows]  # fmt: skip
     mechanism = drawable(declared["figure"], rows) == "mechanism"

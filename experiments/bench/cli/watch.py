@@ -126,9 +126,8 @@ def write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter
     entry = find_stimulus(name)
     collected = settings.collect(texts, {entry.name: entry.params}, f"colias list parameters {name}")
     clip = clip_of(entry, collected.get(entry.name, {}), jitter).open(seed)
-    # half-written files are removed
     with interrupts.once(), progress(entry.name, len(clip), quiet=False, things="frames") as advance:
-        table = clip_file.write(clip.stimulus, out, advance)
+        table = clip_file.write(clip.stimulus, out, advance)  # after Ctrl-C it removes half-written files
     rows, columns = clip.shape
     about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
     show_places({"clip": f"{out}  ({about})", "truth": table})

@@ -13,8 +13,8 @@ from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
 from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
-from experiments.bench.reproduce import FULL, Reproduction, rate, rows
-from experiments.bench.result import excitations
+from experiments.bench.reproduce import FULL, Reproduction, rate
+from experiments.bench.result import whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import PIXELS, RENDERERS, read_description
 from experiments.bench.run.files import NAME, Files
@@ -42,7 +42,7 @@ MOST_FAILURES = 5
 
 def write(result: Reproduction) -> Path:
     """Write ``report.html``, the robot's panels and the figures of studies into a folder; return the page's path."""
-    trials = {run.folder.name: rows(run) for run in result.runs if run.done and run.folder.name in PAPER}
+    trials = {run.folder.name: whole_networks(run) for run in result.runs if run.done and run.folder.name in PAPER}
     if trials:
         style.save(panels(trials), result.folder / "panels")
     for counts in result.studies:
@@ -169,8 +169,8 @@ def _mechanism(claim: Verdict, result: Reproduction) -> str:
     """Say which figure shows why a claim comes out as it does; of excitation and inhibition also the numbers."""
     experiment, drawn = words(claim.id).mechanism
     shown = next((run for run in result.runs if run.folder.name == experiment and run.done), None)
-    courses = None if shown is None else excitations(shown, shown.trials.to_dicts())
-    numbers = "" if courses is None else f"; means in units of HS where E + I is largest: {described(courses)}"
+    courses = shown.excitations if shown else pl.DataFrame()
+    numbers = f"; means in units of HS where E + I is largest: {described(courses)}" if courses.height else ""
     return f"{experiment}: {drawn}{numbers}" if experiment else ""
 
 

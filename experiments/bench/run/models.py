@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -57,8 +57,7 @@ class ConfiguredModel:
     @property
     def counted(self) -> str:
         """The channel whose spikes are those of a trial: ``hs``, or ``looming`` where no direction is declared."""
-        channels = self.channels
-        return next((channel for channel in SPIKING if channel in channels), "")
+        return counted_channel(self.channels)
 
     @property
     def thresholds(self) -> dict[str, float | None]:
@@ -91,6 +90,11 @@ class ConfiguredModel:
             field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network) if field.init
         }
         return rebuilt, (self.label, self.source, fields)
+
+
+def counted_channel(channels: Collection[str]) -> str:
+    """Return the channel whose spikes are those of a trial, of those that a model declares; empty if none spikes."""
+    return next((channel for channel in SPIKING if channel in channels), "")
 
 
 def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
