@@ -1,9 +1,9 @@
 """Experiments with a simulated Colias and fly-inspired vision: run them, declare your own, read what came of them.
 
-The paper's experiments and some beyond it are here, one declaration a file; what they share is in
-`experiments.bench`. A file of your own needs this package, `dsnn` and `colias_sim`, never ``experiments.bench``.
+The paper's experiments and some beyond it are declared in `experiments.robot` and `experiments.clips`; what they share
+is in `experiments.bench`. A file of your own needs this package, `dsnn` and `colias_sim`, never ``experiments.bench``.
 
-A new experiment that ships is a file here that defines ``EXPERIMENT``, and its name in `NAMES` or `OFFLINE`.
+A new experiment that ships is an entry of ``EXPERIMENTS`` there, and its name in `NAMES` or `OFFLINE`.
 
 Examples
 --------
@@ -13,38 +13,15 @@ Examples
 """
 
 NAMES = (
-    "general",
-    "speed",
-    "distance",
-    "angular-approach",
-    "angular-recession",
-    "contrast",
-    "clutter",
-    "egomotion",
-    "ensembles",
-    "distance-mechanism",
-    "approach-mechanism",
-    "recession-mechanism",
-    "speed-steps",
-)
+    "general", "speed", "distance", "angular-approach", "angular-recession", "contrast", "clutter", "egomotion",
+    "ensembles", "distance-mechanism", "approach-mechanism", "recession-mechanism", "speed-steps",
+)  # fmt: skip
 """The experiments with the robot."""
 
 OFFLINE = (
-    "clean",
-    "blocked",
-    "clutter-depth",
-    "clutter-translation",
-    "clutter-speed",
-    "clutter-frames",
-    "clutter-contrast",
-    "street",
-    "edges",
-    "apparent",
-    "background-alone",
-    "background",
-    "constants-2017",
-    "constants-emd",
-)
+    "clean", "blocked", "clutter-depth", "clutter-translation", "clutter-speed", "clutter-frames", "clutter-contrast",
+    "street", "edges", "apparent", "background-alone", "background", "constants-2017", "constants-emd",
+)  # fmt: skip
 """The experiments with clips of stimuli."""
 
 # The public names stand in __init__.pyi, which type checkers and editors read too. The file is read, and a name

@@ -46,8 +46,7 @@ from experiments.bench.stats.tests import (
     proportion_interval,
 )
 from experiments.claims.clips import answer
-from experiments.clean import GREYS, LONG_EDGE_AHEAD
-from experiments.clutter_depth import GREYS as EXTREMES
+from experiments.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
@@ -157,10 +156,10 @@ def _rectangle(name: str, stimulus: str, motion: str, **changes: Any) -> Clip:
 
 def _direction_even() -> Iterator[Clip]:
     """Yield 24 clips: dark and light, four directions at two speeds, looming and receding in two times."""
-    for (shade, (grey, ground)), motion, speed in product(GREYS.items(), TRANSLATION, (120.0, 240.0)):
+    for (shade, (grey, ground)), motion, speed in product(SHADES.items(), TRANSLATION, (120.0, 240.0)):
         greys = {"grey": grey, "background_grey": ground}
         yield _rectangle(f"{shade} {motion} {speed:g} px/s", "plain", motion, speed=speed, **greys)
-    for (shade, (grey, ground)), motion, long_s in product(GREYS.items(), DEPTH, (1.0, 2.0)):
+    for (shade, (grey, ground)), motion, long_s in product(SHADES.items(), DEPTH, (1.0, 2.0)):
         greys = {"grey": grey, "background_grey": ground}
         yield _rectangle(f"{shade} {motion} in {long_s:g} s", "plain", motion, duration_s=long_s, **greys)
 
@@ -174,7 +173,7 @@ def _direction_moving() -> Iterator[Clip]:
 
 def _looming_even() -> Iterator[Clip]:
     """Yield 48 clips: dark and light squares, looming and receding ahead and off the axis, crossing at three speeds."""
-    for shade, (grey, ground) in GREYS.items():
+    for shade, (grey, ground) in SHADES.items():
         greys = {"grey": grey, "background_grey": ground}
         for motion, ratio in product(DEPTH, L_OVER_V_S):
             yield _clip(f"{shade} {motion} {ratio:g} s", "looming", greys, motion=motion, l_over_v_s=ratio)

@@ -34,7 +34,8 @@ def find(name: str) -> Experiment | OfflineExperiment:
     """
     known = (*NAMES, *OFFLINE)
     if name in known:
-        experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
+        module = importlib.import_module("experiments.robot" if name in NAMES else "experiments.clips")
+        experiment = next(entry for entry in module.EXPERIMENTS if entry.name == name)
     elif is_file(name):
         experiment = _of_file(Path(name))
     else:

@@ -53,7 +53,7 @@ from experiments.claims.clips import LEAST_GREYS
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 from experiments.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.claims.robot import FALLING, ROBOT_SPEEDS
-from experiments.clutter_frames import OF, prefix
+from experiments.clips import PER_FRAME, prefix
 from experiments.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
 from experiments.studies.onboard import BEST, probe_of
 from experiments.studies.onboard import STUDY as ONBOARD
@@ -557,7 +557,7 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
 
 def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
     """Judge a claim at every seed, on those clips of clutter-frames that are its own in pixels a frame."""
-    begins = next(prefix(experiment) for experiment in OF if claim in experiment.claims)
+    begins = next(prefix(experiment) for experiment in PER_FRAME if claim in experiment.claims)
     outcomes = []
     for part, shown in (show for show in shows if show[0].experiment.name == "clutter-frames"):
         own = [row for row in shown if row["clip"].startswith(begins)]

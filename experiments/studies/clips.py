@@ -6,11 +6,12 @@ from typing import Any
 
 import polars as pl
 
-from experiments import Check, Fit, Study, background, constants_2017, constants_emd
+from experiments import Check, Fit, Study
 from experiments.bench.stats.claim import DSNN, Claim, claims_on, find_claim
 from experiments.bench.stats.count import count_of
 from experiments.bench.stats.verdict import Outcome
 from experiments.claims.clips import ASSUMED, answer, levels, rises
+from experiments.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
 from experiments.studies.robot import DEFAULTS, NETWORK, READINGS
 
 SPEED = {"C6": (120.0,)}
@@ -95,7 +96,7 @@ BACKGROUND = Study(
     summary="C5 to C11 of the DSNN before a background that shifts at 0.07 to 10 px a frame; all models of direction",
     claims=tuple(C7_RISES if number == 7 else find_claim(f"C{number}", "clips") for number in range(5, 12)),
     experiments=("background",),
-    axes={BEHIND: {f"{speed:g}": () for speed in background.SPEEDS}},
+    axes={BEHIND: {f"{speed:g}": () for speed in FASTER}},
     models=("dsnn", *BESIDE),
     repeats=None,
     replicates=1,
@@ -155,11 +156,11 @@ def constants_text(by_constants: Mapping[str, Outcome]) -> str:
 
 CONSTANTS_2017 = along(
     "constants-2017", "C5, C6 and C7 with the model of 2017 at sigmoid scales over five decades", ("C5", "C6", "C7"),
-    "dsn2017", constants_2017.VARIANTS,
+    "dsn2017", VARIANTS_2017,
 )  # fmt: skip
 CONSTANTS_EMD = along(
     "constants-emd", "C11 and C26 with the EMD at 24 choices of spacing, delay and high-pass", ("C11", "C26"), "emd",
-    constants_emd.VARIANTS,
+    VARIANTS_EMD,
 )  # fmt: skip
 
 SPIKING = ("k_sp", "t_sp")

@@ -7,7 +7,6 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
-from experiments.background import SPEEDS
 from experiments.bench import registry, reproduce, sweep, sweep_plan
 from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
@@ -17,6 +16,7 @@ from experiments.bench.stats.claim import claims_on
 from experiments.bench.study import shipped
 from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
+from experiments.clips import FASTER as SPEEDS
 from experiments.studies import onboard
 from experiments.studies.clips import BACKGROUND, BEHIND, at_speed
 from experiments.studies.detectors import EDGE, EDGE_LEVELS, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from dsnn.stimuli import stimulus
-from experiments import street as declared
 from experiments.bench.offline import play_clip
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.clips import SIDEWAYS
 
 EVEN = {"foliage": "none", "ground": "even"}
 KINDS = {"person": {"height": 61.3, "speed": 53.7}, "car": {"kind": "car", "height": 31.7, "speed": 97.0}}
@@ -78,9 +78,7 @@ def test_two_go_one_after_the_other_with_nobody_in_view_between(motion):
 
 
 def test_a_seed_is_one_street_whoever_crosses_it():
-    first = [
-        stimulus("street", seed=6, movers=movers, motion=way)[0].luma for movers in MOVERS for way in declared.WAYS
-    ]
+    first = [stimulus("street", seed=6, movers=movers, motion=way)[0].luma for movers in MOVERS for way in SIDEWAYS]
     for other in first[1:]:
         np.testing.assert_array_equal(first[0], other)
     assert not np.array_equal(first[0], stimulus("street", seed=7)[0].luma)

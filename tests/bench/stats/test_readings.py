@@ -20,8 +20,7 @@ from experiments.claims.readings import (
     bears_on,
 )
 from experiments.claims.robot import FALLING
-from experiments.clutter_frames import OF, prefix
-from experiments.clutter_speed import EXPERIMENT as SPEED
+from experiments.clips import CLUTTER_SPEED, PER_FRAME, prefix
 from experiments.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, outcomes
 from experiments.studies.clips import SENSITIVITY as ON_CLIPS
 from experiments.studies.robot import SENSITIVITY as ON_ROBOT
@@ -52,7 +51,7 @@ def frames(*repeats):
     experiment = registry.find("clutter-frames")
     plan = offline.plan(experiment, experiment.models, (), len(repeats), 0)
     rows = [
-        {**row, "clip": prefix(SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
+        {**row, "clip": prefix(CLUTTER_SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
         for r, clip_rows in enumerate(repeats)
         for row in clip_rows
     ]
@@ -86,13 +85,13 @@ def test_every_other_reading_has_a_source():
         beyond = set() if reading in CHOSEN_FOR else {"C12", "C21", "C25", "C30", "C31"}
         assert set(bears_on(reading)) - on <= beyond
     assert bears_on(UNITS) == tuple(
-        claim for claim in claim_ids(PAPER) if any(claim in experiment.claims for experiment in OF)
+        claim for claim in claim_ids(PAPER) if any(claim in experiment.claims for experiment in PER_FRAME)
     )
 
 
 def test_the_clips_in_px_a_frame_are_those_of_the_claims_in_that_unit():
     clips_by_name = {clip.name: clip for clip in registry.find("clutter-frames").clips}
-    for experiment in OF:
+    for experiment in PER_FRAME:
         for clip in experiment.clips:
             usual, other = (
                 variant.build(3).params for variant in (clip, clips_by_name[prefix(experiment) + clip.name])
