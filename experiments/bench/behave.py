@@ -229,7 +229,7 @@ def run(
         amount=lambda: f"{count(plan.episodes * len(names), 'episode')} ({', '.join(names)}){kept}",
     )
     with batch.run(out, pool, resources) as folder:
-        trials = folder.trials()
+        trials = folder.table("trials")
         # A claim is about the env as it is.
         judged = [] if plan.options else scoring.verdicts(plan.env, names, trials)
         folder.write_json("claims.json", stored.document(judged))

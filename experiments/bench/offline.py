@@ -168,7 +168,7 @@ def run(
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
     with batch(plan, recordings=recordings).run(out, pool, resources) as folder:
-        rows = folder.trials().to_dicts()
+        rows = folder.table("trials").to_dicts()
         folder.write_json("claims.json", stored.document(verdicts(plan, rows)))
         shown = load(out)
         if rows:

@@ -237,7 +237,7 @@ def batch(plan: Plan, name: str = "") -> Batch[Any]:
 def play(plan: Plan, out: Path, pool: Any, resources: Resources, name: str = "") -> Sweep:
     """Play what a folder lacks of a sweep with a pool of workers, and read what it has."""
     with batch(plan, name).run(out, pool, resources) as folder:
-        return read(plan, folder.trials().to_dicts(), folder.failures())
+        return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
 def run(plan: Plan, out: Path, resources: Resources) -> Sweep:

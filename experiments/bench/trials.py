@@ -320,7 +320,7 @@ def conclude(plan: Plan, folder: RunFolder) -> Run:
     Run
         The run as its files have it.
     """
-    rows = folder.trials().to_dicts()
+    rows = folder.table("trials").to_dicts()
     folder.write_json("claims.json", stored.document(_verdicts(plan, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:

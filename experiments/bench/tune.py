@@ -255,7 +255,7 @@ def run(
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
     with batch.run(out, workers, resources) as folder:
         failures = folder.failures()
-        points = responses(plan, folder.frames())
+        points = responses(plan, folder.table("frames"))
         rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
         if rows:
             folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())

@@ -234,7 +234,7 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
                 folder.add(play(trial, images=False, watch=see), source.label(), plan.seed)
             except TrialError as error:
                 folder.fail(Failure(0, "", source.label(), plan.seed, str(error)))
-        frames = folder.frames()
+        frames = folder.table("frames")
         one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
         time_s = one["time_s"].to_numpy()
         early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""

@@ -32,7 +32,7 @@ def try_laws(laws: Sequence[Callable[[T], None]], subject: T) -> dict[Callable[[
             law(subject)
             troubles[law] = ""
         except Exception as error:
-            if isinstance(error, ValueError) and of_users(error) is None:
+            if isinstance(error, ValueError) and not of_users(error):
                 troubles[law] = explain(error) if isinstance(error, ValidationError) else str(error)
             else:
                 troubles[law] = traced(error)

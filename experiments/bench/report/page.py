@@ -16,7 +16,7 @@ from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
 from experiments.bench.result import whole_networks
 from experiments.bench.run import provenance
-from experiments.bench.run.description import PIXELS, RENDERERS, read_description
+from experiments.bench.run.description import RENDERERS, read_description
 from experiments.bench.run.files import NAME, Files
 from experiments.bench.run.rows import Failure, in_words
 from experiments.bench.run.templates import render
@@ -220,8 +220,10 @@ def _drawn(folder: Path) -> Mapping[str, str]:
     parts: dict[str, list[str]] = {}
     for path in sorted(folder.glob(f"*/{NAME}")):
         description = read_description(path.parent)
-        names = [f"{name}{' (in software)' if is_software(name) else ''}" for name in description.get(RENDERERS, ())]
-        frames = [f"reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})" for mark in description.get(PIXELS, ())]
-        if names or frames:
-            parts.setdefault("; ".join([*names, *frames]), []).append(path.parent.name)
+        drawn = [
+            f"{name}{' (in software)' if is_software(name) else ''}, reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})"
+            for name, mark in description.get(RENDERERS, {}).items()
+        ]
+        if drawn:
+            parts.setdefault("; ".join(drawn), []).append(path.parent.name)
     return {drawn: ", ".join(names) for drawn, names in parts.items()}

@@ -19,13 +19,12 @@ KIND = "kind"
 BEGUN, ENDED = "begun", "ended"
 """The entries that say when the run was begun, and when the last of its trials was done: ISO 8601, UTC."""
 RENDERERS = "renderers"
-"""The entry that lists what drew the frames (`colias_sim.gl.renderer`). It is no parameter: a run may be resumed with
-another renderer, as all that were tried drew equal pixels."""
-PIXELS = "reference_frames"
-"""The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn."""
+"""The entry with what drew the frames (`colias_sim.gl.renderer`), each with the hash of its reference frame
+(`colias_sim.reference`). It is no parameter: a run may be resumed with another renderer, as all that were tried drew
+equal pixels."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
-NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, PIXELS, THRESHOLDS, *provenance.KEYS))
+NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, THRESHOLDS, *provenance.KEYS))
 """Entries that are no parameters."""
 DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""

@@ -20,7 +20,6 @@ from experiments.bench.run import provenance
 from experiments.bench.run.command import command_note
 from experiments.bench.run.description import (
     ENDED,
-    PIXELS,
     RENDERERS,
     begun,
     now,
@@ -76,15 +75,11 @@ def read_table(folder: Path, name: str, columns: list[str] | None = None) -> pl.
     if not parts:
         return read_parquet(whole, columns)
     wanted = None if columns is None else list(dict.fromkeys(["trial", *columns]))
-    tables = [read_parquet(_part(folder, trial, name), wanted) for trial in parts]
+    tables = [read_parquet([_part(folder, trial, name) for trial in parts], wanted)]
     if whole.is_file():
         tables.append(read_parquet(whole, wanted).filter(~pl.col("trial").is_in(parts)))
     table = pl.concat(tables).sort("trial", maintain_order=True)
     return table if columns is None else table.select(columns)
-
-
-def _by_trial(table: pl.DataFrame) -> dict[int, pl.DataFrame]:
-    return {trial: rows for (trial,), rows in table.partition_by("trial", as_dict=True).items()}
 
 
 class RunFolder(Files):
@@ -110,16 +105,13 @@ class RunFolder(Files):
     ) -> None:
         super().__init__(folder)
         self._parameters = parameters or {}
-        self._no_trials = pl.DataFrame(schema=with_columns(trial_schema, self._parameters))
-        self._no_frames = pl.DataFrame(schema=frame_schema)
+        self._schemas = {"trials": with_columns(trial_schema, self._parameters), "frames": frame_schema}
         self.recordings = folder / RECORDINGS
-        self._trials: dict[int, pl.DataFrame] = {}
-        self._frames: dict[int, pl.DataFrame] = {}
+        self._done: set[int] = set()
         self._failures: list[Failure] = []
-        self._noted: dict[str, list[str]] = {RENDERERS: [], PIXELS: []}
+        self._renderers: dict[str, str] = {}
         self._changed = ""
-        self._lock: FileLock | None = None
-        self._joined = True
+        self._lock = FileLock(self.path(LOCK), timeout=0)
 
     def enter(self, description: Mapping[str, Any], trials: Iterable[int] = ()) -> None:
         """Begin a run of ``trials``, or go on with the one that the folder holds.
@@ -131,15 +123,19 @@ class RunFolder(Files):
             that differs. Or another process is writing there.
         """
         self.recordings.mkdir(parents=True, exist_ok=True)
-        self._take()
+        try:
+            self._lock.acquire()
+        except Timeout:
+            raise UsageError(f"{self.folder}: another process is writing its run there") from None
+        except (OSError, NotImplementedError):  # a file system without locks, as some clusters have
+            pass
         try:
             if begun(self.folder):
                 self._read()
-                there = resumed(self.folder, description, complete=self.done() >= set(trials))
-                self._noted = {entry: there.get(entry, []) for entry in self._noted}
+                there = resumed(self.folder, description, complete=self._done >= set(trials))
+                self._renderers = there.get(RENDERERS, {})
                 self._changed = provenance.difference(there, description) if "source" in description else ""
-                if there != read_description(self.folder):
-                    self.write_json(DESCRIPTION, there)
+                self.write_json(DESCRIPTION, there)
             else:
                 write_new(self.folder, description)
         except BaseException:
@@ -147,35 +143,19 @@ class RunFolder(Files):
             raise
 
     def _read(self) -> None:
-        """Take in the trials that are done; those without any row are to be done again."""
+        """Take in the trials that are done, and which models failed in them; other trials are to be done again."""
+        self._done = set(self.table("trials")["trial"])
         listed = json.loads(self.path(FAILURES).read_text(encoding="utf-8")) if self.path(FAILURES).exists() else []
-        if has_tables(self.folder):
-            self._trials = _by_trial(read_table(self.folder, "trials"))
-            self._frames = _by_trial(read_table(self.folder, "frames"))
         failures = [Failure(**item) for item in listed]
-        self._failures = [failure for failure in failures if failure.model and failure.trial in self._trials]
-        self._joined = len(failures) == len(self._failures) and not self.path(PARTS).exists()
-
-    def _take(self) -> None:
-        """Keep other processes from writing here as long as this one does."""
-        lock = FileLock(self.path(LOCK), timeout=0)
-        try:
-            lock.acquire()
-        except Timeout:
-            raise UsageError(f"{self.folder}: another process is writing its run there") from None
-        except (OSError, NotImplementedError):  # a file system without locks, as some clusters have
-            return
-        self._lock = lock
+        self._failures = [failure for failure in failures if failure.model and failure.trial in self._done]
 
     def close(self) -> None:
         """Let other processes write here."""
-        if self._lock is not None:
-            self._lock.release()
-            self._lock = None
+        self._lock.release()
 
     def done(self) -> frozenset[int]:
         """Return the trials that are finished."""
-        return frozenset(self._trials)
+        return frozenset(self._done)
 
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
@@ -188,40 +168,29 @@ class RunFolder(Files):
         """
         rows = [{**row, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows]
         for row in rows:
-            if odd := sorted({*self._no_trials.columns} ^ row.keys()):
+            if odd := sorted({*self._schemas["trials"]} ^ row.keys()):
                 raise ValueError(f"trial {trial.index}: rows and table differ in the columns {', '.join(odd)}")
-        known = len(self._failures)
+        failures = list(trial.failures)
         if isinstance(trial.recording, bytes):
             self.write_bytes(self.recording(trial.index), trial.recording)
         elif trial.recording:
-            self._failures.append(Failure(trial.index, RECORDING, condition, seed, trial.recording))
-        self._note(trial)
-        self._trials[trial.index] = table(rows, self._no_trials.schema)
-        self._frames[trial.index] = trial.frames
-        self._failures += trial.failures
+            failures.append(Failure(trial.index, RECORDING, condition, seed, trial.recording))
+        if trial.renderer and trial.renderer not in self._renderers:
+            self._renderers[trial.renderer] = trial.pixels
+            self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
         self.path(PARTS).mkdir(exist_ok=True)
-        self._joined = False
         self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'frames').name}", trial.frames)
-        if len(self._failures) > known:
-            self._write_failures()
-        self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'trials').name}", self._trials[trial.index])
-
-    def _note(self, trial: TrialRecord) -> None:
-        """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
-        new = {
-            entry: [*self._noted[entry], mark]
-            for entry, mark in ((RENDERERS, trial.renderer), (PIXELS, trial.pixels))
-            if mark and mark not in self._noted[entry]
-        }
-        if not new:
-            return
-        self._noted |= new
-        self.write_json(DESCRIPTION, {**read_description(self.folder), **new})
+        for failure in failures:
+            self.fail(failure)
+        self.write_table(
+            f"{PARTS}/{_part(self.folder, trial.index, 'trials').name}", table(rows, self._schemas["trials"])
+        )
+        self._done.add(trial.index)
 
     def fail(self, failure: Failure) -> None:
-        """Note a trial that could not be finished."""
+        """Note what could not be done: a trial, a model in one, or its recording."""
         self._failures.append(failure)
-        self._joined = False
+        self.write_json(FAILURES, self.failures())
 
     def failures(self) -> list[Failure]:
         """Return what failed so far, in order of trial."""
@@ -229,41 +198,31 @@ class RunFolder(Files):
 
     def flush(self) -> None:
         """Join the trials' own files into the tables, and bring the list of failures up to date."""
-        if self._joined:
-            return
-        self.write_table("frames.parquet", self.frames())
-        self._write_failures()
-        self.write_table("trials.parquet", self.trials())
-        if self.path(PARTS).is_dir():
+        if self.path(FAILURES).exists():
+            self.write_json(FAILURES, self.failures())
+        if self.path(PARTS).is_dir() or not has_tables(self.folder):
+            for name in ("frames", "trials"):
+                self.write_table(f"{name}.parquet", self.table(name))
             for trial in _in_parts(self.folder):
                 _part(self.folder, trial, "trials").unlink()  # its frames are no longer read without
-            shutil.rmtree(self.path(PARTS))
-        self._joined = True
+            shutil.rmtree(self.path(PARTS), ignore_errors=True)
 
     def end(self) -> None:
         """Note that the trials are done, when, and by which command the last were."""
         self.write_json(DESCRIPTION, {**read_description(self.folder), ENDED: now(), **command_note()})
 
-    def _write_failures(self) -> None:
-        if self._failures or self.path(FAILURES).exists():
-            self.write_json(FAILURES, self.failures())
-
-    def trials(self) -> pl.DataFrame:
-        """Return the rows so far, in order of trial, then model."""
-        return pl.concat([self._no_trials, *(self._trials[trial] for trial in sorted(self._trials))])
-
-    def frames(self) -> pl.DataFrame:
-        """Return the per-frame table so far, in the same order."""
-        return pl.concat([self._no_frames, *(self._frames[trial] for trial in sorted(self._frames))])
+    def table(self, name: str) -> pl.DataFrame:
+        """Return the rows of the ``trials``, or of the ``frames``, so far, in order of trial, then model."""
+        return read_table(self.folder, name) if has_tables(self.folder) else pl.DataFrame(schema=self._schemas[name])
 
     def notes(self) -> list[str]:
-        """Return what is to be known of the tables beside their numbers, a line each."""
+        """Return what a reader of the tables has to know, a line each."""
         notes = []
         if self._changed:  # and no trial was missing, or the run would have been refused
             notes.append(f"{self.folder}: {self._changed} since its trials were computed; they are as they were")
-        if len(frames := self._noted[PIXELS]) > 1:
+        if len(frames := dict.fromkeys(self._renderers.values())) > 1:
             notes.append(
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
-                " so trials of one machine may have other numbers on another; run.json tells what drew"
+                " so trials of one machine may have other numbers on another; run.json names the renderers"
             )
         return notes

@@ -32,8 +32,6 @@ SHOWS = (".pyc", ".j2")
 """Endings of the packages' files that no number depends on."""
 UNREPEATABLE = ("wall_s",)
 """Columns that differ between runs of equal numbers."""
-BUILT = "commit.json"
-"""The file of a wheel's metadata with the commit that it was built from."""
 GIT_S = 20.0
 """Longest time that git may take to answer."""
 
@@ -125,8 +123,7 @@ def _version(name: str) -> str:
 def source() -> dict[str, Any]:
     """Name the project's code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
 
-    ``commit`` and ``dirty`` are ``None`` where the packages are neither in a git checkout nor of a wheel that was built
-    from one.
+    ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout.
     """
     commit, dirty = checkout()
     return {"digest": digest(), "commit": commit, "dirty": dirty}
@@ -153,28 +150,16 @@ def _computing(folder: Path) -> Iterator[Path]:
 def checkout() -> tuple[str | None, bool | None]:
     """Return the commit that the packages are checked out of, and whether their files differ from it.
 
-    Of an installed wheel it is the commit that the wheel was built from.
+    Both are ``None`` where the packages are in no checkout, as those of an installed wheel.
     """
     folders = package_folders()
     root = folders["experiments"].parent
     # A checkout may hold an environment with the packages in it: then they are not of its commit.
     if not _git(root, "ls-files", "--", "experiments/__init__.py"):
-        return _built()
+        return None, None
     commit = _git(root, "rev-parse", "HEAD")
     changed = _git(root, "status", "--porcelain", "--", *folders)
     return (commit.strip() or None) if commit else None, None if changed is None else bool(changed.strip())
-
-
-def _built() -> tuple[str | None, bool | None]:
-    """Return what the wheel that the packages were installed from notes of its checkout (``hatch_build.py``)."""
-    try:
-        wheel = importlib.metadata.distribution("colias-sim")
-        of_packages = Path(str(wheel.locate_file("experiments"))).resolve() == package_folders()["experiments"]
-        note = json.loads(wheel.read_text(f"extra_metadata/{BUILT}") or "{}") if of_packages else {}
-    except (importlib.metadata.PackageNotFoundError, OSError, ValueError):
-        return None, None
-    commit, dirty = (note.get("commit"), note.get("dirty")) if isinstance(note, dict) else (None, None)
-    return commit if isinstance(commit, str) else None, dirty if isinstance(dirty, bool) else None
 
 
 def _git(root: Path, *arguments: str) -> str | None:

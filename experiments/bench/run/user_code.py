@@ -13,7 +13,7 @@ import threading
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType, ModuleType, TracebackType
+from types import MappingProxyType, ModuleType
 
 from experiments.bench.run.errors import UsageError
 
@@ -173,27 +173,20 @@ def package_folders() -> dict[str, Path]:
     return folders
 
 
-def of_users(error: BaseException) -> BaseException | None:
-    """Return what a user's own file raised, where that led to ``error``; ``None`` where no such file did."""
+def of_users(error: BaseException) -> bool:
+    """Return whether an exception, or what led to it, went through a user's own file, or is that it cannot be read."""
     link: BaseException | None = error
-    while link is not None and not isinstance(link, SyntaxError) and _steps(link) is None:
+    while link is not None:
+        frames = (frame for frame, _ in traceback.walk_tb(link.__traceback__))
+        if isinstance(link, SyntaxError) or any(USER_MODULE in str(f.f_globals.get("__name__")) for f in frames):
+            return True
         link = link.__cause__ or link.__context__
-    return link
+    return False
 
 
 def traced(error: BaseException) -> str:
-    """Return the traceback of an exception; of what a user's own file raised, from that file on."""
-    own = of_users(error)
-    shown, steps = (error, error.__traceback__) if own is None else (own, _steps(own))
-    return "".join(traceback.format_exception(type(shown), shown, steps)).rstrip()
-
-
-def _steps(error: BaseException) -> TracebackType | None:
-    """Return the part of a traceback that begins in a user's own file; ``None`` where it passes none."""
-    step = error.__traceback__
-    while step is not None and not is_users(Path(step.tb_frame.f_code.co_filename)):
-        step = step.tb_next
-    return step
+    """Return the traceback of an exception."""
+    return "".join(traceback.format_exception(error)).rstrip()
 
 
 def run_main() -> None:

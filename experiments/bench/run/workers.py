@@ -208,7 +208,7 @@ def _attempt(parcel: bytes) -> tuple[Any, str]:
     except fatal:
         raise
     except Exception as error:
-        checked = isinstance(error, TrialError | UsageError) and of_users(error) is None
+        checked = isinstance(error, TrialError | UsageError) and not of_users(error)
         return None, str(error) if checked else traced(error)
 
 
