@@ -266,8 +266,8 @@ def play(
         for batch in batches:
             with batch.run(folder / batch.name, pool, resources) as run:
                 specs = {spec.index: spec for spec in batch.specs}
-                frames = run.frames().partition_by("trial", "model", as_dict=True)
-                table = run.trials().iter_rows(named=True)
+                frames = run.table("frames").partition_by("trial", "model", as_dict=True)
+                table = run.table("trials").iter_rows(named=True)
                 rows += [response(row, specs[row["trial"]], frames.get((row["trial"], row["model"]))) for row in table]
                 failures += run.failures()
         responses[part] = pl.DataFrame(rows, RESPONSES)

@@ -636,7 +636,7 @@ def judge_models(
                 thresholds |= part.thresholds
                 with offline.batch(part, frames=False).run(folder / name, pool, resources) as run:
                     failures += run.failures()
-                    rows += run.trials().to_dicts()
+                    rows += run.table("trials").to_dicts()
     found = []
     for claim, model in wanted:
         asked_of, random = clip_claim(claim, claim.model, claim.than), bool({*claim.groups} & {*model_clips.RANDOM})

@@ -221,7 +221,7 @@ def _drawn(folder: Path) -> Mapping[str, str]:
     for path in sorted(folder.glob(f"*/{NAME}")):
         description = read_description(path.parent)
         drawn = [
-            f"{name}{' (in software)' if is_software(name) else ''}, reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})"
+            f"{name}{' (in software)' * is_software(name)}, reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})"
             for name, mark in description.get(RENDERERS, {}).items()
         ]
         if drawn:

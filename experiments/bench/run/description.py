@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,6 @@ from experiments.bench.run import provenance
 from experiments.bench.run.command import command_note
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME, replacing, to_json
-from experiments.bench.run.models import family
 
 KIND = "kind"
 """The entry that says what kind of run it is: ``trials``, ``clips``, ..."""
@@ -129,47 +128,39 @@ def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[tuple
 
     Of runs of two experiments, only that is returned; of models those that both runs have.
     """
-    before, after = (dict(_parameters(description)) for description in (there, here))
-    ours, theirs = _networks(there), _networks(here)
-    for name in ours.keys() & theirs.keys():
-        before |= _leaves(ours[name], name)
-        after |= _leaves(theirs[name], name)
-    names = [*before, *(name for name in after if name not in before)]
-    found = [(name, before.get(name), after.get(name)) for name in names if before.get(name) != after.get(name)]
-    if other := [entry for entry in found if entry[0] == "experiment"]:
-        return other
+    shared = _models(there).keys() & _models(here).keys()
+    before, after = (dict(_parameters(description, shared)) for description in (there, here))
+    names = [name for name in before | after if before.get(name) != after.get(name)]
+    found = [(name, before.get(name), after.get(name)) for name in names]
+    if "experiment" in names:
+        return [entry for entry in found if entry[0] == "experiment"]
     return [entry for entry in found if entry[0].split(".")[0] not in DERIVED] or found
 
 
-def _parameters(description: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield name and value of every parameter, but those of models."""
-    left = {name: value for name, value in description.items() if name not in NOTES}
-    if isinstance(left.get("settings"), dict):
-        left |= left.pop("settings")
-    declared, models = left.pop("experiment", None), left.pop("models", [])
+def _models(description: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is noted of each model, by its label; of a single one by its name alone."""
+    listed = description.get("models") or description.get("settings", {}).get("models", [])
+    labels = [model["label"] if isinstance(model, dict) else model for model in listed]
+    names = labels if len(labels) > 1 else [label.partition(":")[0] for label in labels]
+    return dict(zip(names, listed, strict=True))
+
+
+def _parameters(description: Mapping[str, Any], models: Collection[str]) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of every parameter, those of these ``models`` among them."""
+    left = {name: value for name, value in description.items() if name not in (*NOTES, "settings", "models")}
+    shared = {name: value for name, value in description.get("settings", {}).items() if name != "models"}
+    declared, noted = left.pop("experiment", None), _models(description)
     if isinstance(declared, dict):
         rest = {name: value for name, value in declared.items() if name not in ("name", "design")}
         yield "experiment", declared["name"]
         yield from _leaves({**rest, **(declared.get("design") or {})}, "experiment")
     else:
         yield "experiment", declared
-    yield "models", [model["label"] if isinstance(model, dict) else model for model in models]
-    yield from _leaves(left, "")
-
-
-def _networks(description: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return source and parameters of each model, by its section of ``--set`` where no other model shares it."""
-    settings = description.get("settings")
-    listed = description.get("models") or (settings.get("models", []) if isinstance(settings, dict) else [])
-    models = [model for model in listed if isinstance(model, dict)]
-    families = [family(model["label"].partition("@")[0]) for model in models]
-    return {
-        name if families.count(name) == 1 else model["label"]: {
-            "source": model.get("source"),
-            **model.get("network", {}),
-        }
-        for name, model in zip(families, models, strict=True)
-    }
+    yield "models", [model["label"] if isinstance(model, dict) else model for model in noted.values()]
+    yield from _leaves(left | shared, "")
+    for label in models:
+        if isinstance(noted[label], dict):
+            yield from _leaves({"source": noted[label].get("source"), **noted[label].get("network", {})}, label)
 
 
 def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:

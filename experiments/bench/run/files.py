@@ -65,8 +65,8 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
-def read_parquet(path: Path | Sequence[Path], columns: list[str] | None = None) -> pl.DataFrame:
-    """Read a Parquet file, or several of one schema one after the other, or the named columns of it: ``*`` or ``a=1`` in its path are names like any other."""
+def read_parquet(path: Path | list[Path], columns: list[str] | None = None) -> pl.DataFrame:
+    """Read Parquet files of one schema, or some columns of them; ``*`` and ``a=1`` in a path are names like others."""
     return pl.read_parquet(path, columns=columns, glob=False, hive_partitioning=False)
 
 

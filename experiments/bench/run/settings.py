@@ -15,7 +15,7 @@ from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET as PRESET
 from experiments.bench.run.models import ConfiguredModel, family, look_up
-from scenes.hints import closest
+from scenes.hints import nearest
 
 LISTED_BY = "colias list parameters"
 SECTIONS = frozenset(map(family, MODELS))
@@ -104,25 +104,12 @@ def collect(
         if key not in known:
             if LISTED_BY in listed_by and section not in values and section in SECTIONS:
                 raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
-            meant = _meant(key, known)
-            near = f"nearest: {meant}; " if meant else ""
+            near = nearest(key, known, after="; ")
             if LISTED_BY in listed_by and section not in values:
                 near += f"sections here are {', '.join(values)}; --model FILE adds a model of your own; "
             raise UsageError(f"{option} {assignment}: no parameter '{key}' ({near}all: {listed_by})")
         collected.setdefault(section, {})[name] = text
     return collected
-
-
-def _meant(key: str, known: Sequence[str]) -> str:
-    """Find the known key that may have been meant by one, by name rather than section; empty where there is none."""
-    section, _, name = key.rpartition(".")
-    inside = [candidate for candidate in known if candidate.startswith(f"{section}.")]
-    if alike := closest(name, [candidate.partition(".")[2] for candidate in inside]):
-        return f"{section}.{alike}"
-    elsewhere = [candidate for candidate in known if candidate.partition(".")[2] == name]
-    if elsewhere:
-        return closest(key, elsewhere) or elsewhere[0]
-    return "" if inside else closest(key, known)
 
 
 def changed(
@@ -270,14 +257,9 @@ def _unit(schema: Mapping[str, Any]) -> str:
 
 def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
     if "minimum" in schema and "maximum" in schema:
-        return iter([f"between {_plain(schema['minimum'])} and {_plain(schema['maximum'])}"])
+        return iter([f"between {schema['minimum']:.12g} and {schema['maximum']:.12g}"])
     words = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
-    return (f"{word} {_plain(schema[bound])}" for bound, word in words.items() if bound in schema)
-
-
-def _plain(bound: float) -> str:
-    """Return a bound in full where it is a whole number, so that it can be typed as it is read."""
-    return str(bound) if isinstance(bound, int) else f"{bound:g}"
+    return (f"{word} {schema[bound]:.12g}" for bound, word in words.items() if bound in schema)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
