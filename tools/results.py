@@ -5,7 +5,7 @@
     python -m tools.results check                  # refuse what is of no run, was changed since, or comes out otherwise
 
 ``docs/sources.json`` has of each run the command that makes it again, the commit, the numbers of its first trial and
-the SHA-256 of what shows it: a picture in docs/ (``map-c6.png``), or a table of a page (``results-vision.md#c13-c19``)
+the SHA-256 of what shows it: a picture in docs/ (``map-c6.png``), or a table of a page (``results.md#c13-c19``)
 between ``<!-- table: c13-c19 -->`` and its end. ``docs/results.json`` has the verdicts and scores of the reproduction;
 what stands between ``<!-- measured: NAME -->`` and its end is written from it.
 """

@@ -244,7 +244,7 @@ def test_a_full_reproduction_has_the_episodes_that_b2_takes():
 
 
 def test_the_documentation_has_the_numbers_of_the_pilot():
-    text = (ROOT / "docs" / "results-behaviours.md").read_text()
+    text = (ROOT / "docs" / "results.md").read_text()
     hybrid, lgmd = PILOT["hybrid"], PILOT["lgmd"]
     sides = [
         pl.DataFrame({
