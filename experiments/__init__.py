@@ -1,9 +1,11 @@
 """Experiments with a simulated Colias and fly-inspired vision: run them, declare your own, read what came of them.
 
-The paper's experiments and some beyond it are declared in `experiments.robot` and `experiments.clips`; what they share
-is in `experiments.bench`. A file of your own needs this package, `dsnn` and `colias_sim`, never ``experiments.bench``.
+The paper's experiments with the robot and some beyond it are here, one script a file; those with clips are declared in
+`experiments.clips`. What they share is in `experiments.bench`. A file of your own needs this package, `dsnn` and
+`colias_sim`, never ``experiments.bench``.
 
-A new experiment that ships is an entry of ``EXPERIMENTS`` there, and its name in `NAMES` or `OFFLINE`.
+A new experiment that ships is a script here, or an entry of ``EXPERIMENTS`` there, and its name in `NAMES` or
+`OFFLINE`.
 
 Examples
 --------

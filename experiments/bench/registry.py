@@ -34,8 +34,11 @@ def find(name: str) -> Experiment | OfflineExperiment:
     """
     known = (*NAMES, *OFFLINE)
     if name in known:
-        module = importlib.import_module("experiments.robot" if name in NAMES else "experiments.clips")
-        experiment = next(entry for entry in module.EXPERIMENTS if entry.name == name)
+        if name in NAMES:
+            experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
+        else:
+            experiment = next(entry for entry in importlib.import_module("experiments.clips").EXPERIMENTS
+                              if entry.name == name)  # fmt: skip
     elif is_file(name):
         experiment = _of_file(Path(name))
     else:

@@ -32,7 +32,7 @@ QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """One small run with recordings, both directions, and what it printed."""
     folder = tmp_path_factory.mktemp("run")
-    command = [*CLI, "run", "speed", *QUICK, "--out", "out", "--seed", "3"]
+    command = [sys.executable, str(REPOSITORY / "experiments" / "speed.py"), *QUICK, "--out", "out", "--seed", "3"]
     command += ["--set", "experiment.direction=both", "--workers", "0"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=True)
     return folder / "out", done.stdout
