@@ -1,96 +1,58 @@
-"""The detectors of direction that are not of the DSNN's family, by their equations: plain float64 beside the fast."""
-
-import math
+"""What single detectors of direction are known for, as their papers publish it."""
 
 import numpy as np
 import pytest
 
-from dsnn import EMDNormalised, EMDNormalisedParams, ThreeArm, ThreeArmParams
+from dsnn import (
+    MODELS,
+    EMDNormalised,
+    EMDNormalisedParams,
+    Flow,
+    FlowParams,
+    FrameError,
+    Hybrid,
+    HybridParams,
+    ThreeArm,
+    ThreeArmParams,
+)
 from dsnn.stimuli import stimulus
+from tests.dsnn.clips import SHAPE, approach, oblique, texture
 
 
-def noise(seed, frames=12, shape=(9, 11)):
-    """Noise that shifts obliquely, and changes."""
-    rng = np.random.default_rng(seed)
-    picture = rng.integers(0, 256, shape)
-    return np.stack([np.roll(picture, (i // 3, i), (0, 1)) for i in range(frames)]).astype(np.uint8)
+def test_blocked_pathways_sum_to_the_intact_model():
+    """And each gives 40 to 60 % of the peak (C4)."""
+    intact, on, off = (
+        MODELS[name].build(SHAPE, MODELS[name].robot).run(oblique())
+        for name in ("dsnn", "dsnn-off-blocked", "dsnn-on-blocked")
+    )
+    np.testing.assert_allclose(on.hs + off.hs, intact.hs, atol=1e-6)
+    np.testing.assert_allclose(on.vs + off.vs, intact.vs, atol=1e-6)
+    assert 0.4 < on.hs.max() / intact.hs.max() < 0.6
 
 
-def high_passed(frames, tau, fps):
-    """H of each frame, (T, R, C)."""
-    h, answers = np.zeros(frames.shape[1:]), []
-    for before, frame in zip((frames[0], *frames), frames.astype(float)):  # noqa: B905 (the last one is not needed)
-        h = (1 - 1000 / (1000 + fps * tau)) * (h + frame - before)
-        answers.append(h)
-    return np.array(answers)
+def test_the_hybrid_s_looming_spikes_silence_the_others_for_the_time_of_its_gate():
+    """6 frames of 200 ms after each; only the approach passes so high a threshold."""
+    frames = np.concatenate([oblique()[:20], approach()[90:], oblique()])
+    params = HybridParams.robot(lgmd_t_sp=0.9999)
+    hybrid, dsnn = Hybrid(SHAPE, params).run(frames), MODELS["dsnn"].build(SHAPE, MODELS["dsnn"].robot).run(frames)
+    held = np.array([hybrid.looming_spikes[max(0, i - 6) : i + 1].any() for i in range(len(frames))])
+    assert 0.1 < held.mean() < 0.6 and dsnn.hs_spikes[held].any()
+    np.testing.assert_array_equal(hybrid.hs_spikes, np.where(held, 0, dsnn.hs_spikes))
+    assert hybrid.hs_spikes.any()
 
 
-def delayed(signals, tau, fps):
-    state, answers = np.zeros(signals.shape[1:]), []
-    for signal in signals:
-        state = state + 1000 / (1000 + fps * tau) * (signal - state)
-        answers.append(state)
-    return np.array(answers)
+@pytest.mark.parametrize("shift", [1, 2])
+def test_flow_is_in_px_per_frame(shift):
+    frames = [np.roll(texture(), (-shift * i, 2 * shift * i), axis=(0, 1)) for i in range(8)]
+    series = Flow(SHAPE, FlowParams("medium")).run(frames)
+    assert np.median(series.hs[1:]) == pytest.approx(2 * shift, rel=0.15)
+    assert np.median(series.vs[1:]) == pytest.approx(-shift, rel=0.15)
 
 
-def plain_emd_normalised(frames, q):
-    """HS and VS cell by cell."""
-    rows, columns = frames.shape[1:]
-    h, reach = high_passed(frames, q.tau_hp, q.fps), range(-(q.pool // 2), q.pool // 2 + 1)
-    c = np.zeros(frames.shape)
-    for t, row, column in np.ndindex(*frames.shape):
-        around = [
-            abs(h[t, min(max(row + i, 0), rows - 1), min(max(column + j, 0), columns - 1)])
-            for i in reach
-            for j in reach
-        ]
-        c[t, row, column] = math.tanh(h[t, row, column] / (q.kappa + sum(around) / len(around)))
-    d = delayed(c, q.tau_lp, q.fps)
-    hs = d[:, :, :-1] * c[:, :, 1:] - c[:, :, :-1] * d[:, :, 1:]
-    vs = d[:, :-1] * c[:, 1:] - c[:, :-1] * d[:, 1:]
-    return [q.gain * part.sum(axis=(1, 2)) / (rows * columns) for part in (hs, vs)]
-
-
-@pytest.mark.parametrize("changes", [{}, {"pool": 3, "kappa": 2.0, "fps": 60.0, "gain": 1.0}])
-def test_emd_normalised_is_its_equations(changes):
-    q, frames = EMDNormalisedParams(**changes), noise(1)
-    answers = EMDNormalised(frames.shape[1:], q).run(frames)
-    np.testing.assert_allclose([answers.hs, answers.vs], plain_emd_normalised(frames, q), rtol=0, atol=1e-5 * q.gain)
-    assert answers.hs.max() > 0.05 * q.gain
-
-
-def plain_three_arm(frames, q):
-    """HS and VS cell by cell, with four quadrants as pairs of polarities."""
-    h = high_passed(frames, q.tau_hp, q.fps) / 255
-    x = {1: np.maximum(h, 0), -1: np.maximum(-h, 0)}
-    lp = {sign: delayed(signal, q.tau_lp, q.fps) for sign, signal in x.items()}
-    pairs = [(1, 1), (-1, -1)] if q.quadrants == 2 else [(i, j) for i in (1, -1) for j in (1, -1)]
-    (frames_, rows, columns), answers = frames.shape, np.zeros((2, len(frames)))
-
-    def cell(t, a, b, c):
-        """R of the cell that prefers the way from a to c."""
-        return sum(
-            i * j * lp[i][t][a] * x[j][t][b] / (q.baseline + lp[j][t][c])
-            - i * j * x[i][t][a] * lp[j][t][b] / (q.baseline + x[j][t][c])
-            for i, j in pairs
-        )
-
-    for t, row, column in np.ndindex(frames_, rows, columns):
-        if 0 < column < columns - 1:
-            line = [(row, column + k) for k in (-1, 0, 1)]
-            answers[0, t] += cell(t, *line) - cell(t, *line[::-1])
-        if 0 < row < rows - 1:
-            line = [(row + k, column) for k in (-1, 0, 1)]
-            answers[1, t] += cell(t, *line) - cell(t, *line[::-1])
-    return q.gain * answers / (rows * columns)
-
-
-@pytest.mark.parametrize("quadrants", [2, 4])
-def test_three_arm_is_its_equations(quadrants):
-    q, frames = ThreeArmParams(quadrants=quadrants), noise(2)
-    answers = ThreeArm(frames.shape[1:], q).run(frames)
-    np.testing.assert_allclose([answers.hs, answers.vs], plain_three_arm(frames, q), rtol=0, atol=1e-5)
-    assert answers.hs.max() > 0.5
+@pytest.mark.parametrize("shape", [(31, 99), (72, 8), (2, 2)])
+def test_flow_refuses_images_that_would_crash_it(shape):
+    with pytest.raises(FrameError, match="at least 32"):
+        Flow(shape)
 
 
 def test_the_weight_of_contrast_is_that_of_its_square_without_normalisation():
