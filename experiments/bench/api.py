@@ -239,7 +239,7 @@ def fit(
     cluster: str | None = None,
     quiet: bool = False,
 ) -> fits.Fitted:
-    """Search a box of parameters for settings under which all claims hold, or measures are largest.
+    """Search a box of parameters for settings under which all claims hold, or a measure is largest.
 
     The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
     Equal arguments give equal numbers, on any number of workers. ``colias fit`` does the same.
@@ -263,7 +263,7 @@ def fit(
     Returns
     -------
     Fitted
-        The scores of all settings, the winner judged again, and the answer in sentences: of claims, or of measures.
+        The scores of all settings, the winner judged again, and the answer in sentences.
 
     Raises
     ------
@@ -281,7 +281,6 @@ def fit(
     asked = shipped(fit) if isinstance(fit, str) else fit
     if not isinstance(asked, Fit):
         raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
-    plan = fits.planned(asked, operator.index(seed))
     place = new_folder(asked.study.name) if out is None else Path(out)
     check_own(place, f"out={place}")
-    return fits.run(plan, place, Resources(worker_count(workers), cluster, quiet))
+    return fits.run(asked, operator.index(seed), place, Resources(worker_count(workers), cluster, quiet))

@@ -1,6 +1,6 @@
-"""Fits: a search for parameters under which claims hold together or measures are largest, judged on fresh seeds.
+"""Fits: a search for parameters under which claims hold together or a measure is largest, judged on fresh seeds.
 
-Each batch of settings is a sweep of one axis, a leaderboard or tuning curves, and is continued as any other.
+Each batch of settings is a sweep of one axis, and resumes as any other.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,111 +16,197 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from experiments.bench import leaderboard, registry, sweep, sweep_plan, tune
-from experiments.bench.box import Box, box_of, setting_at, spread
-from experiments.bench.grid import apart, keys_of
+from experiments.bench import registry, sweep, sweep_plan
+from experiments.bench.grid import apart, keys_of, take
 from experiments.bench.measures import SPIKES
 from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
-from experiments.bench.run.models import ask, look_up
+from experiments.bench.run.models import look_up
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
-from experiments.bench.run.settings import check_counts
-from experiments.bench.run.workers import Workers
-from experiments.bench.stats.count import LEAST_JUDGED, Count, count
+from experiments.bench.run.settings import check_counts, collect, schema_of
+from experiments.bench.run.streams import stream
+from experiments.bench.stats.count import Count, count
 from experiments.bench.stats.tests import summarise
 from experiments.bench.stats.verdict import together
-from experiments.bench.study import BOARDS, KEPT, LEADERBOARD, SLACK, TOGETHER, Fit, Study
+from experiments.bench.study import TOGETHER, Fit, Study
 from experiments.bench.sweep import MOST_SLACK
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
+Box = Mapping[str, Any]
+"""Key of each free parameter, as ``--over`` has it -> Optuna's distribution of its values."""
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
 NEXT_BEST = 10
-"""Settings that are judged anew beside the winner."""
-TEST, SAMPLE, APART = 1_000_000, 2_000_000, 1000
-"""Added to the seed of the search for the judging anew and for the sample; distance of a board's replicates."""
+"""Settings that are judged again beside the winner."""
+TEST, SAMPLE = 1_000_000, 2_000_000
+"""Added to the seed of the search for the second judging and for the sample."""
 AS_IS = "as it is"
 """Name of the model without a setting."""
+LOG_FROM = 100.0
+"""Ratio of the ends of a range from which it is searched by its logarithm."""
+LEAST, MEAN = "least slack", "mean slack"
+RESULTS = pl.Schema(
+    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64}
+)
+"""Columns of the results of settings: ``value`` is the slack of a claim, or a measure; ``verdict`` is of claims."""
+
+
+# The box.
+
+
+def box_of(fit: Fit) -> tuple[Box, list[str]]:
+    """Return the box of a fit, and those of its keys that change what is rendered.
+
+    Raises
+    ------
+    UsageError
+        A text of ``over`` is not ``KEY=A..B`` or ``KEY=V1,V2``, or its key is unknown, there twice or settled.
+    """
+    models = look_up(fit.study.models)
+    sections: dict[str, Any] = {model.section: model.network for model in models}
+    networks = set(sections)
+    for name in fit.study.experiments or sweep_plan.answering(fit.study.claims):
+        part = sweep_plan.part_of(registry.find(name), replace(fit.study, assignments=()), 0)
+        sections |= {section: values[0] for section, values in part.base.items()}
+    fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
+    box = {}
+    for text in fit.over:
+        name, _, ends = text.partition("=")
+        take(text, taken, fixed)
+        box[name] = _distribution(keys_of(name)[0], ends, sections)
+    if not box:
+        raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
+    return box, [name for name in box if name.partition(".")[0] not in networks]
+
+
+def _distribution(key: str, ends: str, sections: Mapping[str, Any]) -> Any:
+    """Return Optuna's distribution of the values that ``KEY=A..B`` or ``KEY=V1,V2`` allows."""
+    from optuna import distributions as kinds
+
+    parameter, end = apart(key)
+    collect([f"{parameter}={ends}"], sections, option="--over")  # the key is known
+    section, _, name = parameter.partition(".")
+    schema = schema_of(sections[section], name)
+    if end and schema.get("type") == "array":
+        schema = (schema.get("prefixItems") or [schema["items"]])[0]
+    low, dots, high = ends.partition("..")
+    if not dots and ends:
+        return kinds.CategoricalDistribution(ends.split(","))
+    try:
+        least, most = float(low), float(high)
+    except ValueError:
+        least = most = math.nan
+    if not -math.inf < least < most < math.inf:
+        raise UsageError(f"--over {key}={ends}: expected KEY=A..B, the lower number first, or KEY=V1,V2")
+    log = least > 0.0 and most / least >= LOG_FROM
+    if schema.get("type") == "integer":
+        return kinds.IntDistribution(int(least), int(most), log=log)
+    return kinds.FloatDistribution(least, most, log=log)
+
+
+def text_of(value: Any) -> str:
+    """Return a value as ``--set`` takes it, a number to six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def at(kind: Any, share: float) -> str:
+    """Return the value below which a share of a distribution lies, 0 up to below 1; whole numbers have equal shares."""
+    if hasattr(kind, "choices"):
+        return str(kind.choices[int(share * len(kind.choices))])
+    whole = isinstance(kind.low, int)
+    if kind.log:
+        value = math.exp(math.log(kind.low) + share * math.log(kind.high / kind.low))
+        return text_of(round(value) if whole else value)
+    if whole:
+        return str(kind.low + int(share * (kind.high - kind.low + 1)))
+    return text_of(kind.low + share * (kind.high - kind.low))
+
+
+def spread(box: Box, number: int, seed: int) -> list[Setting]:
+    """Return settings that fill a box evenly: the first points of a scrambled Sobol sequence.
+
+    References
+    ----------
+    Owen 1998, Scrambling Sobol' and Niederreiter-Xing points.
+    """
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(len(box), scramble=True, rng=stream("fit.sample", seed))
+    points = np.minimum(sequence.random_base2((number - 1).bit_length())[:number], np.nextafter(1.0, 0.0))
+    return [{key: at(kind, share) for (key, kind), share in zip(box.items(), point, strict=True)} for point in points]
+
 
 # The search: Optuna asks for settings batch by batch.
 
 
-def ask_for(search: Any, plan: FitPlan, number: int) -> list[Any]:
-    """Return Optuna's trials of a batch; those that share a rendering one after another.
+def ask_for(search: Any, box: Box, outside: Sequence[str], size: tuple[int, int], seed: int, number: int) -> list[Any]:
+    """Return Optuna's trials of a batch: so many renderings, each with so many networks, one after another.
 
     The sampler is made anew for each batch, seeded by the seed of the fit and the batch's number. So equal seeds give
     equal settings, whatever plays them; and a fit that was cut short asks again for what it had, and finds it played.
     """
-    from optuna import distributions as kinds
     from optuna.samplers import TPESampler
 
-    state = int(np.random.SeedSequence(plan.seed, spawn_key=(number,)).generate_state(1)[0])
+    state = int(np.random.SeedSequence(seed, spawn_key=(number,)).generate_state(1)[0])
     search.sampler = TPESampler(seed=state, constant_liar=True)
-    free: dict[str, Any] = {
-        part.key: kinds.CategoricalDistribution(part.choices) if part.choices
-        else kinds.IntDistribution(int(part.low), int(part.high), log=part.log) if part.whole
-        else kinds.FloatDistribution(part.low, part.high, log=part.log)
-        for part in plan.box
-    }  # fmt: skip
     asked = []
-    for _ in range(plan.renderings):
-        first = search.ask(free)
-        asked.append(first)
-        outside = {part.key: first.params[part.key] for part in plan.box if not part.network}
-        for _ in range(plan.share - 1):
-            if outside:
-                search.enqueue_trial(outside)
-            asked.append(search.ask(free))
+    renderings, share = size
+    for _ in range(renderings):
+        asked.append(search.ask(dict(box)))
+        rendered = {key: asked[-1].params[key] for key in outside}
+        for _ in range(share - 1):
+            if rendered:
+                search.enqueue_trial(rendered)
+            asked.append(search.ask(dict(box)))
     return asked
 
 
-def tell(search: Any, asked: Sequence[Any], scores: pl.DataFrame, fit: Fit) -> None:
-    """Tell Optuna the `scored` values of a batch; a setting without a value counts as failed."""
-    from optuna.trial import TrialState
+def importance(search: Any) -> dict[str, float]:
+    """Return the share of each parameter in whether the goal is among the best tenth; empty where all came to the same.
 
-    for trial, row in zip(asked, scores.iter_rows(named=True), strict=True):
-        for name in names_of(row):
-            trial.set_user_attr(name, row[name])
-        values = worth(row, fit)
-        known = all(map(math.isfinite, values))
-        search.tell(trial, values if known else None, state=None if known else TrialState.FAIL)
-
-
-def importance(search: Any, plan: FitPlan, name: str = "") -> dict[str, float]:
-    """Return the share of each parameter in whether the first goal, a claim or a measure is among the best tenth.
-
-    By PED-ANOVA (Watanabe, Bansal and Hutter 2023); all 0 where every setting came to the same.
+    References
+    ----------
+    Watanabe, Bansal and Hutter 2023, PED-ANOVA.
     """
     from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 
-    sign = plan.fit.goals.get(name, 1)
-
-    def less(trial: Any) -> float:
-        return -sign * float(trial.user_attrs[name] if name else trial.values[0])
-
-    known = [trial for trial in search.get_trials(deepcopy=False) if trial.values]
-    if len(set(map(less, known))) < 2:
-        return {part.key: 0.0 for part in plan.box}
+    if len({trial.value for trial in search.get_trials(deepcopy=False)} - {None}) < 2:
+        return {}
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)  # it is given the slack below 0
-        shares = get_param_importances(search, evaluator=PedAnovaImportanceEvaluator(), target=less)
-    return {part.key: float(shares.get(part.key, 0.0)) for part in plan.box}
+        warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)
+        return dict(get_param_importances(search, evaluator=PedAnovaImportanceEvaluator()))
 
 
-# Results of settings: a table with a row for each setting, claim or measure, and replicate.
-
-RESULTS = pl.Schema(
-    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64}
-)
-"""``value`` is the slack of a claim, or a measure, NaN where it has none; ``verdict`` is of claims alone."""
+# Results of settings.
 
 
-def names_of(columns: Any) -> list[str]:
-    """Return the claims or measures among the columns of a table of `scored`."""
-    return [name for name in columns if name not in ("setting", "kept", "least", "mean")]
+def study_of(fit: Fit, settings: Sequence[Setting], *, again: bool = False) -> Study:
+    """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
+    measure = SPIKES if fit.maximise.partition(":")[0] == SPIKES else fit.maximise
+    texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name))
+             for setting in settings]  # fmt: skip
+    return replace(
+        fit.study,
+        measures=() if fit.of_claims else (measure,),
+        repeats=fit.study.repeats if again or fit.search_repeats is None else fit.search_repeats,
+        axes={"setting": {str(number): level for number, level in enumerate(texts)}},
+    )
+
+
+def results_of(result: sweep.Sweep, fit: Fit) -> pl.DataFrame:
+    """Return the `RESULTS` of a sweep whose points are settings; silence gains nothing."""
+    if fit.of_claims:
+        slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")
+        columns = ["setting", pl.col("claim").alias("name"), "replicate", "verdict", slack]
+        return result.table.select(columns).cast(RESULTS)
+    each = pl.col("each")
+    columns = ["setting", pl.col("measure").alias("name"), pl.int_ranges(each.list.len()).alias("replicate"),
+               pl.lit(None, pl.String).alias("verdict"), each.alias("value")]  # fmt: skip
+    own = result.numbers.filter(measure=fit.maximise).select(columns).explode("replicate", "value")
+    return own.cast(RESULTS).with_columns(pl.col("value").fill_null(math.nan))
 
 
 def scored(results: pl.DataFrame) -> pl.DataFrame:
@@ -129,127 +215,73 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
     Returns
     -------
     polars.DataFrame
-        A row for each setting: the least slack of each claim, ``kept`` (the claims that hold in every replicate),
-        ``least`` and ``mean`` slack of all; or the mean of each measure, NaN where a replicate has none.
+        A row for each setting: ``kept`` of its ``claims`` hold in every replicate; the least slack of all and of each,
+        and the mean slack. Of a measure its mean, NaN where a replicate has none.
     """
-    on_claims = results["verdict"].null_count() == 0
-    by_name = results.group_by("setting", "name", maintain_order=True)
-    value = pl.col("value")
-    sums = by_name.agg(value.min() if on_claims else value.mean(), holds=(pl.col("verdict") == "holds").all())
-    table = sums.pivot("name", index="setting", values="value", maintain_order=True)
-    if not on_claims:
-        return table
-    totals = sums.group_by("setting").agg(kept=pl.col("holds").sum(), least=value.min())
-    means = results.group_by("setting").agg(mean=value.mean())
-    return table.join(totals, "setting", maintain_order="left").join(means, "setting", maintain_order="left")
+    value, by_name = pl.col("value"), results.group_by("setting", "name", maintain_order=True)
+    if results["verdict"].null_count():
+        return by_name.agg(value.mean()).pivot("name", index="setting", values="value", maintain_order=True)
+    sums = by_name.agg(value.min(), holds=(pl.col("verdict") == "holds").all())
+    totals = sums.group_by("setting", maintain_order=True).agg(
+        kept=pl.col("holds").sum(), claims=pl.len(), **{LEAST: value.min()}
+    )
+    each = sums.with_columns(("slack " + pl.col("name")).alias("name"))
+    wide = each.pivot("name", index="setting", values="value", maintain_order=True)
+    means = results.group_by("setting").agg(value.mean().alias(MEAN))
+    return totals.join(wide, "setting", maintain_order="left").join(means, "setting", maintain_order="left")
 
 
-def worth(row: Mapping[str, Any], fit: Fit) -> list[float]:
-    """Return what the search makes large, for each goal, of a row of `scored`; NaN where there is no value."""
-    if fit.of_claims:
-        return [float(row["kept"] if KEPT in fit.goals else row["least"])]
-    return [sign * row[name] for name, sign in fit.goals.items()]
+def best_of(table: pl.DataFrame, fit: Fit) -> list[int]:
+    """Return the numbers of the winner and the next best: where all claims are kept first, then by the goal.
 
-
-def front(values: Sequence[Sequence[float]]) -> list[int]:
-    """Return the places of the rows that none betters: in no goal smaller, and in one larger; the first goal's first.
-
-    Of equal rows the first is returned, and none with a NaN.
+    ``table`` has a row for each setting, with the columns of `scored`.
     """
-    whole = [place for place, row in enumerate(values) if not np.isnan(row).any()]
-    chosen: list[int] = []
-    for place in sorted(whole, key=lambda place: (*(-value for value in values[place]), place)):
-        if not any((np.asarray(values[other]) >= values[place]).all() for other in chosen):
-            chosen.append(place)
-    return chosen
+    order = [pl.col("kept") == pl.col("claims"), LEAST, MEAN] if fit.of_claims else [fit.maximise]
+    ranked = table.fill_nan(None).sort(order, descending=True, nulls_last=True, maintain_order=True)
+    keys = [text.partition("=")[0] for text in fit.over]
+    distinct = ranked.unique(keys, keep="first", maintain_order=True)  # a box of names alone has settings twice
+    return distinct["number"].head(NEXT_BEST + 1).to_list()
 
 
-def best_of(scores: pl.DataFrame, settings: Sequence[Setting], fit: Fit) -> list[int]:
-    """Return the places of the winner and the next best, or of the front of several goals.
+def with_all(results: pl.DataFrame) -> pl.DataFrame:
+    """Put those of all claims together, called ``all``, before the results of several: the least slack, the verdict."""
+    if results["verdict"].null_count() or results["name"].n_unique() < 2:
+        return results
+    whole = [
+        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
+        for (setting, replicate), rows in results.group_by("setting", "replicate", maintain_order=True)
+    ]
+    return pl.concat([pl.DataFrame(whole, RESULTS, orient="row"), results])
 
-    Of claims those that keep all come first, then the goal decides, then the mean slack.
+
+def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.DataFrame, anew: pl.DataFrame) -> Any:
+    """Return the rows of ``anew.csv``: for each setting of ``best``, and the model as it is, the claims or the measure.
+
+    ``low`` and ``high`` are the ends of the 95 % interval of the share of replicates that keep a claim, or of the mean
+    of the measure.
     """
-    rows = scores.to_dicts()
-    if len(fit.goals) > 1:
-        return front([worth(row, fit) for row in rows])[: NEXT_BEST + 1]
-
-    def rank(place: int) -> tuple[float, ...]:
-        row, (value,) = rows[place], worth(rows[place], fit)
-        if not fit.of_claims:
-            return (value if math.isfinite(value) else -math.inf,)
-        return float(row["kept"] == len(names_of(row))), value, row["mean"]
-
-    first: dict[tuple[tuple[str, str], ...], int] = {}  # a box of names alone has settings twice
-    for place in sorted(range(len(rows)), key=rank, reverse=True):
-        first.setdefault(tuple(settings[place].items()), place)
-    return list(first.values())[: NEXT_BEST + 1]
-
-
-# Playing settings.
-
-
-def assigned(setting: Setting) -> tuple[str, ...]:
-    """Return a setting as ``KEY=VALUE`` texts, one for each parameter of those that move together."""
-    return tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name))
-
-
-def study_of(fit: Fit, settings: Sequence[Setting], *, anew: bool = False) -> Study:
-    """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
-    names = [SPIKES if name.partition(":")[0] == SPIKES else name for name in fit.goals]
-    measures = () if fit.of_claims else tuple(dict.fromkeys(sorted(names, key=SPIKES.__eq__)))
-    repeats = fit.study.repeats if anew or fit.search_repeats is None else fit.search_repeats
-    axes = {"setting": {str(number): assigned(setting) for number, setting in enumerate(settings)}}
-    return replace(fit.study, measures=measures, repeats=repeats, axes=axes)
-
-
-def text_of(fit: Fit, setting: Setting) -> str:
-    """Return the model of a fit with a setting, as ``--model`` takes it."""
-    (model,) = fit.study.models
-    parts = ",".join(text.partition(".")[2] for text in assigned(setting))
-    return model if not parts else f"{model},{parts}" if ask(model)[1] else f"{model}:{parts}"
-
-
-@dataclass(frozen=True, slots=True)
-class FitPlan:
-    """A fit, checked; a batch has ``renderings`` settings of these, and ``share`` of the network for each."""
-
-    fit: Fit
-    box: Box
-    seed: int
-    renderings: int
-    share: int
-
-    @property
-    def batches(self) -> int:
-        """The number of batches."""
-        return -(-self.fit.trials // (self.renderings * self.share))
-
-
-def _of_sweep(result: sweep.Sweep, fit: Fit) -> Iterator[tuple[Any, ...]]:
-    """Yield the rows of `RESULTS` of a sweep whose points are settings."""
-    for row in result.table.iter_rows(named=True) if fit.of_claims else ():
-        slack = -MOST_SLACK if row["slack"] is None else row["slack"]  # so that silence gains nothing
-        yield int(row["setting"]), row["claim"], row["replicate"], row["verdict"], slack
-    for row in result.numbers.iter_rows(named=True):
-        for number, value in enumerate(row["each"] if row["measure"] in fit.goals else ()):
-            yield int(row["setting"]), row["measure"], number, None, math.nan if value is None else value
-
-
-def _on_board(
-    fit: Fit, texts: Sequence[str], seed: int, folder: Path, pool: Workers, resources: Resources
-) -> tuple[dict[str, dict[str, Any]], list[Failure]]:
-    """Play what a folder lacks of a leaderboard or of tuning curves; return the numbers of each model, and failures."""
-    shown = list(dict.fromkeys(texts))
-    if fit.board == LEADERBOARD:
-        planned = leaderboard.plan(shown, None, seed)
-        responses, failures = leaderboard.play(planned, folder, pool, resources)
-        rows = [row for board in leaderboard.rank(planned, responses).values() for row in board.to_dicts()]
-    else:
-        _, rows, failures = tune.run(tune.plan(shown, (), (), seed), folder, pool, resources)
-    found: dict[str, dict[str, Any]] = {}
-    for row in rows:
-        found.setdefault(row["model"], {}).update(row)
-    return {text: found.get(look_up([text])[0].label, {}) for text in shown}, failures
+    rows: list[dict[str, Any]] = []
+    searched, anew = with_all(searched), with_all(anew)
+    for place, name in (
+        anew.select("setting", "name").unique(maintain_order=True).sort("setting", maintain_order=True).rows()
+    ):
+        own = anew.filter(setting=place, name=name)
+        number = best[place] if place < len(best) else None
+        before = searched.filter(setting=-1 if number is None else number, name=name)["value"].mean()
+        setting = dict.fromkeys(settings[0], AS_IS) if number is None else settings[number]
+        row = {"number": number, **setting, "name": name, "in the search": before}
+        if own["verdict"].null_count():
+            known = own["value"].filter(own["value"].is_finite()).to_list()
+            summary = summarise(known) if known else None
+            ends = (summary.ci_low, summary.ci_high) if summary else (None, None)
+            more: dict[str, Any] = {"anew": summary and summary.mean, "replicates": len(known)}
+        else:
+            counted = count(own["verdict"])
+            ends = counted.interval or (None, None)
+            word = "fitted" if counted.word == "holds" else counted.label  # its parameters were chosen to keep it
+            more = {"anew": own["value"].mean(), "replicates": counted.replicates, "kept": counted.holds, "word": word}
+        rows.append({**row, **more, "low": ends[0], "high": ends[1]})
+    return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.selectors.float().fill_nan(None))
 
 
 # The result.
@@ -261,188 +293,101 @@ class Fitted:
 
     Parameters
     ----------
-    plan
-        The fit that was asked for, its box and its seed.
+    fit
+        What was asked for.
     settings
-        The settings searched and those of the even sample, a row each: ``of``, ``number``, their values, ``kept`` and
-        the slacks of claims, or the means of measures.
+        The settings searched and those of the even sample, a row each: ``of``, ``number``, their values, and how they
+        scored.
     anew
-        The settings judged anew, a row for each and each claim or goal, the winner's first: the count or the mean, the
-        ends of its 95 % interval, and the value in the search. Of measures the model as it is comes last.
+        The settings judged again, a row for each and each claim, the winner's first. Of a measure the model as it is
+        comes last.
+    winner
+        The best setting as the search saw it.
     word
-        The verdict on the winner: ``fitted``; ``not fitted``; or ``no word``, of too few replicates judged anew. Empty
-        of measures.
+        The verdict on the winner: ``fitted``, ``not fitted``, or ``no word`` where too few replicates judged it again.
+        Empty of a measure.
     share
-        The count of the sample's settings in which every claim is kept: the share of the box. ``None`` of measures.
+        The count of the sample's settings in which every claim is kept: the share of the box. ``None`` of a measure.
     luck
-        Claims together (``all``) or goal -> by how much the search promised too much of its winner: its mean there less
-        that at fresh seeds; ``None`` where it is not known.
-    gain
-        Goal -> by how much the winner is better than the model as it is, both at fresh seeds.
+        By how much the search promised too much of its winner: its goal there less that at fresh seeds; ``None`` where
+        it is not known.
     importance
-        Claim or measure -> parameter -> its share of what varies; ``all`` is all claims together.
+        Parameter -> its share of what varies in the goal.
     looks
-        Number of times that settings were judged at those seeds, this one included.
+        Number of times that settings were judged at the fresh seeds, this one included.
     sentences
-        The answer in sentences: the winner judged anew, how much of it was luck, the even sample, what was searched.
+        The answer in sentences.
     failures
         Everything that failed.
     """
 
-    plan: FitPlan
+    fit: Fit
     settings: pl.DataFrame
     anew: pl.DataFrame
+    winner: Setting
     word: str
     share: Count | None
-    luck: Mapping[str, float | None]
-    gain: Mapping[str, float | None]
-    importance: Mapping[str, Mapping[str, float]]
+    luck: float | None
+    importance: Mapping[str, float]
     looks: int
     sentences: Sequence[str]
     failures: Sequence[Failure] = ()
 
     @property
-    def winner(self) -> Setting:
-        """The best setting as the search saw it; of several goals the best in the first."""
-        return self.anew.select(part.key for part in self.plan.box).row(0, named=True)
-
-
-def settings_table(fit: Fit, of: str, settings: Sequence[Setting], scores: pl.DataFrame) -> pl.DataFrame:
-    """Return the rows of ``fit.csv`` of the settings of search or sample, from their `scored` table."""
-    names = names_of(scores.columns)
-    if fit.of_claims:
-        slacks = [pl.col(name).alias(f"slack {name}") for name in names]
-        scores = scores.select(
-            "kept", pl.lit(len(names)).alias("claims"), pl.col("least").alias("least slack"), *slacks
-        )
-    own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
-    return pl.concat([own, pl.DataFrame(settings), scores.select(pl.exclude("setting"))], how="horizontal")
-
-
-def with_all(results: pl.DataFrame) -> pl.DataFrame:
-    """Add to the results of several claims those of all together, called ``all``: the least slack, the verdict."""
-    if results["name"].n_unique() < 2:
-        return results
-    whole = [
-        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
-        for (setting, replicate), rows in results.group_by("setting", "replicate", maintain_order=True)
-    ]
-    return pl.concat([pl.DataFrame(whole, RESULTS, orient="row"), results])
-
-
-def anew_table(
-    fit: Fit, box: Box, searched: pl.DataFrame, settings: Sequence[Setting], best: Sequence[int], anew: pl.DataFrame
-) -> pl.DataFrame:
-    """Return the rows of ``anew.csv``: the settings ``best`` and, of measures, the model as it is."""
-    rows: list[dict[str, Any]] = []
-    searched, anew = (with_all(results) if fit.of_claims else results for results in (searched, anew))
-    for place, number in enumerate([*best, *([] if fit.of_claims else [None])]):
-        setting = {part.key: AS_IS for part in box} if number is None else settings[number]
-        for name in anew["name"].unique(maintain_order=True) if fit.of_claims else fit.goals:
-            own = anew.filter(setting=place, name=name)
-            before = searched.filter(setting=number, name=name)["value"] if number is not None else pl.Series([])
-            row: dict[str, Any] = {"number": number, **setting}
-            if fit.of_claims:
-                counted = count(own["verdict"])
-                low, high = counted.interval or (None, None)
-                word = "fitted" if counted.word == "holds" else counted.label  # its parameters were chosen to keep it
-                row |= {"claim": name, "kept": counted.holds, "replicates": counted.replicates, "low": low,
-                        "high": high, "word": word, "slack in the search": before.mean(),
-                        "slack anew": own["value"].mean()}  # fmt: skip
-            else:
-                known = own["value"].filter(own["value"].is_finite()).to_list()
-                summary = summarise(known) if known else None
-                row |= {"goal": name, "in the search": before.mean(), "anew": summary and summary.mean,
-                        "low": summary and summary.ci_low, "high": summary and summary.ci_high,
-                        "replicates": len(known)}  # fmt: skip
-            rows.append(row)
-    return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.selectors.float().fill_nan(None))
+    def goal(self) -> str:
+        """The column of ``settings`` that the search made large."""
+        return LEAST if self.fit.of_claims else self.fit.maximise
 
 
 def conclude(
-    plan: FitPlan, settings: Sequence[Setting], searched: pl.DataFrame, best: Sequence[int], anew: pl.DataFrame,
-    even: Sequence[Setting], sample: pl.DataFrame, looks: int, shares: Mapping[str, Mapping[str, float]],
+    fit: Fit, settings: pl.DataFrame, anew: pl.DataFrame, shares: Mapping[str, float], looks: int,
     failures: Sequence[Failure],
 ) -> Fitted:  # fmt: skip
-    """Return the result of a fit, from the `RESULTS` of the search, of the judging anew and of the even sample."""
-    fit, scores = plan.fit, scored(sample)
-    parts = [("search", settings, scored(searched)), ("sample", even, scores)]
-    table = pl.concat([settings_table(fit, *part) for part in parts])
-    again = anew_table(fit, plan.box, searched, settings, best, anew)
-    winner = ", ".join(f"{key}={value}" for key, value in settings[best[0]].items())
-    box = "; ".join(map(str, plan.box))
-    last = (f"searched: {len(settings)} settings of {box}, replicates each: {fit.study.replicates}; times that the"
-            f" seeds of the judging anew were looked at: {looks}")  # fmt: skip
+    """Return the result of a fit, from its tables."""
+    keys = [text.partition("=")[0] for text in fit.over]
+    first, last = anew.row(0, named=True), anew.row(-1, named=True)
+    winner = {key: first[key] for key in keys}
+    named = ", ".join(f"{key}={value}" for key, value in winner.items())
+    before, after = first["in the search"], first["anew"]
+    luck = None if before is None or after is None else before - after
+    luck = 0.0 if luck is not None and math.isclose(before, after, rel_tol=1e-12) else luck
+    even = settings.filter(of="sample")
+    share, word = None, ""
     if fit.of_claims:
-        first, own = again.row(0, named=True), table.row(best[0], named=True)
-        counted = count(with_all(anew).filter(setting=0, name=again["claim"][0])["verdict"])
-        kept = scores.filter(kept=len(names_of(scores.columns))).height
-        share = Count(kept, len(even) - kept)
-        luck = {TOGETHER: _less(first["slack in the search"], first["slack anew"])}
-        word = "fitted" if counted.word == "holds" else "not fitted"
-        if own["kept"] < own["claims"]:
-            word = "not fitted"
-        elif counted.kind == "counted" and not counted.fails:
-            word = "no word"
-        few = f" (it needs {LEAST_JUDGED} replicates)" if word == "no word" else ""
+        own = settings.row(first["number"], named=True)
+        counted = Count(first["kept"], first["replicates"] - first["kept"])
+        kept = even.filter(pl.col("kept") == pl.col("claims")).height
+        share = Count(kept, even.height - kept)
+        few = own["kept"] == own["claims"] and counted.kind == "counted" and not counted.fails
+        word = (
+            "fitted" if own["kept"] == own["claims"] and counted.word == "holds" else "no word" if few else "not fitted"
+        )
         low, high = share.interval or (0.0, 1.0)
         lines = [
-            f"{word}{few}: {winner} keeps {own['kept']} of {own['claims']}"
-            f" claims in the search, and all of them in {counted} replicates that it never saw",
-            f"its least slack is {_number(first['slack in the search'])} smallest differences in the search and"
-            f" {_number(first['slack anew'])} in the mean of {counted.replicates} fresh replicates; luck of the search:"
-            f" {_number(luck[TOGETHER])}",
-            f"{kept} of {len(even)} settings that fill the box evenly keep every claim: {kept / len(even):.3g} of the"
-            f" box, 95 % interval {low:.3g} to {high:.3g}",
+            f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
+            f" {counted} replicates that it never saw",
+            f"{kept} of {even.height} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to"
+            f" {high:.3g} of the box",
         ]
-        return Fitted(plan, table, again, word, share, luck, {}, shares, looks, [*lines, last], failures)
-    luck, gain, lines = {}, {}, []
-    for goal, sign in fit.goals.items():
-        of_goal = again.filter(goal=goal)
-        one, start = of_goal.row(0, named=True), of_goal.row(-1, named=True)
-        luck[goal], gain[goal] = _less(one["in the search"], one["anew"], sign), _less(one["anew"], start["anew"], sign)
-        values = [sign * value for value in scores[goal] if math.isfinite(value)]
-        best_even = _number(sign * max(values) if values else None)
-        lines.append(
-            f"{goal}: {winner} has {_number(one['anew'])} in the mean of {one['replicates']} replicates anew, the model"
-            f" {AS_IS} {_number(start['anew'])}; luck of the search: {_number(luck[goal])}; best of the {len(even)}"
-            f" settings that fill the box evenly: {best_even}"
-        )
-    return Fitted(plan, table, again, "", None, luck, gain, shares, looks, [*lines, last], failures)
+    else:
+        lines = [
+            f"{fit.maximise}: {named} has {_number(after)} in the mean of {first['replicates']} replicates anew, the"
+            f" model {AS_IS} {_number(last['anew'])}; best of {even.height} settings that fill the box evenly:"
+            f" {_number(even[fit.maximise].fill_nan(None).max())}"
+        ]
+    lines.append(f"luck of the search: {_number(luck)}; its seeds of the judging anew were looked at {looks} times")
+    return Fitted(fit, settings, anew, winner, word, share, luck, shares, looks, lines, failures)
 
 
-def _less(one: float | None, other: float | None, sign: int = 1) -> float | None:
-    """Return a difference, ``None`` where it is not known, and 0 where it is but rounding."""
-    if one is None or other is None:
-        return None
-    return 0.0 if math.isclose(one, other, rel_tol=1e-12) else sign * (one - other)
-
-
-def _number(value: float | None) -> str:
+def _number(value: Any) -> str:
     return "no value" if value is None else f"{value:.4g}"
 
 
 # Running it.
 
 
-def typed(
-    experiments: str, over: tuple[str, ...], claims: tuple[str, ...], model: str, assignments: tuple[str, ...],
-    maximise: tuple[str, ...], minimise: tuple[str, ...], replicates: int, numbers: Mapping[str, Any],
-) -> Fit:  # fmt: skip
-    """Return the fit of experiments, joined by commas, that is no file's; ``numbers`` are further fields of `Fit`."""
-    names = tuple(filter(None, experiments.split(",")))
-    called = "-".join(name if name in BOARDS else registry.find(name).name for name in names)
-    goals = ", ".join((*maximise, *minimise))
-    study = Study(
-        f"fit-{called}", f"parameters for {goals}" if goals else "parameters that keep claims", claims=claims,
-        experiments=names, models=(model,), assignments=assignments, repeats=None, replicates=replicates,
-        every_trial=False,
-    )  # fmt: skip
-    return Fit(study, over, maximise=maximise or (() if minimise else (SLACK,)), minimise=minimise, **numbers)
-
-
-def planned(fit: Fit, seed: int = 0) -> FitPlan:
-    """Check a fit, with everything that its first batch, the sample and the judging anew would refuse.
+def planned(fit: Fit, seed: int = 0) -> tuple[Box, list[str]]:
+    """Check a fit with the corners of its box; return the box, and its keys that change what is rendered.
 
     Raises
     ------
@@ -453,46 +398,29 @@ def planned(fit: Fit, seed: int = 0) -> FitPlan:
         raise UsageError("a fit needs optuna, which is not installed: run 'sh tools/setup.sh --fit', or install"
                          " colias-sim[fit]")  # fmt: skip
     check_counts(seed, fit.held_out, "--held-out")
-    names = () if fit.board else fit.study.experiments or sweep_plan.answering(fit.study.claims)
-    experiments = [registry.find(name) for name in names]
-    box = box_of(fit.over, fit.study, experiments)
-    outside = [part for part in box if not part.network]
-    if fit.board:
-        # No times, which another run would not repeat.
-        known = leaderboard.SCORES if fit.board == LEADERBOARD else tune.numbers()
-        if wrong := next((goal for goal in fit.goals if goal not in known), ""):
-            raise UsageError(f"--maximise {wrong}: {fit.board} has no such number; it has {', '.join(known)}")
-        ends = any(apart(key)[1] for part in box for key in keys_of(part.key))
-        if outside or ends or fit.study.assignments or fit.search_repeats is not None:
-            raise UsageError(f"{fit.board}: only whole parameters of the model are free, without --set and --repeats")
-    elif not names:
-        raise UsageError("--claims: a fit without experiments needs some, for example C13,C15")
-    else:
-        middle = [setting_at(box, [0.5] * len(box))]
-        plan, judging = (sweep_plan.planned(study_of(fit, middle, anew=anew), seed) for anew in (False, True))
+    box, outside = box_of(fit)
+    corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
+    for again in (False, True):
+        plan = sweep_plan.planned(study_of(fit, corners, again=again), seed)
+        if not fit.of_claims and fit.maximise not in (names := [measure.name for measure, _ in plan.measures]):
+            raise UsageError(f"--maximise {fit.maximise}: not measured there; measured are {', '.join(names)}")
         if fit.of_claims and not plan.claims:
-            raise UsageError(f"{', '.join(names)}: no claim there can be fitted to")
-        measures = [measure.name for measure, _ in plan.measures]
-        if wrong := next((goal for goal in fit.goals if not fit.of_claims and goal not in measures), ""):
-            raise UsageError(f"--maximise {wrong}: not measured there; measured are {', '.join(measures)}")
-        fewest = min(*plan.repeats, *judging.repeats)
+            raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
         for claim, _ in plan.claims if plan.things == "trials" else ():
-            if fewest < claim.least:
-                raise UsageError(
-                    f"--repeats {fewest}: {claim.id} needs at least {claim.least} trials of each condition"
-                )
-    size = PAIR * fit.share
-    renderings = 1 if not outside else size if len(outside) == len(box) else PAIR
-    return FitPlan(fit, box, seed, renderings, size // renderings)
+            if min(plan.repeats) < claim.least:
+                raise UsageError(f"--repeats {min(plan.repeats)}: {claim.id} needs {claim.least} of each condition")
+    return box, outside
 
 
-def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
+def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
     """Run what a fit's folder lacks, and write its tables and figure.
 
     Parameters
     ----------
-    plan
-        From `planned`.
+    fit
+        What is searched.
+    seed
+        Of the search. Those of the second judging and of the sample follow from it.
     out
         The fit's folder: a new one, or one that holds a part of this fit. More settings may be searched than before.
     resources
@@ -501,53 +429,50 @@ def run(plan: FitPlan, out: Path, resources: Resources) -> Fitted:
     Raises
     ------
     UsageError
-        There is another run.
+        Something is not legal, or there is another run.
     """
+    box, outside = planned(fit, seed)
     import optuna
 
-    fit, failures = plan.fit, list[Failure]()
-    over = [str(part) for part in plan.box]
-    begin_whole(out, "fit", study=fit.study.name, seed=plan.seed, over=over, optuna=optuna.__version__)
+    size = PAIR * fit.share
+    renderings = 1 if not outside else size if len(outside) == len(box) else PAIR
+    begin_whole(out, "fit", study=fit.study.name, seed=seed, over=fit.over, optuna=optuna.__version__)
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    search: Any = optuna.create_study(directions=["maximize"] * len(fit.goals))
+    search: Any = optuna.create_study(direction="maximize")
     settings: list[Setting] = []
-    batches: list[pl.DataFrame] = []
+    searched = pl.DataFrame(schema=RESULTS)
+    failures: list[Failure] = []
 
-    def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, anew: bool = False) -> pl.DataFrame:
-        if not fit.board:
-            study = replace(study_of(fit, shown, anew=anew), replicates=replicates)
-            result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources, name)
-            failures.extend(result.failures)
-            return pl.DataFrame(list(_of_sweep(result, fit)), RESULTS, orient="row")
-        rows: list[tuple[Any, ...]] = []
-        texts = [text_of(fit, setting) for setting in shown]
-        for number in range(replicates):
-            folder = out / (f"{name}-{number}" if replicates > 1 else name)
-            found, more = _on_board(fit, texts, seed + APART * number, folder, pool, resources)
-            failures.extend(more)
-            rows += [(place, goal, number, None, math.nan if (value := found[text].get(goal)) is None else value)
-                     for place, text in enumerate(texts) for goal in fit.goals]  # fmt: skip
-        return pl.DataFrame(rows, RESULTS, orient="row")
+    def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
+        study = replace(study_of(fit, shown, again=again), replicates=replicates)
+        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources, name)
+        failures.extend(result.failures)
+        return results_of(result, fit)
 
+    def table(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
+        own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
+        return pl.concat([own, pl.DataFrame(settings), scored(results).drop("setting")], how="horizontal")
+
+    goal = LEAST if fit.of_claims else fit.maximise
     with resources.pool() as pool:
-        for number in range(plan.batches):
-            asked = ask_for(search, plan, number)
-            shown = [{part.key: part.text(trial.params[part.key]) for part in plan.box} for trial in asked]
-            results = play(f"search-{number:04d}", shown, plan.seed, fit.study.replicates)
-            tell(search, asked, scored(results), fit)
-            batches.append(results.with_columns(pl.col("setting") + len(settings)))
+        for number in range(-(-fit.trials // size)):
+            asked = ask_for(search, box, outside, (renderings, size // renderings), seed, number)
+            shown = [{key: text_of(trial.params[key]) for key in box} for trial in asked]
+            results = play(f"search-{number:04d}", shown, seed, fit.study.replicates)
+            for trial, value in zip(asked, scored(results)[goal], strict=True):
+                known = math.isfinite(value)
+                search.tell(trial, value if known else None, None if known else optuna.trial.TrialState.FAIL)
+            searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
             settings += shown
-            searched = pl.concat(batches)
-        best = best_of(scored(searched), settings, fit)
-        again: list[Setting] = [settings[place] for place in best] + ([] if fit.of_claims else [{}])
-        anew = play(f"held-out-{len(settings)}", again, plan.seed + TEST, fit.held_out, anew=True)
-        even = spread(plan.box, fit.sample, plan.seed)
-        sample = play(f"sample-{fit.sample}", even, plan.seed + SAMPLE, fit.study.replicates)
-    looks = len({folder.name.split("-")[2] for folder in out.glob("held-out-*") if begun(folder)})
-    names = searched["name"].unique(maintain_order=True).to_list()
-    shares = {TOGETHER: importance(search, plan)} if fit.of_claims and len(names) > 1 else {}
-    shares |= {name: importance(search, plan, name) for name in names}
-    fitted = conclude(plan, settings, searched, best, anew, even, sample, looks, shares, failures)
+        found = table("search", settings, searched)
+        best = best_of(found, fit)
+        chosen: list[Setting] = [settings[place] for place in best] + ([] if fit.of_claims else [{}])
+        anew = play(f"held-out-{len(settings)}", chosen, seed + TEST, fit.held_out, again=True)
+        even = spread(box, fit.sample, seed)
+        sample = play(f"sample-{fit.sample}", even, seed + SAMPLE, fit.study.replicates)
+    looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
+    tables = pl.concat([found, table("sample", even, sample)]), again_table(settings, best, searched, anew)
+    fitted = conclude(fit, *tables, importance(search), looks, failures)
     write(fitted, out)
     return fitted
 
@@ -557,14 +482,14 @@ def write(fitted: Fitted, folder: Path) -> None:
     from experiments.bench.report import fit as report  # not before: workers do without matplotlib
     from experiments.bench.report import style
 
-    files, study, share = Files(folder), fitted.plan.fit.study, fitted.share
+    files, study, share = Files(folder), fitted.fit.study, fitted.share
     low, high = (share.interval if share else None) or (None, None)
     files.write_rows("fit.csv", fitted.settings.to_dicts())
     files.write_rows("anew.csv", fitted.anew.to_dicts())
     files.write_json("fit.json", {
-        "fit": study.name, "summary": study.summary, "sentences": fitted.sentences, "seed": fitted.plan.seed,
-        "winner": dict(fitted.winner), "word": fitted.word, "goals": fitted.plan.fit.goals, "luck": fitted.luck,
-        "gain": fitted.gain, "looks": fitted.looks, "importance": fitted.importance, "failures": fitted.failures,
+        "fit": study.name, "summary": study.summary, "sentences": fitted.sentences, "winner": fitted.winner,
+        "word": fitted.word, "luck": fitted.luck, "looks": fitted.looks, "importance": fitted.importance,
+        "failures": fitted.failures,
         "share": share and {"kept": share.holds, "of": share.replicates, "low": low, "high": high},
     })  # fmt: skip
     style.save(report.draw(fitted), folder / "fit")

@@ -70,9 +70,6 @@ PANELS: Mapping[str, Mapping[str, Sequence[str]]] = {
     },
 }
 """Board -> quantity -> its measures, which share a panel of the figure."""
-_MEASURES = [name for panels in PANELS.values() for names in panels.values() for name in names]
-SCORES: tuple[str, ...] = tuple(name for name in _MEASURES if name not in TIMES)
-"""The measures of both boards, but for times."""
 CHANCE = {"direction_": 0.25, "auc_": 0.5}
 """Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
@@ -414,9 +411,7 @@ def looming_scores(robot: pl.DataFrame, clips: pl.DataFrame) -> dict[str, Score 
     }
 
 
-def rank(
-    planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any] = {}
-) -> dict[str, pl.DataFrame]:
+def rank(planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any]) -> dict[str, pl.DataFrame]:
     """Score the models of each board, and rank them.
 
     Parameters

@@ -25,10 +25,8 @@ TOGETHER = "all"
 """Id of all claims of a grid, or a fit, together, where there are several."""
 WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""
-SLACK, KEPT = "slack", "kept"
-"""Goals of claims: the least slack over claims and replicates, or the number of claims kept."""
-BOARDS = LEADERBOARD, TUNING = "leaderboard", "tuning"
-"""What may stand in place of experiments: the leaderboard's scores, or the numbers of tuning curves."""
+SLACK = "slack"
+"""The goal of a fit to claims: the least slack over claims and replicates."""
 Levels = Mapping[str, tuple[str, ...]]
 """Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 
@@ -171,17 +169,16 @@ AtLeastOne = Annotated[int, Field(ge=1)]
 
 @validated(frozen=True, slots=True)
 class Fit:
-    """A search for the parameters under which all claims of a study hold, or measures are largest.
+    """A search for the parameters under which all claims of a study hold, or a measure is largest.
 
     Parameters
     ----------
     study
         Claims, experiments, one model, what holds at every point, and the replicates that each setting is searched by.
-        It has neither axes nor measures. Its experiments may be ``("leaderboard",)`` or ``("tuning",)`` alone.
+        It has neither axes nor measures.
     over
-        The box: ``KEY=A..B``, ``KEY=V1,V2`` or ``KEY`` texts, one for each parameter, or for several of one value with
-        ``+`` between their keys. ``KEY`` alone is its whole legal range. A range of positive numbers whose ends are 100
-        times apart is searched by its logarithm.
+        The box: ``KEY=A..B`` or ``KEY=V1,V2`` texts, one for each parameter, or for several of one value with ``+``
+        between their keys. A range of positive numbers whose ends are 100 times apart is searched by its logarithm.
     trials
         Settings that are searched, rounded up to whole batches of twice ``share``.
     share
@@ -193,14 +190,13 @@ class Fit:
     search_repeats
         Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
         anew always has. Fewer make a search quicker, and its slack rougher.
-    maximise, minimise
-        The goals, made large, and small: ``slack`` or ``kept`` of claims, measures of sweeps, columns of the
-        leaderboard's table or of ``preferences.csv``. Several give a front: the settings that none betters in all.
+    maximise
+        The goal: ``slack``, the least of the claims, or a measure of sweeps.
 
     Raises
     ------
     UsageError
-        The study has axes or several models, or the goals do not go together.
+        The study has axes, measures or several models, or both claims and a measure are asked for.
     pydantic.ValidationError
         A number is out of its range.
 
@@ -219,33 +215,20 @@ class Fit:
     sample: AtLeastOne = 64
     held_out: AtLeastOne = 20
     search_repeats: AtLeastOne | None = None
-    maximise: tuple[str, ...] = (SLACK,)
-    minimise: tuple[str, ...] = ()
+    maximise: str = SLACK
 
     def __post_init__(self) -> None:
-        make_tuples(self, f"fit {self.study.name}", ("over", "maximise", "minimise"))
-        study, goals = self.study, list(self.goals)
+        make_tuples(self, f"fit {self.study.name}", ("over",))
+        study = self.study
         if study.axes or study.over or study.measures or study.read_off or len(study.models) != 1:
             raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
-        if not goals or (len(goals) > 1 and {SLACK, KEPT} & {*goals}) or {SLACK, KEPT} & {*self.minimise}:
-            raise UsageError(f"--maximise {','.join(goals)}: slack and kept are made large, each as the only goal")
-        if (self.board and len(study.experiments) > 1) or (study.claims and not self.of_claims):
-            raise UsageError(f"fit {study.name}: {self.board or goals[0]} is fitted to without claims and experiments")
-
-    @property
-    def goals(self) -> dict[str, int]:
-        """The goals in order, each with 1, or -1 where it is made small."""
-        return dict.fromkeys(self.maximise, 1) | dict.fromkeys(self.minimise, -1)
+        if study.claims and not self.of_claims:
+            raise UsageError(f"--maximise {self.maximise}: a measure is fitted to without claims")
 
     @property
     def of_claims(self) -> bool:
-        """True if the goal is one of claims, and not a measure."""
-        return next(iter(self.goals)) in (SLACK, KEPT)
-
-    @property
-    def board(self) -> str:
-        """``leaderboard`` or ``tuning``; empty where the fit is to experiments."""
-        return next((name for name in self.study.experiments if name in BOARDS), "")
+        """True if the goal is the slack of claims, and not a measure."""
+        return self.maximise == SLACK
 
 
 def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:

@@ -372,12 +372,3 @@ def prefers_looming(own: pl.DataFrame, value: str) -> float | None:
         return None
     others = np.maximum(discs[RECEDES].to_numpy(), discs[CROSSES].to_numpy())
     return float(np.mean(curves.PLATEAU * discs[LOOMS].to_numpy() > others))
-
-
-def numbers() -> tuple[str, ...]:
-    """Return the columns of ``preferences.csv`` that a fit may make large or small."""
-    columns = preferences(pl.DataFrame(schema=curves.points_schema(AXES)), "", ())
-    others = ("model", "not_defined", *RANGES)
-    return tuple(
-        name for name in columns if name not in others and not name.endswith("_inside") and STIMULUS not in name
-    )

@@ -38,7 +38,6 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.sweep": 7,
     "experiments.bench.sweep_plan": 6,
     "experiments.bench.robot_side": 6,
-    "experiments.bench.box": 7,
     "experiments.bench.fit": 8,
     "experiments.bench.train": 8,
     "experiments.bench.reproduce": 8,

@@ -150,9 +150,7 @@ def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -
 
 
 def fit(
-    experiment: Annotated[
-        str, typer.Argument(help="Experiments, joined by commas; a fit that ships; leaderboard or tuning.")
-    ],
+    experiment: Annotated[str, typer.Argument(help="Experiments, joined by commas; or a fit that ships.")],
     over: options.Over = None,
     claims: Claims = None,
     trials: Annotated[
@@ -161,10 +159,7 @@ def fit(
     share: Annotated[int | None, typer.Option(min=1, help="Settings that share a rendering; otherwise 10.")] = None,
     sample: Annotated[int | None, typer.Option(min=1, help="Settings that fill the box evenly; otherwise 64.")] = None,
     held_out: Annotated[int | None, typer.Option(min=1, help="Replicates that judge the best; otherwise 20.")] = None,
-    maximise: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="slack, kept, a measure, a column. Several: a front.")
-    ] = None,
-    minimise: Annotated[list[str] | None, typer.Option(metavar="NAME", help="A measure to make small.")] = None,
+    maximise: Annotated[str | None, typer.Option(metavar="NAME", help="A measure in place of claims.")] = None,
     repeats: Annotated[int | None, typer.Option(min=1, help="Trials of each condition in search and sample.")] = None,
     replicates: options.Replicates = None,
     seed: options.Seed = 0,
@@ -176,7 +171,7 @@ def fit(
     medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
-    """Search a box of parameters for settings under which all claims hold together, or measures are largest.
+    """Search a box of parameters for settings under which all claims hold together, or a measure is largest.
 
     The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
     The share of the box in which all holds comes from settings that fill it evenly. Needs Optuna: the extra [fit].
@@ -185,25 +180,25 @@ def fit(
     from experiments.bench import fit as fits
     from experiments.bench.report import fit as report
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.study import shipped
+    from experiments.bench.study import Fit, shipped
+    from experiments.bench.sweep import typed
     from experiments.studies import FITS
 
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
-                               "search_repeats": repeats}  # fmt: skip
+                               "search_repeats": repeats, "maximise": maximise}  # fmt: skip
     given = {name: value for name, value in numbers.items() if value is not None}
     if experiment in FITS:
-        if over or claims or assignments or model or maximise or minimise:
-            raise UsageError(f"{experiment}: its box, goals, model and settings are written down in its file")
+        if over or claims or assignments or model or maximise:
+            raise UsageError(f"{experiment}: its box, goal, model and settings are written down in its file")
         asked = shipped(experiment)
         study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
         asked = dataclasses.replace(asked, study=study, **given)
     else:
-        asked = fits.typed(experiment, tuple(over or ()), tuple(_names(claims)), model or "dsnn",
-                           tuple(assignments or ()), tuple(maximise or ()), tuple(minimise or ()), replicates or 1,
-                           given)  # fmt: skip
-    plan = fits.planned(asked, seed)
+        study = typed(experiment, (), _names(claims), (), [model or "dsnn"], assignments or (), None, replicates or 1)
+        study = dataclasses.replace(study, name=f"fit-{'-'.join(Path(name).stem for name in study.experiments)}")
+        asked = Fit(study, tuple(over or ()), **given)
     folder = options.run_folder(out, asked.study.name)
-    fitted = fits.run(plan, folder, options.resources(workers, cluster, quiet))
+    fitted = fits.run(asked, seed, folder, options.resources(workers, cluster, quiet))
     if not quiet:
         report.show(fitted, folder)
     return options.EXIT_FAILED if fitted.failures else 0
