@@ -38,7 +38,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
         "check": (own.check, "Try the laws of every model, stimulus or arena on yours"),
     },
     "robot": {
-        "firmware": (robot.app, "Budget, check, loop, export and logs of the chip's program"),
+        "firmware": (robot.app, "Budget, check, export and logs of the chip's program"),
         "import": (robot.import_log, "Make a run of a real robot's log"),
         "camera": (robot.camera, "Measure a real camera from its frames"),
         "doctor": (robot.doctor, "Look at what this machine has of what the bench needs"),

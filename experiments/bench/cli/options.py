@@ -91,6 +91,14 @@ def own_pictures(folder: Path | None) -> Pictures | None:
     return None if folder is None else folder_pictures(folder)
 
 
+def check_new(folder: Path) -> None:
+    """Raise `UsageError` for a folder that is there and not empty."""
+    from experiments.bench.run.errors import UsageError
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} must be a new or an empty folder")
+
+
 def results_folder(out: Path | None, name: str) -> Path:
     """Return the folder asked for, or the path of a new one under ``runs``."""
     from experiments.bench.run.files import new_folder

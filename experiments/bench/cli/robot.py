@@ -36,7 +36,7 @@ def budget(
     import polars as pl
 
     from experiments.bench.grid import levels_of, points_of
-    from experiments.bench.report.terminal import error_console, out_console, progress, show
+    from experiments.bench.report.terminal import error_console, out_console, show
     from experiments.bench.robot_side import chip, firmware, qemu
 
     points = points_of(levels_of(over, assignments or ()) if over else {})
@@ -44,23 +44,19 @@ def budget(
     programs = [chip.program(texts) for texts in sets]
     for note in dict.fromkeys(filter(None, (chip.dead_zone_note(network) for network, _ in programs))):
         error_console.print(f"note: {note}", soft_wrap=True)
-    with progress("budget", len(programs), False, "programs") as advance:
-        table, counts = firmware.budget(programs, advance)
+    table, counts = firmware.budget(programs)
     varied = [{key.rpartition(".")[2]: value for key, value in point} for point in points]
     table = table.with_columns(pl.Series(name, [point[name] for point in varied]) for name in varied[0])
     if out is not None:
         table.write_csv(out)
-    ms = pl.format("{}-{}", *(pl.col(name).round(1) for name in ("ms_least", "ms_most"))).alias("ms")
+    table = table.with_columns(pl.col(pl.Float64).round(1))
     if over:
         ram = pl.sum_horizontal("states", "ring", "tables", "stack").alias("RAM")
-        show(table.select(*varied[0], ram, "left", "over", "instructions", ms, "memory"))
+        show(table.select(*varied[0], ram, "left", "over", "instructions", "ms_least", "ms_most", "memory"))
     else:
-        cells = table.with_columns(ms).drop("ms_least", "ms_most").row(0, named=True)
-        texts = [f"{value:,}" if isinstance(value, int) else str(value) for value in cells.values()]
-        show(pl.DataFrame({"budget": list(cells), "": texts}))
+        show(table.transpose(include_header=True, header_name="budget", column_names=["value"]))
         stages = counts[0].drop("clip")
-        worst = {"stage": stages.columns, "median": stages.median().row(0), "worst": stages.max().row(0)}
-        show(pl.DataFrame(worst).with_columns(pl.col("median", "worst").round().cast(int)), "instructions a frame")
+        show(pl.DataFrame({"stage": stages.columns, "worst": stages.max().row(0)}), "instructions a frame")
     least, most = chip.CYCLES
     frame_ms = 1e3 / programs[0][0].fps
     line = f"Bytes; ms: the worst frame, of {frame_ms:.1f}, at an assumed {least} to {most} cycles an instruction"
@@ -91,40 +87,6 @@ def check(assignments: options.Assignments = None) -> int:
     return options.EXIT_FAILED if wrong.height else 0
 
 
-@app.command(short_help="Run an experiment whose observer has the emulated chip.")
-def loop(
-    experiment: Annotated[str, typer.Argument(help="A robot experiment that colias list shows, or a .py file.")],
-    repeats: options.Repeats = None,
-    seed: options.Seed = 0,
-    out: options.Out = None,
-    assignments: options.Assignments = None,
-    workers: options.Workers = None,
-    quiet: options.Quiet = False,
-) -> int:
-    """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the network here.
-
-    Exit status 1: a trial failed, or a response of the chip differs from the host's.
-    """
-    from experiments.bench import registry, trials
-    from experiments.bench.cli import tables
-    from experiments.bench.report.terminal import out_console, show
-    from experiments.bench.robot_side import loop as looping
-
-    declared = registry.load(experiment)
-    planned = trials.plan(declared, looping.models(), looping.assignments(assignments or ()), repeats, seed)
-    folder = options.run_folder(out, f"firmware-{declared.name}")
-    report = trials.run(planned, folder, options.resources(workers, None, quiet), recordings=False)
-    if not quiet:
-        tables.show_trials(report)
-    if report.failures.height:
-        return options.EXIT_FAILED
-    table, wrong = looping.compare(folder)
-    if wrong.height:
-        show(wrong.head(1), "first difference")
-    out_console.print(f"{'not equal' if wrong.height else 'equal'}: {table.height:,} frames of chip and host")
-    return options.EXIT_FAILED if wrong.height else 0
-
-
 @app.command(short_help="Write a folder that builds the network for the robot.")
 def export(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A new or an empty folder.")],
@@ -138,7 +100,7 @@ def export(
     from experiments.bench.robot_side import chip
     from experiments.bench.robot_side import export as exporting
 
-    _check_empty(folder)
+    options.check_new(folder)
     program = chip.program(assignments or ())
     exporting.export(program, folder, assignments or ())
     if note := chip.dead_zone_note(program[0]):
@@ -157,11 +119,13 @@ def decode(
     Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
     has no counter. A damaged line is skipped and counted. Exit status 1: frames are missing.
     """
-    from experiments.bench.report.terminal import count, out_console, show_places
+    import polars as pl
+
+    from experiments.bench.report.terminal import count, out_console, show, show_places
     from experiments.bench.robot_side import serial as line
     from experiments.bench.run.errors import UsageError
 
-    _check_empty(out)
+    options.check_new(out)
     frames, board, damaged = line.decode(serial.read_bytes())
     if not frames.height:
         raise UsageError(f"{serial}: no frame is whole")
@@ -169,12 +133,8 @@ def decode(
     line.log(frames, board).write_csv(out / "log.csv")
     frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
     missing = board["trials"] * board["frames"] - frames.height if "trials" in board else 0
-    lost = f"{count(damaged, 'damaged line')} skipped, {count(missing, 'frame')} missing"
-    out_console.print(f"{frames.height} frames of {board.get('board', 'an unknown board')}; {lost}")
-    took, stack = line.time_ms(frames, board), board.get("bytes")
-    limit = board.get("frame_us", 0) / 1e3
-    time = "cycles were not counted" if took is None else f"worst frame: {took:.2f} ms of {limit:.2f}"
-    out_console.print(f"{time}; stack: {'unknown' if stack is None else f'{stack:,} B'} used, without interrupts")
+    out_console.print(f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(missing, 'missing frame')}")
+    show(pl.DataFrame({**board, "most cycles": frames["cycles"].max()}))
     show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
     return options.EXIT_FAILED if missing else 0
 
@@ -188,18 +148,10 @@ def log(
     from experiments.bench.result import load
     from experiments.bench.robot_side import import_log
 
-    _check_empty(out)
-    command = import_log.write(load(run), out)
-    show_places({"log": out / import_log.LOG, "import by": command})
+    options.check_new(out)
+    import_log.write(load(run), out)
+    show_places({"log": out / import_log.LOG})
     return 0
-
-
-def _check_empty(folder: Path) -> None:
-    """Raise `UsageError` where something is in the way of new files."""
-    from experiments.bench.run.errors import UsageError
-
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UsageError(f"{folder} must be a new or an empty folder")
 
 
 def import_log(
@@ -242,16 +194,14 @@ def camera(
     gain: Annotated[float, typer.Option(min=0.1, max=16.0, help="The camera's gain; 1.5 on Colias.")] = 1.0,
 ) -> int:
     """Measure a camera from frames that it took, and print the settings that make the simulated eye like it."""
-    from experiments.bench.report.terminal import error_console, out_console, show
+    from experiments.bench.report.terminal import error_console, out_console
     from experiments.bench.robot_side.calibrate import measure
 
-    measured, notes = measure(folder, fps, gain)
-    show(measured.drop("settings"), f"camera of {folder}")
+    settings, notes = measure(folder, fps, gain)
     for note in notes:
-        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-    settings = [text for texts in measured["settings"] for text in texts]
-    for text in [*([f"camera.gain={gain:g}"] if settings and gain != 1.0 else []), *settings]:
-        out_console.print(f"--set {text}", soft_wrap=True, markup=False)
+        error_console.print(f"note: {note}", soft_wrap=True)
+    for name, value in settings.items():
+        out_console.print(f"--set camera.{name}={value}", soft_wrap=True)
     return 0
 
 

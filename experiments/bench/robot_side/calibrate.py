@@ -1,4 +1,4 @@
-"""Measure a camera from folders of its frames, and say what was found as settings of the simulated eye."""
+"""Measure a camera from folders of its frames: settings of the simulated eye, and what is doubtful about them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 from colias_sim.calibrate import (
     CalibrationError,
@@ -22,21 +21,21 @@ from colias_sim.calibrate import (
 )
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.recordings import Images
-from experiments.bench.sources.log import PICTURES, in_order, read_frames
+from experiments.bench.sources.log import read_frames
 
-MEASURED = pl.Schema([("measured", pl.String()), ("value", pl.String()), ("settings", pl.List(pl.String()))])
-"""``settings`` are ``camera.NAME=VALUE`` texts that ``--set`` takes; empty where the value is not certain."""
+Measured = tuple[dict[str, object], list[str]]
+"""Parameters of the camera, as ``--set camera.NAME=VALUE`` takes them, and what is doubtful."""
 LEAST_SHARE = 0.03
 """Share of the variance over time from which a scene was not still: it makes the noise 1.5 % too large."""
 
 
-def measure(folder: Path, fps: float, gain: float) -> tuple[pl.DataFrame, list[str]]:
+def measure(folder: Path, fps: float, gain: float) -> Measured:
     """Measure what the folders in a folder show.
 
     Parameters
     ----------
     folder
-        Its folders hold pictures (`PICTURES`, in the order of their numbers) and are named by what they show:
+        Its folders hold pictures (``.pgm``, ``.png``, in the order of their numbers) and are named by what they show:
         ``still*`` a still scene of many greys under constant light, ``edge*`` first the empty scene and then a dark
         upright object that crosses the view, ``loop*`` a still scene after the light has changed, until the picture
         rests.
@@ -47,8 +46,8 @@ def measure(folder: Path, fps: float, gain: float) -> tuple[pl.DataFrame, list[s
 
     Returns
     -------
-    polars.DataFrame
-        What was measured, of `MEASURED`.
+    dict
+        Parameter of the camera -> value.
     list of str
         What is doubtful about it.
 
@@ -57,67 +56,40 @@ def measure(folder: Path, fps: float, gain: float) -> tuple[pl.DataFrame, list[s
     UsageError
         There is nothing to measure, or frames do not show what their folder's name says.
     """
-    rows: list[tuple[str, str, list[str]]] = []
+    settings: dict[str, object] = {}
     notes: list[str] = []
-    for kind in ("still", "edge", "loop"):
-        places = sorted(path for path in folder.glob(f"{kind}*") if path.is_dir())
-        if not places:
-            continue
+    kinds = {
+        "still": lambda films: _noise(films, gain),
+        "edge": lambda films: _row_time(films, fps),
+        "loop": _exposure,
+    }
+    for kind, measured in kinds.items():
+        films = [read_frames(path) for path in sorted(folder.glob(f"{kind}*"))]
         try:
-            sequences = [_frames(place) for place in places]
-            if kind == "still":
-                rows += _noise(sequences, gain)
-                notes += _changes(places, sequences)
-            elif kind == "edge":
-                rows += _row_time(sequences, fps)
-            else:
-                found, doubts = _exposure(sequences)
-                rows, notes = rows + found, notes + doubts
+            found, doubts = measured(films) if films else ({}, [])
         except CalibrationError as error:
-            raise UsageError(f"{', '.join(map(str, places))}: {error}") from None
-    if not rows:
+            raise UsageError(f"{folder}, {kind}*: {error}") from None
+        settings |= found
+        notes += [f"{kind}*: {doubt}" for doubt in doubts]
+    if not settings and not notes:
         raise UsageError(f"{folder} must have folders of frames called still*, edge* or loop*")
-    return pl.DataFrame(rows, MEASURED, orient="row"), notes
+    return settings, notes
 
 
-def _frames(place: Path) -> Images:
-    """Return the pictures of a folder, (T, R, C), in the order of the numbers in their names."""
-    files = sorted((path for path in place.iterdir() if path.suffix.lower() in PICTURES), key=in_order)
-    if not files:
-        raise UsageError(f"{place} must have pictures ({', '.join(PICTURES)}), got none")
-    return read_frames(files)
+def _noise(films: Sequence[Images], gain: float) -> Measured:
+    line = photon_transfer([noise_levels(frames) for frames in films])
+    share = max(map(unsteadiness, films))
+    doubt = f"greys drift or flicker, {share:.0%} of their variance: the noise is too large; take constant light"
+    values = {"shot_noise": f"{line.shot_noise(gain):.3f}", "read_noise": f"{line.read_noise(gain):.3f}"}
+    return {"gain": f"{gain:g}", **values}, [doubt] if share >= LEAST_SHARE else []
 
 
-def _noise(sequences: Sequence[Images], gain: float) -> list[tuple[str, str, list[str]]]:
-    levels = [noise_levels(frames) for frames in sequences]
-    line = photon_transfer(levels)
-    mean, variance = (np.concatenate([getattr(level, name) for level in levels]) for name in ("mean", "variance"))
-    order = np.argsort(mean)[np.unique(np.linspace(0, len(mean) - 1, 5).astype(int))]
-    text = ", ".join(f"{np.sqrt(max(variance[i], 0.0)):.2f} at {mean[i]:.0f}" for i in order)
-    shot, read = line.shot_noise(gain), line.read_noise(gain)
-    return [
-        ("noise by grey level, sd", text, []),
-        ("photon noise at white, sd", f"{shot:.3f}", [f"camera.shot_noise={shot:.3f}"]),
-        ("read noise, sd", f"{read:.3f}", [f"camera.read_noise={read:.3f}"]),
-    ]
-
-
-def _changes(places: Sequence[Path], sequences: Sequence[Images]) -> Iterator[str]:
-    """Say of frames that should be of a still scene that they are not."""
-    for place, frames in zip(places, sequences, strict=True):
-        if (share := unsteadiness(frames)) >= LEAST_SHARE:
-            problem = f"its greys drift or flicker, which is {share:.0%} of their variance: the noise is too large"
-            yield f"{place}: {problem}; take it again under constant light"
-
-
-def _row_time(sequences: Sequence[Images], fps: float) -> list[tuple[str, str, list[str]]]:
-    pairs = [pair for frames in sequences for pair in leaning(frames, fps)]
+def _row_time(films: Sequence[Images], fps: float) -> Measured:
+    pairs = [pair for frames in films for pair in leaning(frames, fps)]
     if not pairs:
         raise CalibrationError("no two frames one after the other show the object whole")
     leans, speeds = zip(*pairs, strict=True)
-    row = row_time_us(leans, speeds)
-    text = f"{row:.0f} us, by {len(leans)} frames at {min(speeds):.0f} to {max(speeds):.0f} px/s"
-    return [("time from row to row", text, [f"camera.row_time_us={max(row, 0.0):.0f}"])]
+    return {"row_time_us": f"{max(row_time_us(leans, speeds), 0.0):.0f}"}, []
 
 
 def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
@@ -145,19 +117,11 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
             yield lean(own_columns, own_rows), float(moved.mean()) * fps
 
 
-def _exposure(sequences: Sequence[Images]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
-    loop = exposure_loop(sequences)
-    step = f"{loop.step:.4f} of it, up to {loop.steps} a frame"
-    ends = {"lower": loop.low, "upper": loop.high}
-    zone = "; ".join(f"{name} end {end[0]:.1f} to {end[1]:.1f}" for name, end in ends.items() if end)
-    names = "step of the exposure", "control zone (dead band), mean grey"
+def _exposure(films: Sequence[Images]) -> Measured:
+    loop = exposure_loop(films)
     if not loop.certain:
-        note = f"the exposure's step is not certain by {len(sequences)} folders loop*, and the zone depends on it; take"
-        rows = [(name, f"not certain: {text}", list[str]()) for name, text in zip(names, (step, zone), strict=True)]
-        return rows, [f"{note} more from other lights, brighter and darker"]
-    settings: list[str] = []
+        return {}, [f"{len(films)} folders leave the exposure's step uncertain; take more, from brighter and darker"]
+    settings: dict[str, object] = {"auto_exposure": "true", "ae_step": f"{loop.step:.4f}", "ae_steps": loop.steps}
     if loop.target is not None and loop.zone is not None:
-        zone += f": {loop.target:.1f} +- {loop.zone:.1f}"
-        settings = [f"camera.ae_target={loop.target:.1f}", f"camera.ae_zone={loop.zone:.1f}"]
-    exposure = ["camera.auto_exposure=true", f"camera.ae_step={loop.step:.4f}", f"camera.ae_steps={loop.steps}"]
-    return [(names[0], step, exposure), (names[1], zone, settings)], []
+        settings |= {"ae_target": f"{loop.target:.1f}", "ae_zone": f"{loop.zone:.1f}"}
+    return settings, []

@@ -78,10 +78,5 @@ def full_key(text: str) -> str:
 def dead_zone_note(network: OnboardParams) -> str:
     """Say in one line what the longest delay cannot follow in its format; empty where that is next to nothing."""
     zone = dead_zone(network)
-    if not zone.matters:
-        return ""
-    return (
-        f"tau_s up to {zone.tau_ms:g} ms with delay states of {network.state_bits} bits: a delayed signal that should"
-        f" fall to 0 stands still at up to {zone.falling:.2g} of its range, and from 0 it does not rise to"
-        f" {zone.rising:.2g} or less; delays up to {zone.longest_ms:,.0f} ms are followed"
-    )
+    lost = f"up to {zone.falling:.2g} of the range of D; delays up to {zone.longest_ms:,.0f} ms are followed"
+    return f"tau_s of {zone.tau_ms:g} ms in {network.state_bits} bits stands still at {lost}" if zone.matters else ""

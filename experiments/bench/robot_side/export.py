@@ -97,20 +97,22 @@ def _frames_header(program: Program, shown: dict[str, Frames]) -> str:
     """Return ``measure_frames.h``: which frames the self-measuring program shows."""
     network, chip = program
     names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(shown))
-    lines = [
-        f"/* Frames that the self-measuring program shows, written by colias-sim:\n{names} */",
-        "#ifndef MEASURE_FRAMES_H", "#define MEASURE_FRAMES_H", "", "#include <stdint.h>", "",
-        f"#define MEASURE_TRIALS {len(shown)}u", f"#define MEASURE_FRAMES {COUNTED}u",
-        f"#define MEASURE_FRAME_US {round(1e6 / network.fps)}u", "",
-        f"extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{chip.rows * chip.columns}];",
-        "", "#endif", "",
-    ]  # fmt: skip
-    return "\n".join(lines)
+    return f"""/* Frames that the self-measuring program shows, written by colias-sim:
+{names} */
+#ifndef MEASURE_FRAMES_H
+#define MEASURE_FRAMES_H
+#include <stdint.h>
+#define MEASURE_TRIALS {len(shown)}u
+#define MEASURE_FRAMES {COUNTED}u
+#define MEASURE_FRAME_US {round(1e6 / network.fps)}u
+extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{chip.rows * chip.columns}];
+#endif
+"""
 
 
 def _frames_source(shown: dict[str, Frames]) -> str:
     """Return ``measure_frames.c``: the frames themselves, a line each."""
     frames = np.concatenate(list(shown.values())).reshape(len(shown) * COUNTED, -1)
-    rows = ["{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames]
+    rows = "\n".join("{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames)
     begin = f"const uint8_t measure_luma[{len(frames)}][{frames.shape[1]}] = {{"
-    return "\n".join(['#include "measure_frames.h"', "", begin, *rows, "};", ""])
+    return f'#include "measure_frames.h"\n\n{begin}\n{rows}\n}};\n'

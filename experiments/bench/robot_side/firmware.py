@@ -6,7 +6,7 @@ import re
 import struct
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +20,7 @@ import dsnn.native
 from dsnn.onboard.header import header
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.robot_side.chip import CYCLES, ChipSettings, Program
-from experiments.bench.robot_side.qemu import Q15, STAGES, Emulator, compiler
+from experiments.bench.robot_side.qemu import Q15, Emulator, compiler
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.streams import stream
 
@@ -48,10 +48,8 @@ Frames = npt.NDArray[np.uint8]
 def memory_script(chip: ChipSettings, memory: Mapping[str, tuple[int, int]] = QEMU_MEMORY) -> str:
     """Return the text of ``memory.ld``: the regions with their addresses and sizes, and the stack's reserve."""
     rights = {"FLASH": "rx", "MAIN": "rwx", "CORE": "rwx"}
-    regions = [
-        f"    {name} ({rights[name]}) : ORIGIN = 0x{address:08X}, LENGTH = {size}"
-        for name, (address, size) in memory.items()
-    ]
+    regions = [f"    {name} ({rights[name]}) : ORIGIN = 0x{address:08X}, LENGTH = {size}"
+               for name, (address, size) in memory.items()]  # fmt: skip
     return "\n".join([f"CHIP_STACK = {chip.stack};", "MEMORY", "{", *regions, "}", ""])
 
 
@@ -160,12 +158,13 @@ def stage_names() -> list[str]:
 
 def counts(chip: Emulator, shape: tuple[int, int], length: int = COUNTED) -> pl.DataFrame:
     """Count instructions: a row per frame of the clips, a column per stage and one for the ``whole`` frame."""
-    names = [*stage_names(), *(f"stage {place}" for place in range(len(stage_names()), STAGES - 1)), "camera's luma"]
-    rows = []
+    names, rows = stage_names(), []
     for clip, frames in clips(shape, length).items():
         chip.reset()
-        rows += [(clip, *chip.step(frame)[1]) for frame in frames]
-    table = pl.DataFrame(rows, ["clip", *names], orient="row").drop(names[len(stage_names()) : -1])
+        for frame in frames:
+            counted = chip.step(frame)[1]
+            rows.append((clip, *counted[: len(names)], counted[-1]))
+    table = pl.DataFrame(rows, ["clip", *names, "camera's luma"], orient="row")
     return table.with_columns(whole=pl.sum_horizontal(pl.exclude("clip"))).with_columns(cs.float().round().cast(int))
 
 
@@ -211,33 +210,16 @@ def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object],
     return row, table
 
 
-def budget(
-    programs: Sequence[Program], done: Callable[[], None] = lambda: None
-) -> tuple[pl.DataFrame, list[pl.DataFrame]]:
-    """Measure programs, in threads, as compiler and emulator are processes of their own.
+def budget(programs: Sequence[Program]) -> tuple[pl.DataFrame, list[pl.DataFrame]]:
+    """Measure programs, in threads, as compiler and emulator are processes of their own: a row and the counts of each.
 
     Parameters
     ----------
     programs
         The programs.
-    done
-        Called as each is measured.
-
-    Returns
-    -------
-    polars.DataFrame
-        A row per program.
-    list of polars.DataFrame
-        The counts of each.
     """
-
-    def work(program: Program) -> tuple[dict[str, object], pl.DataFrame]:
-        measured = measure(program)
-        done()
-        return measured
-
     with ThreadPoolExecutor() as pool:
-        rows, tables = zip(*pool.map(work, programs), strict=True)
+        rows, tables = zip(*pool.map(measure, programs), strict=True)
     return pl.DataFrame(rows), list(tables)
 
 

@@ -54,22 +54,12 @@ def compiler() -> tuple[str, ...]:
     raise UsageError("no C compiler for the chip: install Debian's gcc-arm-none-eabi or the wheel ziglang")
 
 
-def emulator() -> str:
-    """Return the path of QEMU; `UsageError` with the package's name where it is missing."""
-    path = shutil.which(QEMU)
-    if path is None:
-        raise UsageError(f"no {QEMU} on the PATH: install Debian's qemu-system-arm")
-    return path
-
-
 def versions() -> str:
     """Return the versions of compiler and emulator, as these say them: counts of instructions depend on both."""
     command = compiler()
     asked = (command[0], "--version") if "ziglang" not in command else (*command[:4], "version")
-    told = (
-        subprocess.run(one, capture_output=True, text=True, check=True).stdout for one in (asked, (QEMU, "--version"))
-    )
-    return "; ".join(text.splitlines()[0] for text in told)
+    commands = (asked, (QEMU, "--version"))
+    return "; ".join(subprocess.check_output(one, text=True).splitlines()[0] for one in commands)
 
 
 class Emulator:
@@ -88,7 +78,7 @@ class Emulator:
 
     def __init__(self, elf: Path) -> None:
         command = [
-            emulator(), "-M", "mps2-an386", "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
+            QEMU, "-M", "mps2-an386", "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
             "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native",
             "-kernel", str(elf),
         ]  # fmt: skip

@@ -20,9 +20,9 @@ NONE = "-"
 """What stands where a board cannot tell."""
 BOARD = ("version", "board", "columns", "rows", "trials", "frames", "frame_us", "clock_hz", "flash_waits", "counter")
 FRAME = ("trial", "frame", "hs", "vs", "hs_spikes", "vs_spikes", "cycles")
-FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ("frames",)}
+FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ()}
 """Record -> its fields."""
-_RECORD = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})")
+_RECORD = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})\r?")
 
 
 def crc(content: bytes) -> int:
@@ -36,8 +36,8 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
     Parameters
     ----------
     data
-        The bytes as they came. Anything may be in them. Where the program ran several times, as after a reset of the
-        board, a frame counts as it was sent last; another program begins a new log.
+        The bytes as they came. Where the program ran several times, as after a reset of the board, a frame counts as it
+        was sent last.
 
     Returns
     -------
@@ -49,46 +49,30 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
         Number of damaged lines.
     """
     frames, board, damaged = [], dict[str, Any](), 0
-    for line in filter(None, data.replace(b"\r", b"").split(b"\n")):
-        record = _record(line)
-        if record is None:
+    for line in filter(bytes.strip, data.split(b"\n")):
+        match = _RECORD.fullmatch(line)
+        if match is None or int(match[2], 16) != crc(match[1]):
             damaged += 1
-        elif record[0] == "frame":
-            frames.append(record[1])
-        elif record[0] != "end":
-            if record[0] == "board" and any(board.get(name, value) != value for name, value in record[1].items()):
-                frames = []  # of another program
-            board |= record[1]
+            continue
+        kind, *texts = match[1].decode().split(",")
+        values = [None if text == NONE else int(text) if text.lstrip("-").isdigit() else text for text in texts]
+        record = dict(zip(FIELDS[kind], values, strict=False))
+        if kind == "frame":
+            frames.append(record)
+        else:
+            board |= record
     table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
     return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, damaged
 
 
-def _record(line: bytes) -> tuple[str, dict[str, Any]] | None:
-    """Return kind and fields of a line; ``None`` where it is damaged."""
-    match = _RECORD.fullmatch(line)
-    if match is None or int(match[2], 16) != crc(match[1]):
-        return None
-    kind, *texts = match[1].decode().split(",")
-    if len(FIELDS.get(kind, ())) != len(texts):
-        return None
-    values = (None if text == NONE else int(text) if text.lstrip("-").isdigit() else text for text in texts)
-    return kind, dict(zip(FIELDS[kind], values, strict=True))
-
-
-def log(frames: pl.DataFrame, board: Mapping[str, Any], frame_us: int = 33_333) -> pl.DataFrame:
+def log(frames: pl.DataFrame, board: Mapping[str, Any]) -> pl.DataFrame:
     """Return the frames as a log that ``colias import`` reads: the robot's where a board says so that is no emulator.
 
-    ``frame_us`` is the time from frame to frame where the board's record is lost: 30 a second.
+    Where the board's record is lost, frames came 30 a second.
     """
     origin = SIMULATION if board.get("board", "qemu-").startswith("qemu-") else ROBOT
-    time_s = (pl.col("frame") + 1) * board.get("frame_us", frame_us) / 1e6
+    time_s = (pl.col("frame") + 1) * board.get("frame_us", 33_333) / 1e6
     return frames.select(
         "trial", model=pl.lit(MODEL), origin=pl.lit(origin), time_s=time_s.round(6),
         hs=pl.col("hs") / Q15, hs_spikes="hs_spikes", vs=pl.col("vs") / Q15, vs_spikes="vs_spikes",
     )  # fmt: skip
-
-
-def time_ms(frames: pl.DataFrame, board: Mapping[str, Any]) -> float | None:
-    """Return the time of the frame of the most cycles at the board's clock; ``None`` where cycles were not counted."""
-    cycles: Any = frames["cycles"].max()
-    return None if cycles is None or not board.get("clock_hz") else 1e3 * cycles / board["clock_hz"]

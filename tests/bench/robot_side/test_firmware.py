@@ -11,7 +11,6 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.cli import main
 from experiments.bench.robot_side import chip, export, firmware, qemu
 from tests.helpers.firmware import needs_tools
@@ -113,13 +112,3 @@ def test_the_commands(tmp_path, capsys):
     assert [row["n_con"] for row in rows] == [4, 8] and rows[0]["states"] < rows[1]["states"]
     assert main.command(["firmware", "check", *sets]) == 0
     assert "equal: 1,144 frames" in capsys.readouterr().out
-
-
-def test_the_model_of_the_chip_responds_as_the_host_does():
-    """As `colias firmware loop` shows it."""
-    from experiments.bench.robot_side.loop import MODEL
-
-    frames = firmware.clips((24, 33), 10)["grating"]
-    network = OnboardDSNN((24, 33), MODEL.robot).run(frames)
-    emulated = MODEL.build((24, 33), MODEL.robot).run(frames)
-    assert list(emulated.hs) == list(network.hs) and list(emulated.hs_spikes) == list(network.hs_spikes)
