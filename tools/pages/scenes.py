@@ -1,4 +1,4 @@
-"""Scenes, for docs/reference/scenes.md: their picture and the table of their statistics."""
+"""Scenes, for docs/reference/api/stimuli.md: their picture and the table of their statistics."""
 
 from __future__ import annotations
 
