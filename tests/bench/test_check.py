@@ -10,8 +10,8 @@ import pytest
 from dsnn import MODELS, ModelEntry, Response
 from dsnn.frames import luma
 from dsnn.stimuli import STIMULI, Box, ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth, Velocity
-from experiments.bench.check import arenas, models, stimuli
-from experiments.bench.check.laws import try_laws
+from experiments.bench import check
+from experiments.bench.check import try_laws
 from experiments.bench.cli.main import command
 from experiments.bench.run.models import ConfiguredModel, choose
 from experiments.bench.sources.clips import Clip, find_stimulus
@@ -26,19 +26,19 @@ def each(registry, laws):
     )
 
 
-@each(MODELS, models.LAWS)
+@each(MODELS, check.MODELS)
 def test_a_model_keeps_the_law(name, law):
     law(choose(name, "offline"))
 
 
-@each(STIMULI, stimuli.LAWS)
+@each(STIMULI, check.STIMULI)
 def test_a_stimulus_keeps_the_law(name, law):
     """At few pixels and frames a second: the laws are the same, and painting is cheap."""
     entry = STIMULI[name]
     law(dataclasses.replace(entry, params=dataclasses.replace(entry.params, rows=48, columns=80, fps=10)))
 
 
-@each(ARENAS, arenas.LAWS)
+@each(ARENAS, check.ARENAS)
 def test_an_arena_keeps_the_law(name, law):
     law(name)
 
@@ -111,7 +111,7 @@ MISTAKES = {
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_model_s_mistake_breaks_its_law(mistake):
     kind, expected = MISTAKES[mistake]
-    found = broken(models.LAWS, made(kind))
+    found = broken(check.MODELS, made(kind))
     assert found == expected or (expected == {"answers"} <= found), found  # of one that fails, what is built on it
 
 
@@ -123,13 +123,13 @@ def made(kind, channels=("hs", "vs"), params=Nothing()):
 def test_looming_has_a_range_and_knows_no_direction():
     loud = mistaken("Loud", answer=lambda self, hs, vs: Response(looming=1.2))
     sided = mistaken("Sided", answer=lambda self, hs, vs: Response(looming=0.5 + 0.5 * max(hs, 0.0)))
-    assert "answers" in broken(models.LAWS, made(loud, ("looming",)))
-    assert "mirror" in broken(models.LAWS, made(sided, ("looming",)))
+    assert "answers" in broken(check.MODELS, made(loud, ("looming",)))
+    assert "mirror" in broken(check.MODELS, made(sided, ("looming",)))
 
 
 def test_spikes_without_a_threshold_are_named():
     nothing = dataclasses.make_dataclass("Nameless", [("theta", float, 0.2)], frozen=True)()
-    assert broken(models.LAWS, made(Sound, params=nothing)) == {"declaration"}
+    assert broken(check.MODELS, made(Sound, params=nothing)) == {"declaration"}
 
 
 # --- stimuli with one mistake each ------------------------------------------------------------------------------------
@@ -182,7 +182,7 @@ FLAWS = {
     "floats": ({"paint": lambda *of: Square.paint(*of).astype(float)}, {"frames"}),
     "accumulating": ({"paint": accumulating}, {"order"}),
     "unseeded": ({"paint": drawn(0, 12)}, {"seeds"}),
-    "of one shape": ({"shape": (180, 320)}, {"shape"}),
+    "of one shape": ({"shape": (180, 320)}, {"frames"}),
     "wordless": ({"word": ""}, {"truth"}),
     "leaking": ({"paint": drawn(1, 0, 0)}, {"place"}),
     "slow": ({"velocity": SPEED / 3}, {"velocity"}),
@@ -193,7 +193,7 @@ FLAWS = {
 @pytest.mark.parametrize("flaw", FLAWS)
 def test_a_stimulus_s_mistake_breaks_its_law(flaw):
     methods, expected = FLAWS[flaw]
-    found = broken(stimuli.LAWS, StimulusEntry("s", "", type("Flawed", (Square,), methods), ClipParams()))
+    found = broken(check.STIMULI, StimulusEntry("s", "", type("Flawed", (Square,), methods), ClipParams()))
     assert expected <= found and bool(found) == bool(expected), found
 
 
