@@ -18,7 +18,7 @@ from colias_sim.envs import State
 from colias_sim.envs.options import FPS
 from dsnn import MODELS, Response
 from experiments import Behaviour, Wheels
-from experiments.bench.sources.behaviour import WHEELS, Steering
+from experiments.bench.sources.behaviour import WHEELS, steer
 
 AHEAD = 0.3
 """Cruising speed of the wheels: 10.5 cm/s."""
@@ -50,7 +50,7 @@ def pursuit(seen: Response) -> Wheels:
 
 
 class ProportionalIntegral:
-    """Turn by what is seen and by its integral over time, through the `Steering` of a trained policy.
+    """Turn by what is seen and by its integral over time, through the steering of a trained policy.
 
     The steering takes answers from -1 to 1. The integral is kept within these, so that it does not wind up.
 
@@ -64,8 +64,6 @@ class ProportionalIntegral:
         Growth of the answer in a second of an error of 1, 1/s.
     """
 
-    STEERING = Steering()
-
     def __init__(self, error: Callable[[Response], float], proportional: float, integral: float) -> None:
         self._error, self._proportional, self._rate = error, proportional, integral / FPS
         self._integral, self._command = 0.0, np.zeros(WHEELS, np.float32)
@@ -75,19 +73,9 @@ class ProportionalIntegral:
         error = self._error(seen)
         self._integral = min(max(self._integral + self._rate * error, -1.0), 1.0)
         answer = self._proportional * error + self._integral
-        self._command = self.STEERING.command(self._command, np.array(turn(answer), np.float32))
+        self._command = steer(self._command, np.array(turn(answer), np.float32))
         left, right = self._command.tolist()
         return left, right
-
-
-def optomotor_pi(rng: np.random.Generator) -> ProportionalIntegral:
-    """Make the optomotor reflex that steers as a trained policy does."""
-    return ProportionalIntegral(lambda seen: seen.hs, *OPTOMOTOR_GAINS)
-
-
-def fixation_pi(rng: np.random.Generator) -> ProportionalIntegral:
-    """Make the reflex of fixation that steers as a trained policy does."""
-    return ProportionalIntegral(lambda seen: seen.azimuth, *FIXATION_GAINS)
 
 
 OPTOMOTOR_GAINS, FIXATION_GAINS = (1.0, 16.0), (4.0, 0.0)
@@ -121,19 +109,14 @@ class Saccades:
         return turn(0.0, AHEAD)
 
 
-def away(seen: Response) -> float:
-    """Return the side away from what moves: to the left of rightward motion, to the right of leftward."""
-    return -1.0 if seen.hs > 0.0 else 1.0
-
-
-def away_from_where(seen: Response) -> float:
-    """Return the side away from where most of the motion is."""
-    return -1.0 if seen.azimuth > 0.0 else 1.0
+def by_chance(rng: np.random.Generator) -> Callable[[Response], float]:
+    """Return a choice of either side by chance, of a looming detector that knows no direction."""
+    return lambda seen: 1.0 if rng.random() < 0.5 else -1.0
 
 
 def lgmd(rng: np.random.Generator) -> Saccades:
-    """Make the looming detector alone, which knows no direction: to either side by chance, every time anew."""
-    return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0, hold=False)
+    """Make the looming detector alone: to either side, every time anew."""
+    return Saccades(by_chance(rng), hold=False)
 
 
 def escape(model: str, name: str = "") -> Behaviour:
@@ -160,31 +143,7 @@ def escape(model: str, name: str = "") -> Behaviour:
     return Behaviour(called, f"{model} alone: a looming spike turns it to either side", AVOIDANCE, lgmd, model=model)
 
 
-def lgmd_hybrid(rng: np.random.Generator) -> Saccades:
-    """Make the hybrid with its eyes for direction shut: its LGMD1, a side by chance, held as the hybrid holds it."""
-    return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0)
-
-
-def avoidance(rng: np.random.Generator) -> Saccades:
-    """Make a reflex of looming spikes: away from what HS says at that moment, every time anew."""
-    return Saccades(away, hold=False)
-
-
-def hybrid(rng: np.random.Generator) -> Saccades:
-    """Looming opens the gate to where the DSNN's ON and OFF cells see motion: away from there, until it closes.
-
-    That place tells the side of what looms more often than the sign of HS does: ahead of a robot that drives, things
-    on either side drift outward and HS has only the difference.
-    """
-    return Saccades(away_from_where)
-
-
 # What they are held against.
-
-
-def still(rng: np.random.Generator) -> Callable[[object], Wheels]:
-    """Does nothing."""
-    return lambda seen: (0.0, 0.0)
 
 
 def random(rng: np.random.Generator) -> Callable[[object], Wheels]:
@@ -195,11 +154,6 @@ def random(rng: np.random.Generator) -> Callable[[object], Wheels]:
         return left, right
 
     return draw
-
-
-def straight(rng: np.random.Generator) -> Callable[[object], Wheels]:
-    """Drives ahead."""
-    return lambda seen: (AHEAD, AHEAD)
 
 
 class RandomWalk:
@@ -233,18 +187,9 @@ class Oracle:
         return turn(self._right(state) + self._integral)
 
 
-def oracle_heading(rng: np.random.Generator) -> Oracle:
-    """Make one that turns against the disturbance's own rate, and against the slip that is left."""
-    return Oracle(lambda state: state.drift / FULL_TURN, lambda state: state.slip / FULL_TURN, integral=6.0)
-
-
-def oracle_target(rng: np.random.Generator) -> Oracle:
-    """Make one that turns to the target's true bearing."""
-
-    def off(state: State) -> float:
-        return state.others[0].bearing
-
-    return Oracle(off, off, integral=1.5)
+def bearing(state: State) -> float:
+    """Return the target's true bearing."""
+    return state.others[0].bearing
 
 
 def oracle_distance(state: State) -> Wheels:
@@ -270,34 +215,38 @@ ESCAPES = tuple(escape(name) for name, entry in MODELS.items() if entry.channels
 
 _ENTRIES = (
     Behaviour.reflex("optomotor", "turns the way the view moves, by HS", OPTOMOTOR, optomotor),
-    Behaviour("optomotor-pi", "the same by a PI rule, through the steering of a policy", OPTOMOTOR, optomotor_pi),
+    Behaviour("optomotor-pi", "the same by a PI rule, through the steering of a policy", OPTOMOTOR,
+              lambda rng: ProportionalIntegral(lambda seen: seen.hs, *OPTOMOTOR_GAINS)),
     Behaviour.reflex("fixation", "turns towards where something moves", FIXATION, fixation),
-    Behaviour("fixation-pi", "the same by a PI rule, through the steering of a policy", FIXATION, fixation_pi),
-    Behaviour.reflex(
-        "pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT, pursuit
-    ),
-    Behaviour(
-        "lgmd", "LGMD1 alone, as published: a looming spike turns it to either side", AVOIDANCE, lgmd, model="lgmd1"
-    ),
-    Behaviour(
-        "lgmd-hybrid", "the hybrid without direction: a side by chance, for as long as it looms", AVOIDANCE, lgmd_hybrid
-    ),
-    Behaviour("avoidance", "a looming spike turns it away from what HS says", AVOIDANCE, avoidance),
-    Behaviour(
-        "hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE, hybrid
-    ),
+    Behaviour("fixation-pi", "the same by a PI rule, through the steering of a policy", FIXATION,
+              lambda rng: ProportionalIntegral(lambda seen: seen.azimuth, *FIXATION_GAINS)),
+    Behaviour.reflex("pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT,
+                     pursuit),
+    Behaviour("lgmd", "LGMD1 alone, as published: a looming spike turns it to either side", AVOIDANCE, lgmd,
+              model="lgmd1"),
+    Behaviour("lgmd-hybrid", "the hybrid without direction: a side by chance, for as long as it looms", AVOIDANCE,
+              lambda rng: Saccades(by_chance(rng))),
+    Behaviour("avoidance", "a looming spike turns it away from what HS says", AVOIDANCE,
+              lambda rng: Saccades(lambda seen: -1.0 if seen.hs > 0.0 else 1.0, hold=False)),
+    # Where the DSNN's ON and OFF cells see motion tells the side of what looms more often than the sign of HS does:
+    # ahead of a robot that drives, things on either side drift outward and HS has only the difference.
+    Behaviour("hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE,
+              lambda rng: Saccades(lambda seen: -1.0 if seen.azimuth > 0.0 else 1.0)),
     *ESCAPES,
-    Behaviour("still", "does nothing", OPTOMOTOR, still, senses="state"),
+    Behaviour("still", "does nothing", OPTOMOTOR, lambda rng: lambda state: (0.0, 0.0), senses="state"),
     Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
-    Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
+    Behaviour("straight", "drives ahead", AVOIDANCE, lambda rng: lambda state: (AHEAD, AHEAD), senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
-    Behaviour(
-        "oracle-heading", "privileged: turns against the true disturbance", OPTOMOTOR, oracle_heading, senses="state"
-    ),
-    Behaviour("oracle-target", "privileged: turns to the true bearing", FIXATION, oracle_target, senses="state"),
-    Behaviour.oracle("oracle-distance", "privileged: keeps the true distance and bearing", PURSUIT, oracle_distance),
-    Behaviour.oracle("oracle-ways", "privileged: turns away from what is truly near", AVOIDANCE, oracle_ways),
-)
+    Behaviour("oracle-heading", "privileged: turns against the true disturbance", OPTOMOTOR,
+              lambda rng: Oracle(lambda state: state.drift / FULL_TURN, lambda state: state.slip / FULL_TURN, 6.0),
+              senses="state"),
+    Behaviour("oracle-target", "privileged: turns to the true bearing", FIXATION,
+              lambda rng: Oracle(bearing, bearing, 1.5), senses="state"),
+    Behaviour("oracle-distance", "privileged: keeps the true distance and bearing", PURSUIT,
+              lambda rng: oracle_distance, senses="state"),
+    Behaviour("oracle-ways", "privileged: turns away from what is truly near", AVOIDANCE, lambda rng: oracle_ways,
+              senses="state"),
+)  # fmt: skip
 
 BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType({entry.name: entry for entry in _ENTRIES})
 """The behaviours that ship: name -> `experiments.Behaviour`."""

@@ -414,7 +414,7 @@ def _draw(run: Run) -> Figure:
         from experiments.bench.report import behaviours
 
         caption = behaviours.caption(*(described[name] for name in ("env", "options", "episodes", "seed")))
-        return behaviours.of_episodes(run.trials, run.frames, caption)
+        return behaviours.draw(run.trials, run.frames, caption)
     raise UsageError(f"{run.folder}: the figure of a {run.kind} is not drawn from its tables; see the pictures there")
 
 

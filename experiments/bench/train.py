@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.metadata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,11 +40,12 @@ from experiments.bench.sources.behaviour import (
     TRAINED_UNDER,
     WHEELS,
     About,
-    Steering,
     TrainedPolicy,
     Vector,
     load_policy,
-)
+    sense,
+    steer,
+)  # fmt: skip
 from experiments.bench.sources.episode_scores import SUMMARY
 from experiments.bench.sources.episodes import env_id, short_name
 from experiments.bench.stats.tests import Score
@@ -73,11 +75,11 @@ OF_SEEDS = f"{TRAINED}: interquartile mean over training seeds with its interval
 
 
 class Steered(gym.Wrapper[Vector, Vector, Vector, Vector]):
-    """Actions add to the wheels' commands, and observations end with these; see `Steering`."""
+    """Actions add to the wheels' commands, as `steer` says, and observations end with these."""
 
-    def __init__(self, env: gym.Env[Any, Any], steering: Steering) -> None:
+    def __init__(self, env: gym.Env[Any, Any]) -> None:
         super().__init__(env)
-        self._steering, self._command = steering, np.zeros(WHEELS, np.float32)
+        self._command = np.zeros(WHEELS, np.float32)
         inner: Any = env.observation_space
         ones = np.ones(WHEELS, np.float32)
         self.observation_space = spaces.Box(np.concatenate([inner.low, -ones]), np.concatenate([inner.high, ones]))
@@ -87,20 +89,20 @@ class Steered(gym.Wrapper[Vector, Vector, Vector, Vector]):
         """Begin an episode, the wheels at rest."""
         observation, info = self.env.reset(seed=seed, options=options)
         self._command = np.zeros(WHEELS, np.float32)
-        return self._steering.sense(observation, self._command), info
+        return sense(observation, self._command), info
 
-    def step(self, action: Vector) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Vector) -> tuple[Vector, Any, bool, bool, dict[str, Any]]:
         """Move the wheels' commands by ``action``, and the robot by them."""
-        self._command = self._steering.command(self._command, action)
+        self._command = steer(self._command, action)
         observation, reward, terminated, truncated, info = self.env.step(self._command)
-        return self._steering.sense(observation, self._command), float(reward), terminated, truncated, info
+        return sense(observation, self._command), reward, terminated, truncated, info
 
 
 def steered(about: About) -> Steered:
     """Return a new env of the kind that ``about`` names, with this process kept to one thread."""
     cv2.setNumThreads(1)
     threadpool_limits(1)
-    return Steered(gym.make(about.env, observation="neural", model=about.model, **about.options), about.steering)
+    return Steered(gym.make(about.env, observation="neural", model=about.model, **about.options))
 
 
 def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.DataFrame]:
@@ -193,11 +195,6 @@ def described(abouts: Sequence[About]) -> str:
     return f"{short_name(first.env)}{under}: {n} from {first.seed} of {steps}, {JUDGED} episodes each"
 
 
-def policy_file(folder: Path, seed: int) -> Path:
-    """Return the file of one training seed's policy."""
-    return folder / f"policy-{seed}{ENDING}"
-
-
 def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Run, pl.DataFrame]:
     """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
 
@@ -217,51 +214,40 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
     Run
         What all policies and their opponents did.
     polars.DataFrame
-        Its summary; of several training seeds `together`, which are written to ``policies.csv`` and drawn.
+        Its summary; of several training seeds `together`, which is written to ``policies.csv``.
 
     Raises
     ------
     UsageError
         The folder has policies of another training, or the extra is not installed.
     """
-    files, first = [policy_file(folder, about.seed) for about in abouts], abouts[0]
-    missing = [about for about, file in zip(abouts, files, strict=True) if not is_trained(about, file)]
+    files, first = [folder / f"policy-{about.seed}{ENDING}" for about in abouts], abouts[0]
+    missing = []
+    for about, file in zip(abouts, files, strict=True):
+        if not file.exists():
+            missing.append((about, file))
+        elif replace(load_policy(file).about, versions={}) != about:
+            raise UsageError(f"{file}: it is of another training; choose another --out")
     if missing:
         if begun(folder):
             raise UsageError(f"--out {folder}: its policies are judged already; choose another")
         require_training()
-    for about in missing:
+    for about, file in missing:
         name, rounds = f"training seed {about.seed}", about.steps // about.envs
         with interrupts.once(), progress(name, rounds, resources.quiet, "steps of all envs") as advance:
             policy, curve = train(about, advance)
             folder.mkdir(parents=True, exist_ok=True)
             curve.write_csv(folder / f"learning-{about.seed}.csv")
-            policy.save(policy_file(folder, about.seed))
+            policy.save(file)
     names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
     judged = behave.BehaviourPlan(names, first.env, first.options, JUDGED, 0)
     with resources.pool() as pool:
         report = behave.run(judged, folder, pool, resources)
     if len(abouts) == 1 or not report.done:
         return report, report.summary if report.done else pl.DataFrame()
-    from experiments.bench.report import behaviours, style  # not before: matplotlib takes its time to load
-
-    policies = pl.col("behaviour").is_in([file.stem for file in files])
-    table = together(report.summary, policies, first.seed)
+    table = together(report.summary, pl.col("behaviour").is_in([file.stem for file in files]), first.seed)
     Files(folder).write_rows("policies.csv", table.to_dicts())
-    seeds = report.summary.filter(policies).with_columns(behaviour=pl.lit(TRAINED))
-    drawn = behaviours.draw(table, seeds, f"{described(abouts)}. {OF_SEEDS}", things="training seeds")
-    style.save(drawn, folder / "policies")
     return report, table
-
-
-def is_trained(about: About, file: Path) -> bool:
-    """Return whether a policy is in its file; `UsageError` where one of another training is."""
-    if not file.exists():
-        return False
-    there = load_policy(file).about
-    if replace(there, versions={}) != about:
-        raise UsageError(f"{file}: it is about {there}, not {about}; choose another --out")
-    return True
 
 
 def require_training() -> None:
@@ -309,13 +295,8 @@ def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
     """
     from scipy import stats
 
-    values = np.asarray(scores, float)
-
-    def middle(sample: npt.NDArray[np.float64], axis: int = -1) -> Any:
-        return stats.trim_mean(sample, CUT, axis=axis)
-
+    values, middle = np.asarray(scores, float), partial(stats.trim_mean, proportiontocut=CUT)
     ends = stats.bootstrap(
-        (values,), middle, n_resamples=RESAMPLES, method="percentile", vectorized=True,
-        rng=stream("bootstrap.training", seed),
-    ).confidence_interval  # fmt: skip
+        (values,), middle, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.training", seed)
+    ).confidence_interval
     return Score(float(middle(values)), float(ends.low), float(ends.high), values.size)

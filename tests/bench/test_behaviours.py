@@ -19,7 +19,7 @@ from experiments.behaviours import (
     Saccades,
     escape,
 )
-from experiments.bench.sources.behaviour import Steering
+from experiments.bench.sources.behaviour import steer
 
 SILENT = Response()
 
@@ -44,15 +44,15 @@ def stepped(name, seen, frames):
 
 @pytest.mark.parametrize(("name", "channel"), [("optomotor-pi", "hs"), ("fixation-pi", "azimuth")])
 def test_a_pi_reflex_turns_as_a_policy_that_gives_its_answers(name, channel):
-    """Proportional and integral by hand, through the policy's `Steering`, to the right of what is positive."""
+    """Proportional and integral by hand, through the policy's `steer`, to the right of what is positive."""
     gains = {"optomotor-pi": OPTOMOTOR_GAINS, "fixation-pi": FIXATION_GAINS}[name]
     proportional, integral = gains
-    steering, command, total = Steering(), np.zeros(2, np.float32), 0.0
+    command, total = np.zeros(2, np.float32), 0.0
     policy = BEHAVIOURS[name].make(np.random.default_rng())
     for error in np.random.default_rng(1).uniform(-0.3, 0.3, 40).tolist():
         total = np.clip(total + integral * error / 30, -1.0, 1.0)
         answer = proportional * error + total
-        command = steering.command(command, np.array([answer, -answer], np.float32))
+        command = steer(command, np.array([answer, -answer], np.float32))
         assert policy(Response(**{channel: error})) == pytest.approx(command.tolist(), abs=1e-6)
     right = stepped(name, Response(**{channel: 0.2}), 60)
     assert (right[:, 0] == -right[:, 1]).all() and (right[:, 0] > 0).all()

@@ -205,6 +205,6 @@ def train(
     if not quiet and report.done:
         title = training.described(abouts)
         behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)
-        files = ["figure.png", "summary.csv", *(["policies.png", "policies.csv"] if seeds > 1 else [])]
+        files = ["figure.png", "summary.csv", *(["policies.csv"] if seeds > 1 else [])]
         show_files(folder, files, False, count(seeds, "training seed"))
     return options.EXIT_FAILED if report.failures.height else 0

@@ -16,68 +16,50 @@ from colias_sim.envs import ENVS, RETURN
 from experiments.bench.report import scoreboard, style
 from experiments.bench.report.terminal import count
 from experiments.bench.sources.episode_scores import summary as summarise
-from experiments.bench.stats.tests import written
 from scenes import ARENA_RADIUS_CM
 
 ACROSS, MOST_ACROSS = 4, 6
 """Paths side by side, and the most where they would not fit on a page."""
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
-MEASURES = "Large dots: values; strokes: single {things}."
-INTERVALS = "Large dots and bars: values with 95 % intervals; strokes: single {things}."
+SYMBOLS = "Large dots and bars: values with 95 % intervals; strokes: single episodes."
 WAYS = (
     "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
     " another world, equal for all behaviours."
 )
 
 
-def draw(
-    summary: pl.DataFrame, values: pl.DataFrame, caption: str, ways: tuple[pl.DataFrame, pl.DataFrame] | None = None,
-    things: str = "episodes",
-) -> Figure:  # fmt: skip
+def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
     """Draw a row for each behaviour and a panel for each measure; below, where each of them drove.
 
     Parameters
     ----------
-    summary
-        As of `experiments.bench.sources.episode_scores.summary`.
-    values
-        ``behaviour``, ``measure`` and ``value`` of single ``things``: episodes, or training seeds.
+    trials, frames
+        The run's tables of episodes and of their frames.
     caption
         What was run.
-    ways
-        The run's tables of episodes and of frames, for the paths; without them there are none.
     """
+    env = ENVS[trials["env"][0]]
+    summary = summarise(trials, trials["env"][0], "")
     names = summary["behaviour"].unique(maintain_order=True).to_list()
     colours = style.colours(names)
     across = ACROSS if len(names) <= 2 * ACROSS else MOST_ACROSS
-    down = math.ceil(len(names) / across) if ways else 0
+    down = math.ceil(len(names) / across) if env.draws_paths else 0
     low = down * style.WIDTH / across
     high = AROUND + len(names) * min(ROW, max(LEAST_ROW, (style.PAGE - low - AROUND) / len(names)))
     with style.look():
         figure = Figure((style.WIDTH, min(high + low, style.PAGE)), layout="constrained")
         above: Any = figure
-        if ways:
+        if env.draws_paths:
             parts: Any = figure.subfigures(2, 1, height_ratios=[high, low])
             above, below = parts
             for axes, name in zip(style.grid(below, len(names), across, sharex=True, sharey=True), names, strict=True):
                 axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)
-                _ways(axes, ways[0].filter(model=name), ways[1], colours[name])
-        _measures(above, summary, values, colours)
+                _ways(axes, trials.filter(model=name), frames, colours[name])
+        _measures(above, summary, trials, colours)
         style.headline(above, finding(summary))
-        symbols = INTERVALS if summary["ci_low"].is_not_null().any() else MEASURES
-        words = [caption, symbols.format(things=things), ENVS[summary["env"][0]].note, WAYS if ways else ""]
-        style.caption(figure, " ".join(filter(None, words)))
+        style.caption(figure, " ".join(filter(None, [caption, SYMBOLS, env.note, WAYS if env.draws_paths else ""])))
     return figure
-
-
-def of_episodes(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
-    """Draw a run of behaviours from its tables, as `draw` does."""
-    env = trials["env"][0]
-    means = {measure.column: measure.name for measure in ENVS[env].all_measures if measure.kind == "mean"}
-    values = trials.select(pl.col("model").alias("behaviour"), *means).rename(means)
-    values = values.unpivot(index="behaviour", variable_name="measure").drop_nulls()
-    return draw(summarise(trials, env, ""), values, caption, (trials, frames) if ENVS[env].draws_paths else None)
 
 
 def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> str:
@@ -90,29 +72,25 @@ def finding(summary: pl.DataFrame) -> str:
     """Return which behaviours may have the highest return, as far as the 95 % intervals tell."""
     returns = summary.filter(measure=RETURN.name).sort("value", descending=True, maintain_order=True)
     env, names = summary["env"][0].partition("/")[2], returns["behaviour"].to_list()
-    best, value = names[0], written(returns["value"][0])
-    if len(names) == 1:
-        return f"{env}: {best} has a return of {value}"
-    if returns["ci_low"].null_count():
+    if len(names) == 1 or returns["ci_low"].null_count():
         return f"{env}: return by behaviour"
     alike = [name for name, high in returns.select("behaviour", "ci_high").rows() if high >= returns["ci_low"][0]]
-    if len(alike) == 1:
-        return f"{env}: {best} has the highest return of {len(names)} behaviours: {value}"
-    if len(alike) <= max(2, len(names) // 2):
-        return f"{env}: {' or '.join(alike)} has the highest return of {len(names)} behaviours"
-    return f"{env}: no behaviour's return stands out"
+    if len(alike) > max(2, len(names) // 2):
+        return f"{env}: no behaviour's return stands out"
+    return f"{env}: {' or '.join(alike)} has the highest return of {len(names)} behaviours"
 
 
-def _measures(part: Any, summary: pl.DataFrame, values: pl.DataFrame, colours: Mapping[str, str]) -> None:
+def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame, colours: Mapping[str, str]) -> None:
     """Draw a panel for each of the env's measures; a free distance is the reciprocal of a rate."""
-    env, names = ENVS[summary["env"][0]], list(colours)
-    measures = [measure.name for measure in env.all_measures if measure.kind != "free_distance"]
+    names = list(colours)
+    measures = [measure for measure in ENVS[trials["env"][0]].all_measures if measure.kind != "free_distance"]
     panels = part.subplots(1, len(measures), squeeze=False, sharey=True)[0]
     for axes, measure in zip(panels, measures, strict=True):
-        axes.set_title(style.wrapped(measure, style.WIDTH / len(measures) - 0.5), fontsize=style.BODY)
-        for behaviour, value in values.filter(measure=measure).select("behaviour", "value").iter_rows():
-            axes.plot(value, names.index(behaviour), "|", color=colours[behaviour], alpha=0.5, ms=7.0, mew=0.6)
-        for row in summary.filter(measure=measure).drop_nulls("value").partition_by("behaviour"):
+        axes.set_title(style.wrapped(measure.name, style.WIDTH / len(measures) - 0.5), fontsize=style.BODY)
+        if measure.kind == "mean":
+            for model, value in trials.select("model", measure.column).drop_nulls().iter_rows():
+                axes.plot(value, names.index(model), "|", color=colours[model], alpha=0.5, ms=7.0, mew=0.6)
+        for row in summary.filter(measure=measure.name).drop_nulls("value").partition_by("behaviour"):
             name = row["behaviour"][0]
             style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=colours[name],
                             elinewidth=1.4)  # fmt: skip

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field, TypeAdapter
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from colias_sim.envs import ENVS, NEURAL, State
+from colias_sim.envs import ENVS, NEURAL
 from dsnn import Response, model_entry
 from dsnn.exponential import exp
 from experiments.bench.run.errors import UsageError, check_name, short
@@ -33,7 +33,8 @@ SENSED = len(NEURAL) + WHEELS
 TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
 """The arguments of an env that a training may change. No other could be read from a file and make code run."""
 ENDING = ".npz"
-STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+KEEP, REACH, LIMIT = 0.9, 0.04, 0.3
+"""Share of a command that stays, its change by an answer of 1, and the greatest one: shares of the maximum."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,56 +109,23 @@ class Behaviour:
         """
         return cls(name, summary, env, lambda rng: reflex)
 
-    @classmethod
-    def oracle(cls, name: str, summary: str, env: str, policy: Callable[[State], Wheels]) -> Behaviour:
-        """Make a privileged behaviour, which is given the state of the world.
 
-        Parameters
-        ----------
-        name, summary, env
-            As of `Behaviour`.
-        policy
-            A function of a `colias_sim.envs.State` that returns the wheels' speeds, left and right, as shares of the
-            maximum.
-
-        Returns
-        -------
-        Behaviour
-            The behaviour.
-
-        Raises
-        ------
-        ValueError
-            A value is not legal.
-        """
-        return cls(name, summary, env, lambda rng: policy, senses="state")
+def sense(observation: Vector, command: Vector) -> Vector:
+    """Return what a network senses, (9,), of an observation (7,) and the last command to the wheels (2,)."""
+    return np.concatenate([observation, command / np.float32(LIMIT)]).astype(np.float32)
 
 
-@checked_dataclass(frozen=True, config=STRICT)
-class Steering:
-    """Rule by which two answers in [-1, 1] move the wheels: not at once, full speed being 1250 degrees/s of turn.
+def steer(last: Vector, answer: Vector) -> Vector:
+    """Return the next command to the wheels, (2,), after the ``last`` one and two answers in [-1, 1].
 
-    Each frame a wheel keeps a share of its command and adds to it, within a limit; shares of the maximum.
+    Answers do not move the wheels at once, full speed being 1250 degrees/s of turn: each frame a wheel keeps a share
+    of its command and adds to it, within a limit.
     """
-
-    keep: float = Field(default=0.9, ge=0.0, le=1.0)
-    """Share of the last command that stays."""
-    reach: float = Field(default=0.04, gt=0.0, le=1.0)
-    """Change of a command by an answer of 1."""
-    limit: float = Field(default=0.3, gt=0.0, le=1.0)
-    """The greatest command."""
-
-    def sense(self, observation: Vector, command: Vector) -> Vector:
-        """Return what a network senses, (9,), of an observation (7,) and the last command (2,)."""
-        return np.concatenate([observation, command / np.float32(self.limit)]).astype(np.float32)
-
-    def command(self, last: Vector, answer: Vector) -> Vector:
-        """Return the next command, (2,), after the ``last`` one and the answer to it."""
-        wanted = self.keep * last + self.reach * np.clip(answer, -1.0, 1.0)
-        return np.clip(wanted, -self.limit, self.limit).astype(np.float32)
+    wanted = KEEP * last + REACH * np.clip(answer, -1.0, 1.0)
+    return np.clip(wanted, -LIMIT, LIMIT).astype(np.float32)
 
 
-@checked_dataclass(frozen=True, config=STRICT)
+@checked_dataclass(frozen=True, config=ConfigDict(allow_inf_nan=False, use_attribute_docstrings=True))
 class About:
     """Purpose, size and origin of a trained policy."""
 
@@ -167,7 +135,6 @@ class About:
     envs: int = Field(ge=1)
     model: str = "hybrid"
     hidden: tuple[int, ...] = (32, 32)
-    steering: Steering = Steering()
     versions: Mapping[str, str] = Field(default_factory=dict)
     options: Mapping[str, Any] = Field(default_factory=dict)
     """The env's arguments in training, beside observation and model."""
@@ -181,11 +148,6 @@ class About:
             if name not in TRAINED_UNDER:
                 raise ValueError(f"a training may change {', '.join(TRAINED_UNDER)}, got {short(name)}")
 
-    def shapes(self) -> list[tuple[int, int]]:
-        """(out, in) of each layer."""
-        sizes = [SENSED, *self.hidden, WHEELS]
-        return list(zip(sizes[1:], sizes[:-1], strict=True))
-
 
 @dataclass(frozen=True, slots=True)
 class TrainedPolicy:
@@ -197,22 +159,10 @@ class TrainedPolicy:
         What it is for.
     layers
         Weights (out, in) and biases (out,) of each layer.
-
-    Raises
-    ------
-    ValueError
-        The layers do not fit ``about``, or are not finite.
     """
 
     about: About
     layers: list[Layer]
-
-    def __post_init__(self) -> None:
-        shapes, expected = [weights.shape for weights, _ in self.layers], self.about.shapes()
-        if shapes != expected:
-            raise ValueError(f"weights must have the shapes {expected}, got {shapes}")
-        if not all(np.isfinite(part).all() for layer in self.layers for part in layer):
-            raise ValueError("weights must be finite")
 
     def answer(self, sensed: Vector) -> Vector:
         """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9).
@@ -235,13 +185,13 @@ class TrainedPolicy:
         return Behaviour(name, summary, about.env, lambda rng: self._driver(), "neural", about.model, about.options)
 
     def _driver(self) -> Policy:
-        steering, command = self.about.steering, np.zeros(WHEELS, np.float32)
+        command = np.zeros(WHEELS, np.float32)
 
         def drive(seen: Response) -> Wheels:
             nonlocal command
             # As in training, a channel that the model does not answer is 0.
             observation = np.array([getattr(seen, name, 0.0) for name in NEURAL], np.float32)
-            command = steering.command(command, self.answer(steering.sense(observation, command)))
+            command = steer(command, self.answer(sense(observation, command)))
             return float(command[0]), float(command[1])
 
         return drive
@@ -262,7 +212,7 @@ def load_policy(path: Path) -> TrainedPolicy:
     try:
         with np.load(path, allow_pickle=False) as file:
             about = TypeAdapter(About).validate_python(json.loads(str(file["about"])))
-            layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about.shapes()))]
+            layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about.hidden) + 1)]
         return TrainedPolicy(about, layers)
     except (ValueError, KeyError) as error:
         raise UsageError(f"{path}: not a policy file ({' '.join(str(error).split())[:200]})") from None

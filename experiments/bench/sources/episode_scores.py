@@ -1,19 +1,16 @@
-"""Scores of episodes with their 95 % intervals, comparisons at equal seeds, power, and claims about behaviours.
+"""Scores of episodes with their 95 % intervals, comparisons at equal seeds, and claims about behaviours.
 
 Every table here has rows of a run's ``trials.parquet``; functions of one behaviour get the rows of that alone.
 """
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
 
-import numpy as np
 import polars as pl
 
-from colias_sim.envs import ENVS, EpisodeColumn, Measure
+from colias_sim.envs import ENVS, EpisodeColumn
 from experiments.bench.run.rows import known
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import claims_on
@@ -28,14 +25,6 @@ SUMMARY = pl.Schema(
 """Columns of ``summary.csv``."""
 LEAST_SEEDS = 20
 """Seeds that each behaviour of a claim is played at, below which it is not judged: the worlds vary that much."""
-POWER = 0.8
-"""The usual least chance of showing an effect that is there."""
-TAIL = 0.025
-"""Beyond either end of a 95 % interval."""
-MOST_EPISODES = 2_000
-"""Up to which a number of episodes is looked for."""
-NEGLIGIBLE = 1e-12
-"""The chance of counts beyond those that are summed over."""
 
 
 def mean(rows: pl.DataFrame, column: str) -> Score | None:
@@ -111,134 +100,39 @@ def rate_ratio(first: pl.DataFrame, second: pl.DataFrame) -> Score:
     return Score(value, low, high, total)
 
 
-def score(measure: Measure, rows: pl.DataFrame) -> Score | None:
-    """Return one measure of one behaviour's episodes."""
-    if measure.kind == "mean":
-        return mean(rows, measure.column)
-    return rate(rows, measure.column, measure.per) if measure.kind == "collision_rate" else free_distance(rows)
-
-
 def scores(rows: pl.DataFrame, env: str) -> dict[str, Score]:
     """Return every measure that an env declares, and the return, of one behaviour's episodes."""
-    values = {measure.name: score(measure, rows) for measure in ENVS[env].all_measures}
+    values = {}
+    for measure in ENVS[env].all_measures:
+        if measure.kind == "mean":
+            values[measure.name] = mean(rows, measure.column)
+        elif measure.kind == "collision_rate":
+            values[measure.name] = rate(rows, measure.column, measure.per)
+        else:
+            values[measure.name] = free_distance(rows)
     return {name: value for name, value in values.items() if value is not None}
-
-
-def counts_collisions(env: str) -> bool:
-    """Return whether collisions are a measure of an env."""
-    return any(measure.kind == "collision_rate" for measure in ENVS[env].all_measures)
 
 
 def summary(trials: pl.DataFrame, env: str, reference: str) -> pl.DataFrame:
     """Return a run's summary: a row per behaviour and measure.
 
-    Where collisions count, these measures are added: the share of episodes without one, how many times more often a
-    metre a behaviour collides than the ``reference``, and how many episodes of both a comparison with it takes.
+    Where collisions count, two measures are added: the share of episodes without one, and how many times more often a
+    metre a behaviour collides than the ``reference``.
     """
     played = {model: rows for (model,), rows in trials.group_by("model", maintain_order=True)}
     table = []
     for name, rows in played.items():
         measured = scores(rows, env)
-        if counts_collisions(env):
+        if any(measure.kind == "collision_rate" for measure in ENVS[env].measures):
             measured["without collision"] = survival(rows)
             if reference in played and name != reference:
-                measured |= _compared(rows, played[reference], reference)
+                measured[f"collisions/m, times {reference}"] = rate_ratio(rows, played[reference])
         table += [
             {"env": env, "behaviour": name, "measure": measure, "episodes": rows.height, "value": known(score.value),
              "ci_low": known(score.low), "ci_high": known(score.high)}
             for measure, score in measured.items()
         ]  # fmt: skip
     return pl.DataFrame(table, SUMMARY)
-
-
-def _compared(rows: pl.DataFrame, reference: pl.DataFrame, name: str) -> dict[str, Score]:
-    rarer, other = sorted((Pilot.of(rows), Pilot.of(reference)), key=lambda pilot: pilot.rate)
-    needed = float(episodes_needed(rarer, other, 1.0) or math.inf)
-    return {
-        f"collisions/m, times {name}": rate_ratio(rows, reference),
-        f"episodes to tell from {name}": Score(needed, math.nan, math.nan, rows.height),
-    }
-
-
-# --- power ------------------------------------------------------------------------------------------------------------
-
-
-class Pilot(NamedTuple):
-    """Results of one behaviour in pilot episodes: how many collided, metres driven in all together, their number."""
-
-    collisions: int
-    metres: float
-    episodes: int
-
-    @classmethod
-    def of(cls, rows: pl.DataFrame) -> Pilot:
-        """Return the sums over one behaviour's episodes."""
-        return cls(collisions(rows), sum(rows["driven_m"]), rows.height)
-
-    @property
-    def rate(self) -> float:
-        """Collisions a metre."""
-        return self.collisions / self.metres if self.metres else math.nan
-
-
-def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
-    """Return the chance that the whole 95 % interval of the ratio of two rates lies above ``bound``.
-
-    Both counts are Poisson, with the pilot's rates and metres per episode, and all pairs of counts are summed over.
-    An episode ends with its first collision, so a count is no Poisson number but the time to an event, cut at the
-    episode's end. The logarithm of its rate has the same variance, 1 over the expected count
-    (`tests/bench/test_episode_scores.py` compares both).
-
-    Parameters
-    ----------
-    rarer, other
-        The behaviour that is claimed to collide less often, and the one it is compared with.
-    bound
-        Of the ratio of their rates, ``other`` to ``rarer``; above 0.
-    episodes
-        Of each behaviour; 1 or more.
-
-    References
-    ----------
-    Przyborowski and Wilenski 1940, Homogeneity of results in testing samples from Poisson series, Biometrika 31: the
-    conditional test. Its interval is that of a binomial share (Clopper and Pearson 1934).
-    """
-    from scipy import special, stats  # not before: they take their time to load
-
-    often, seldom = (stats.poisson(side.collisions * episodes / side.episodes) for side in (other, rarer))
-    lengths = bound * other.metres / other.episodes, rarer.metres / rarer.episodes
-    fewer = np.arange(int(seldom.isf(NEGLIGIBLE)) + 1)
-    # Given the sum, the count of `other` is binomial. The lower end of the interval clears the bound where so many or
-    # more would be rarer than `TAIL` at the bound's own share: the least such count for each of `rarer`, by bisection.
-    least, most = np.ones_like(fewer), np.full_like(fewer, int(often.isf(NEGLIGIBLE)) + 1)
-    while (least < most).any():
-        middle = (least + most) // 2
-        clears = special.betainc(middle, fewer + 1.0, lengths[0] / sum(lengths)) < TAIL
-        least, most = np.where(clears, least, middle + 1), np.where(clears, middle, most)
-    return float(seldom.pmf(fewer) @ often.sf(least - 1))
-
-
-def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = POWER) -> int | None:
-    """Find the least number of episodes of each behaviour with which, and with any more, the power is ``target``.
-
-    Parameters
-    ----------
-    rarer, other, bound
-        As of `power`.
-    target
-        The power that is wanted, above 0 and below 1.
-
-    Returns
-    -------
-    int or None
-        ``None`` where not even `MOST_EPISODES` have that power.
-    """
-    if not 0.0 < rarer.metres * other.metres < math.inf:
-        return None
-    # The sum over random totals smooths the steps of the exact test: power rises with the number of episodes.
-    tried = range(1, MOST_EPISODES + 1)
-    place = bisect.bisect_left(tried, target, key=lambda episodes: power(rarer, other, bound, episodes))
-    return tried[place] if place < len(tried) else None
 
 
 # --- claims -----------------------------------------------------------------------------------------------------------

@@ -144,7 +144,7 @@ BEHAVIOUR = """
 from experiments import Behaviour
 from gains import GAIN
 
-BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
+BEHAVIOUR = Behaviour("slow", "crawls", "colias_sim/Optomotor-v0", lambda rng: lambda _: (GAIN, GAIN), senses="state")
 """
 MINE = ("run", "mine.py", "--model", "emd", "--no-recordings", "--workers", "0", "--out", "out", "-q")
 KINDS = {
