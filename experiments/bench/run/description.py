@@ -14,7 +14,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME, replacing, to_json
 
 KIND = "kind"
-"""The entry that says what kind of run it is: ``trials``, ``clips``, ..."""
+"""The entry with the kind of the run: ``trials``, ``clips``, ..."""
 BEGUN, ENDED = "begun", "ended"
 """The entries that say when the run was begun, and when the last of its trials was done: ISO 8601, UTC."""
 RENDERERS = "renderers"
@@ -24,13 +24,13 @@ equal pixels."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
 NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, THRESHOLDS, *provenance.KEYS))
-"""Entries that are no parameters."""
+"""Entries that are not parameters."""
 DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
 OF_REPLICATES = ("replicates", "trials", "backgrounds")
-"""Entries of a study that grow where it goes on to more replicates: its trials are in the order of these."""
+"""Entries of a study that grow when it resumes with more replicates: its trials are in the order of these."""
 OF_KILLED = {".lock", "recordings", f"{NAME}.part"}
-"""What a run leaves that was killed before it wrote its description."""
+"""Files of a run that was killed before it wrote its description."""
 MOST_NAMED, LONGEST = 3, 60
 """Parameters, and characters of a value, that a refusal to resume names."""
 
@@ -64,7 +64,7 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
 def begin_whole(folder: Path, kind: str, **notes: Any) -> None:
     """Make the folder of a command whose parts are runs of their own, if it does not hold one of this kind yet.
 
-    ``notes`` are further entries of ``run.json``. Its parts, and not these, are held against a run that resumes there.
+    ``notes`` are further entries of ``run.json``. A run that resumes there is compared with its parts, not with these.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def read_description(folder: Path) -> dict[str, Any]:
 def resumed(folder: Path, description: Mapping[str, Any], *, complete: bool = False) -> dict[str, Any]:
     """Return the description in ``folder``, for a run described by ``description`` that resumes there.
 
-    A study may go on to more replicates than it has.
+    A study may resume with more replicates than it has.
 
     Parameters
     ----------

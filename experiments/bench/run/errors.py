@@ -1,4 +1,4 @@
-"""Errors in one line for people: about what a person gave, and about what went wrong."""
+"""Errors in one line: a wrong use, a trial that failed."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from pydantic import ValidationError
 
 
 class UsageError(ValueError):
-    """A wrong use, told in one line: what was given, what is legal, where it came from.
+    """A wrong use, in one line: the value given, its bounds, and the option or file that has it.
 
     Options are named as the command line names them: ``--set`` is the argument ``settings=`` of `experiments.run`.
 
     Parameters
     ----------
     text
-        The line. What was given may stand in it as it is: line breaks become spaces, and characters that would steer
-        a terminal are written out.
+        The line, with values as they were given: line breaks become spaces, and control characters are escaped.
     """
 
     def __init__(self, text: str) -> None:
@@ -55,7 +54,7 @@ def explain(error: ValidationError) -> str:
 
 
 def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
-    """Raise ``ValueError`` for what no declaration of an experiment can say of itself."""
+    """Raise ``ValueError`` for a name, a summary or repeats that an experiment cannot have."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
         raise ValueError(f"{kind} {short(name)}: its name must be letters, digits, - and _")
     if not isinstance(summary, str):
@@ -65,18 +64,18 @@ def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
 
 
 def short(value: Any) -> str:
-    """Return a value in a line: a person has to find it again, not to read all of it."""
+    """Return the beginning of a value in one line, enough to find it by."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def of_one(text: str) -> str:
-    """Return what to say of a text where a tuple of texts is legal: that a comma makes a tuple of it."""
+    """Return the hint for a text in place of a tuple of texts: a comma makes a tuple of it."""
     return f"; a comma makes one: ({short(text)},)"
 
 
 def plain(value: Any) -> Any:
-    """Return a text or number of a user's own kind as a plain one: no worker could unpickle an enum's member."""
+    """Return a text or number of a user's own subclass as a plain one: workers cannot unpickle an enum's member."""
     if isinstance(value, str):
         return str.__str__(value)
     return float(value) if isinstance(value, float) else value

@@ -1,4 +1,4 @@
-"""Files that are whole at every moment: each is written beside its place, as NAME.part, then renamed into it."""
+"""Write files whole or not at all: each is written as NAME.part, then renamed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NAME, TABLE = "run.json", "trials.parquet"
 
 _naming = threading.Lock()
 _given: set[Path] = set()
-"""Folders that this process has named: another thread may not have made its own yet."""
+"""Folders that this process has named; another thread may not have made its own yet."""
 
 
 def new_folder(name: str) -> Path:
@@ -37,7 +37,7 @@ def new_folder(name: str) -> Path:
 
 
 def part(place: Path, ending: str = "") -> Path:
-    """Return where a file or a folder is written until it is whole: NAME.part beside it, and an ``ending``."""
+    """Return where a file or a folder is written until it is whole: NAME.part in the same folder, and an ``ending``."""
     return place.with_name(f"{place.name}.part{ending}")
 
 
@@ -55,7 +55,7 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     Yields
     ------
     Path
-        The part, NAME.part beside the file. The caller writes it; after an error it is removed.
+        The part, NAME.part in the same folder. The caller writes it; after an error it is removed.
     """
     partial = part(path, ending)
     try:

@@ -2,8 +2,8 @@
 
 Python raises ``KeyboardInterrupt`` wherever the program happens to be. Inside the import of a compiled library that is
 lost, or ends as an unrelated error. So Ctrl-C ends a command of ours at once, with one line and status 130. Nothing is
-lost by that, as every file of ours is written beside its place and then renamed. Where a command has to put something
-in order first, it does so in a block of `once`; a second Ctrl-C ends it at once even there.
+lost by that, as every file of ours is written under another name and then renamed. A command that has to clean up
+first does so in a block of `once`; a second Ctrl-C ends it at once even there.
 
 Without `begin`, which only a command line of ours calls, Python's own behaviour stays, and the blocks do nothing.
 """

@@ -31,11 +31,9 @@ class ConfiguredModel:
     network: Any
     """Parameters of the network, a frozen dataclass."""
     entry: ModelEntry | None = field(default=None, compare=False, repr=False)
-    """Entry that the model's source declared when it was chosen, so that a run has one model even if its file is edited
-    meanwhile.
-    """
+    """Entry that the source declared when the model was chosen; its file may be edited since."""
     text: str = field(default="", compare=False, repr=False)
-    """The model as it was typed after ``--model``, with its settings."""
+    """The model as typed after ``--model``, with its settings."""
     section: str = field(default="", compare=False, repr=False)
     """Its section of ``--set``."""
 
@@ -98,21 +96,19 @@ def counted_channel(channels: Collection[str]) -> str:
 
 
 def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
-    """Return a model with the values of its parameters: what crossed to a worker, or ``run.json`` tells."""
+    """Return a model with the values of its parameters, as a worker receives them or ``run.json`` has them."""
     entry = load_model(source)
     return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry)
 
 
 NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
-"""Reason why a count, or a claim about counts, says nothing of a model. ``colias check`` tells where a model spikes
-anyway.
-"""
+"""Reason why a model has no count, and no verdict about counts. ``colias check`` finds a model that spikes anyway."""
 RATE_TOLERANCE = 0.002
-"""Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
+"""Relative difference of frame rates that needs no note: 29.97 frames/s pass for 30."""
 
 
 def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
-    """Say which models assume another frame rate than that of the frames that they are shown.
+    """List the models that assume another frame rate than they receive.
 
     Parameters
     ----------
@@ -160,7 +156,7 @@ def family(name: str, kind: type | None = None) -> str:
 
     ``name`` may be a label with settings (``dsnn:w_i=1``), and ``kind`` is the class of its parameters, where that is
     known. A model is of the family of the registered one that its name begins with where both have parameters of one
-    class. Any other is a family of its own: ``lplc2-gf`` is none of the ``lplc2``, nor ``my-model`` one of a ``my``.
+    class. Any other is a family of its own: ``lplc2-gf`` does not belong to ``lplc2``.
     """
     name_itself = name.partition(":")[0]
     first = name_itself.split("-")[0]
@@ -171,10 +167,10 @@ def family(name: str, kind: type | None = None) -> str:
 
 
 LEFT_OUT = ("dsnn-reference",)
-"""Model that answers as the DSNN does, slowly: to test against."""
+"""The slow form of the DSNN, for tests alone."""
 
 COMPARED = tuple(name for name in MODELS if name not in LEFT_OUT)
-"""The own models of the commands that compare models."""
+"""The models that commands show which compare models."""
 
 PRESET = "preset"
 """``SECTION.preset=NAME`` sets several parameters at once: to one of the ``presets()`` of their class."""
@@ -215,7 +211,7 @@ def ask(text: str) -> tuple[str, dict[str, str]]:
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
-    """Return a text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
+    """Return a model named in a user's file, with a path relative to that file made absolute.
 
     Parameters
     ----------

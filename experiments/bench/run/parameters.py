@@ -1,4 +1,4 @@
-"""Parameters that a run has otherwise than by default: what they are, and their columns in ``trials.parquet``."""
+"""Parameters of a run that differ from their defaults, and their columns in ``trials.parquet``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Parameters = Mapping[str, Mapping[str, Any]]
 def differing(
     models: Sequence[ConfiguredModel], *, offline: bool = False, others: Mapping[str, tuple[Any, Any]] | None = None
 ) -> Parameters:
-    """Find the parameters that some model of a run has otherwise than by default.
+    """Find the parameters of a run that differ from their defaults.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ MOST_NAMED = 8
 
 
 def in_title(parameters: Mapping[str, Any]) -> str:
-    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are."""
+    """Return the part of a figure's title that lists changed parameters; empty if there are none."""
     named = in_words(dict(list(parameters.items())[:MOST_NAMED]))
     more = f" and {len(parameters) - MOST_NAMED} more" if len(parameters) > MOST_NAMED else ""
     return f"; set: {named}{more}" if parameters else ""

@@ -42,7 +42,7 @@ class Sample:
     truth
         What is true of it, by name: poses, the motion shown, the outline of the object.
     changes
-        Parameters that models have from this frame on: model -> parameter -> text. They begin anew, from rest.
+        Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
     """
 
     time_s: float
@@ -52,14 +52,14 @@ class Sample:
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
-"""Stands for an image that was not kept."""
+"""Placeholder for an image that was not stored."""
 
 
 class Source(Protocol):
     """Frames that models are shown in one trial: a clip of a stimulus, a trial with the robot before one eye.
 
     ``fps`` is its rate in 1/s, ``shape`` (R, C) that of a frame in px. ``frame_columns`` are those of
-    ``frames.parquet``: `FRAMES`, and those of the truth that are kept.
+    ``frames.parquet``: `FRAMES`, and the columns of the truth that are stored.
     """
 
     fps: float
@@ -125,7 +125,7 @@ class Trial:
 
 
 class ModelRunner:
-    """One model at its work, its answers checked. Whatever goes wrong in it ends its own part, not that of others.
+    """One model that is shown frames; its responses are checked. An error in it ends its own part alone.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class ModelRunner:
     shape
         (R, C) of the frames.
     keep
-        Whether `responses` grows with every frame; footage may be endless.
+        Whether responses are stored; footage may be endless.
 
     Attributes
     ----------
@@ -143,13 +143,13 @@ class ModelRunner:
     maps
         Whether it is asked for layer maps; only a model whose ``step`` knows this keyword gives them.
     responses
-        The answers so far, with the declared channels alone.
+        The responses so far, on the declared channels alone.
     pictures
-        Its layer maps so far, as images (4, R, C): 8 bits of them are kept, a quarter of what the maps take.
+        Its layer maps so far, as images (4, R, C) of 8 bits, a quarter of the maps' size.
     seconds
         Time that the model has taken for its steps.
     trouble
-        The traceback of what it raised, or why an answer is none; empty while nothing went wrong.
+        The traceback of what it raised, or the fault of a response; empty while there is none.
     """
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True) -> None:
@@ -174,7 +174,7 @@ class ModelRunner:
         return family(self.label, type(self.network))
 
     def change(self, values: Mapping[str, str]) -> None:
-        """Change parameters, as ``--set`` would; the model begins anew with them, and its answers so far stay.
+        """Change parameters, as ``--set`` would; the model restarts with them, and its responses so far stay.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class ModelRunner:
         Raises
         ------
         UsageError
-            A value is not legal, or there is no such parameter; nothing has changed then.
+            A value is out of bounds, or there is no such parameter; nothing has changed then.
         """
         section = self.section
         collected = collect([f"{section}.{name}={text}" for name, text in values.items()], {section: self.network})
@@ -194,7 +194,7 @@ class ModelRunner:
             self._model = self._guarded(lambda: declared.build(self._shape, network))
 
     def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
-        """Let the model answer the next frame (R, C); ``None`` once something went wrong."""
+        """Return the model's response to the next frame (R, C); ``None`` after an error."""
         if self.trouble:
             return None
         frame, asked = frozen(luma), self.maps and self._has_maps
@@ -217,7 +217,7 @@ class ModelRunner:
         return response
 
     def series(self) -> ResponseSeries | None:
-        """Return the model's answers to all frames; ``None`` if something went wrong."""
+        """Return the model's responses to all frames; ``None`` after an error."""
         return None if self.trouble else ResponseSeries.from_responses(self.responses)
 
     def _guarded(self, call: Callable[[], Any]) -> Any:
@@ -236,7 +236,7 @@ def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]
     Raises
     ------
     UsageError
-        No such model is shown, or a value is not legal; nothing has changed then.
+        No such model is shown, or a value is out of bounds; nothing has changed then.
     """
     runner = next((runner for runner in runners if runner.label == model), None)
     if runner is None:
@@ -275,8 +275,8 @@ class Showing:
     models
         The models.
     keep, images
-        Whether frames and responses are kept, and with the frames their images: a trial by hand may be endless, and
-        a film long.
+        Whether frames and responses are stored, and with the frames their images: a trial by hand may be endless,
+        and a film long.
     """
 
     def __init__(
@@ -321,7 +321,7 @@ class Showing:
 
 
 Watch = Callable[[Showing], None]
-"""Watcher of a trial, such as a viewer: called after each frame, and changes nothing."""
+"""Watcher of a trial, such as a viewer: called after each frame; it changes nothing."""
 Record = Callable[[Any, Sequence[Showing], Sequence[Mapping[str, Any]]], bytes]
 """Writes the recording of a trial from what it showed and its rows, as the bytes of an .rrd file."""
 
@@ -334,9 +334,9 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
     trial
         The trial.
     maps
-        Whether the first model's layer maps are kept.
+        Whether the first model's layer maps are stored.
     images
-        Whether the frames' images are kept.
+        Whether the frames' images are stored.
     watch
         Watches it.
 
@@ -396,14 +396,14 @@ def play(
 
 
 def spike_counts(model: ConfiguredModel, series: ResponseSeries) -> dict[str, int | None]:
-    """Count the spikes of a model's answers.
+    """Count the spikes of a model's responses.
 
     Parameters
     ----------
     model
         The model.
     series
-        Its answers.
+        Its responses.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Provenance of a run's numbers, noted alike by every kind of run: the project's code, the user's files, libraries."""
+"""Provenance of a run's numbers: the project's code, the user's files, the libraries."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ LIBRARIES = (
     "colias-sim", "mujoco", "mujoco-core", "numpy", "opencv-python-headless", "gymnasium", "rerun-sdk", "scipy",
     "pyarrow", "polars", "pydantic", "threadpoolctl", "av",
 )  # fmt: skip
-"""Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
-of a package tells it (`description.RENDERERS`)."""
+"""Every library that a number, a table or a recording depends on. The OpenGL renderer is noted apart
+(`description.RENDERERS`)."""
 KEYS = ("files", "versions", "source", "code")
-"""Entries that `of` returns, without the form: they are no parameters of the run."""
+"""Entries that `of` returns, without the form: they are not parameters of the run."""
 SHOWS = (".pyc", ".j2")
-"""Endings of the packages' files that no number depends on."""
+"""Suffixes of the packages' files that no number depends on."""
 UNREPEATABLE = ("wall_s",)
 """Columns that differ between runs of equal numbers."""
 GIT_S = 20.0
-"""Longest time that git may take to answer."""
+"""Longest time that git may take, s."""
 
 
 __version__ = importlib.metadata.version("colias-sim")
@@ -108,7 +108,7 @@ def form() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return those of Python and the libraries that compute the numbers; ``unknown`` where a library does not tell."""
+    """Return the versions of Python and of the libraries that compute the numbers; ``unknown`` where there is none."""
     return {"python": platform.python_version(), **{name: _version(name) for name in LIBRARIES}}
 
 
@@ -163,7 +163,7 @@ def checkout() -> tuple[str | None, bool | None]:
 
 
 def _git(root: Path, *arguments: str) -> str | None:
-    """Return what git says; ``None`` where it fails, or is not there."""
+    """Return git's output; ``None`` where it fails, or is not installed."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     # The checkout may belong to another user, which git distrusts; Python runs its code already.
     command = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(root), *arguments]
@@ -175,14 +175,14 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """Say what computes now otherwise than ``there``: a file, colias-sim itself, a library; empty if nothing does."""
+    """Name the first file or library that differs from ``there``, or colias-sim itself; empty if none does."""
     before, after = _computed_by(there), _computed_by(here)
     changed = [name for name in sorted({*before, *after}) if before.get(name) != after.get(name)]
     return f"{changed[0]} has changed" if changed else ""
 
 
 def _computed_by(description: Mapping[str, Any]) -> dict[str, str]:
-    """Return what decides a run's numbers, by name; another patch of Python changes none."""
+    """Return what a run's numbers depend on, by name; Python's own version is not part of it."""
     libraries = {f"the version of {name}": version for name, version in description["versions"].items()
                  if name != "python"}  # fmt: skip
     return {"colias-sim's own source": description["source"]["digest"], **description["files"], **libraries}
@@ -204,7 +204,7 @@ def check(expected: str) -> None:
 
 
 def drawn_from(folder: Path) -> str:
-    """Say which code and which commit computed the run in a folder, for the figures there.
+    """Return the code and the commit that computed the run in a folder, for the figures there.
 
     Of a run of runs its first part's code counts. Empty where there is no run.
     """

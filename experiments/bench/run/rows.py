@@ -1,4 +1,4 @@
-"""Results of a job in a run's folder: rows of a declared type, frames, failures; and functions that group rows."""
+"""Results of a trial: rows of declared columns, frames, failures; and functions that group rows."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def peaks(frames: pl.DataFrame) -> dict[str, float]:
 
 
 def table(rows: Sequence[Mapping[str, Any]], schema: Mapping[str, Any]) -> pl.DataFrame:
-    """Return rows as a table; what a row lacks is null there, and a value of another type than its column's raises."""
+    """Return rows as a table; missing values are null, and a value of another type than its column's raises."""
     import polars as pl  # not before: declarations of claims import this module
 
     return pl.DataFrame({name: [row.get(name) for row in rows] for name in schema}, schema)
@@ -70,9 +70,9 @@ class TrialRecord:
     rows: tuple[dict[str, Any], ...]
     frames: pl.DataFrame
     recording: bytes | str | None
-    """Bytes of an .rrd file, or why there is none; ``None`` where none is kept."""
+    """Bytes of an .rrd file, or why there is none; ``None`` where none was asked for."""
     failures: tuple[Failure, ...] = ()
-    """Failures of single models; the answers of the others are kept."""
+    """Failures of single models; the rows of the others are there."""
     renderer: str = ""
     """Renderer of its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
     pixels: str = ""
@@ -86,7 +86,7 @@ class TrialRecord:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A trial that could not be finished, or a ``model`` or a recording of one that otherwise was, and why."""
+    """A trial, a model in it, or its recording, that failed, and why."""
 
     trial: int
     model: str
@@ -104,7 +104,7 @@ class Failure:
 
 
 def in_words(failures: Iterable[Failure]) -> list[str]:
-    """Return failures in words, those of one reason together."""
+    """Return failures as texts, grouped by their reason."""
     alike: dict[tuple[str, str], list[Failure]] = {}
     for failure in failures:
         alike.setdefault((failure.model, failure.reason), []).append(failure)
@@ -116,7 +116,7 @@ def in_words(failures: Iterable[Failure]) -> list[str]:
 
 
 def recording_of(make: Callable[[], bytes]) -> bytes | str:
-    """Make the recording of a trial, or say why there is none: the trial's rows do not go with it."""
+    """Make the recording of a trial, or return the traceback; the trial's rows are not lost with it."""
     try:
         return make()
     except Exception as error:  # Rerun's, or too little memory
@@ -137,12 +137,12 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
 
 
 def known(value: float) -> float | None:
-    """Return the value for a table: empty instead of NaN."""
+    """Return the value for a table: null instead of NaN."""
     return None if math.isnan(value) else value
 
 
 def listed_trials(trials: Iterable[int]) -> str:
-    """Return the numbers of trials in words, the first few of many."""
+    """Return the numbers of trials as text, the first few of many."""
     numbers = sorted(trials)
     more = f" and {len(numbers) - MOST_LISTED} more" if len(numbers) > MOST_LISTED else ""
     return f"trials {', '.join(map(str, numbers[:MOST_LISTED]))}{more}"
@@ -159,7 +159,7 @@ FRAMES_OF_SIMULATION = "frames from the log of a simulated run"
 
 
 def origin(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return where rows come from, in words; empty: they are simulated."""
+    """Return where rows come from; empty if they are simulated."""
     return "; ".join(dict.fromkeys(row[COLUMN] for row in rows if row.get(COLUMN)))
 
 

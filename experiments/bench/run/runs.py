@@ -53,7 +53,7 @@ class Resources:
     quiet: bool = False
 
     def where(self) -> str:
-        """Tell in words what jobs run on: ``on 2 workers``."""
+        """Return what jobs run on: ``on 2 workers``."""
         return f"on {self.cluster or count(max(self.workers, 1), 'worker')}"
 
     @contextmanager
@@ -95,15 +95,15 @@ class Batch(Generic[AnyTrial]):
     work
         A job's pure function. It is pickled, so it is a function of a module or a `functools.partial` of one.
     description
-        What ``run.json`` says: every parameter, the seed, and what computes (`provenance.of`).
+        The contents of ``run.json``: every parameter, the seed, and the code (`provenance.of`).
     schemas
-        Of ``trials.parquet`` and ``frames.parquet``; ``parameters`` get columns beside them.
+        Columns of ``trials.parquet`` and ``frames.parquet``; ``parameters`` are further columns.
     parameters
         The parameters that have columns, by key and model.
     things
         What a job is called in the plural.
     amount
-        Says the whole plan in words, where that is printed; without it the number of jobs is.
+        Returns the size of the plan as text; otherwise it is the number of jobs.
     size
         How much work a job is planned to be, in any unit; the time left is estimated by it. Otherwise all count alike.
     """
@@ -135,7 +135,7 @@ class Batch(Generic[AnyTrial]):
         return folder
 
     def fill(self, folder: RunFolder, pool: Workers, resources: Resources) -> list[Failure]:
-        """Do those jobs that ``folder`` lacks, with progress; say how far it got if this is cut short.
+        """Do the jobs that ``folder`` lacks, with progress; an interrupted run prints how far it got.
 
         Returns
         -------
@@ -169,7 +169,7 @@ class Batch(Generic[AnyTrial]):
 
     @contextmanager
     def run(self, out: Path, pool: Workers, resources: Resources) -> Iterator[RunFolder]:
-        """Do what a folder lacks, as `open` and `fill` do, and close it at the end of the block.
+        """Do the jobs that a folder lacks, as `open` and `fill` do, and close it at the end of the block.
 
         Yields
         ------
@@ -206,7 +206,7 @@ def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, spec: An
 
 
 def tell(folder: RunFolder) -> None:
-    """Print what is to be known of a run's tables, and what failed: the first few each."""
+    """Print the notes about a run's tables, and the first failures."""
     for note in folder.notes():
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     failures = in_words(folder.failures())

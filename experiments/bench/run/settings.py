@@ -1,4 +1,4 @@
-"""``--set SECTION.NAME=VALUE``: reach any parameter by its dotted name, with the legal range in every refusal."""
+"""``--set SECTION.NAME=VALUE``: set any parameter by its dotted name; a refusal has its bounds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SECTIONS = frozenset(map(family, MODELS))
 def applied(
     models: Sequence[ConfiguredModel], collected: Mapping[str, Mapping[str, str]]
 ) -> tuple[ConfiguredModel, ...]:
-    """Return the models with what ``--set`` says of their families, then with what was asked of each of them."""
+    """Return the models with the settings of their families, then with the settings of each of them."""
     configured = []
     for model in models:
         common = changed(model.section, model.network, collected.get(model.section, {}))
@@ -43,7 +43,7 @@ def watchers(
 ) -> tuple[tuple[ConfiguredModel, ...], dict[str, dict[str, str]]]:
     """Models with their off-line parameters, and what was assigned: section -> name -> text.
 
-    ``others`` are sections beside the models' own; ``fps`` is the models' frame rate where none is assigned.
+    ``others`` are further sections; ``fps`` is the models' frame rate where none is assigned.
     Raises `UsageError` as `configure` does.
     """
     models_shown = look_up(models, "offline")
@@ -115,9 +115,9 @@ def collect(
 def changed(
     section: str, value: Any, changes: Mapping[str, str], typed: Callable[[str, str], str] | None = None
 ) -> Any:
-    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
+    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is out of bounds.
 
-    A preset, where the class has some, counts first, whatever the order: the other changes are made to it.
+    A preset, where the class has some, is applied first: the other changes are made to it.
     ``typed`` is how a name and its text were typed, where that was not by ``--set``.
     """
     say = typed or (lambda name, text: f"--set {section}.{name}={text}")
@@ -190,7 +190,7 @@ _properties: Callable[[type], dict[str, dict[str, Any]]] = functools.cache(_sche
 
 
 def _legal(schema: Mapping[str, Any]) -> str:
-    """Return the legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    """Return the values that a field may have, as text, from its JSON schema; empty if only a validator knows."""
     if "anyOf" in schema:  # a value that may be left open
         return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
@@ -229,7 +229,7 @@ def unit_of(value: Any, name: str) -> str:
 
 
 def schema_of(value: Any, name: str) -> Mapping[str, Any]:
-    """Return the JSON schema of a parameter: its type, its legal range and its unit.
+    """Return the JSON schema of a parameter: its type, its bounds and its unit.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def schema_of(value: Any, name: str) -> Mapping[str, Any]:
     Returns
     -------
     mapping
-        As pydantic makes it; of a value that may be left open that of the value.
+        As pydantic makes it; of an optional value, the schema of the value.
     """
     if name == PRESET:
         return {"enum": list(_presets(value))}
@@ -273,7 +273,7 @@ class Parameter:
     value
         The present value, as text.
     legal
-        The legal values in words; empty where only a validator knows them.
+        The values that it may have; empty where only a validator knows them.
     unit
         Unit of the value; empty for a pure number, a count or a choice.
     description
@@ -291,7 +291,7 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     """Yield every parameter of the sections ``values``."""
     for section, value in values.items():
         if _presets(value):
-            words = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
+            words = f"named set of values for several parameters of {section}; a parameter that is set too wins"
             summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
             words += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
             yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", words)

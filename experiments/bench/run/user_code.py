@@ -1,4 +1,4 @@
-"""Run a user's own Python file, which they asked for by name, and take what it declares."""
+"""Run a user's own Python file and return what it declares."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _COMMANDS: Mapping[str, str] = MappingProxyType(
         "ARENA": "--set scene.arena=FILE",
     }
 )
-"""What a file can declare -> where it is given."""
+"""Name that a file can declare -> the command that takes it."""
 USER_MODULE = "colias_user_"
 """Prefix of the names of modules made from users' files, so that two files may have one name."""
 PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
@@ -35,7 +35,7 @@ PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
 _INSTALLED = frozenset(("site-packages", "dist-packages"))
 """Folders of installed packages."""
 _loaded: dict[Path, tuple[ModuleType, Mapping[str, str]]] = {}
-"""A user's file -> its module, and the SHA-256, by path, of the file and of the modules beside it that it imported."""
+"""A user's file -> its module, and the SHA-256, by path, of the file and of its folder's modules that it imported."""
 _loading = threading.RLock()
 
 
@@ -44,19 +44,19 @@ class NotDeclared(UsageError):
 
 
 def is_file(name: str) -> bool:
-    """Tell whether ``name`` means a file rather than something registered; MJCF is an arena's."""
+    """Return whether ``name`` means a file rather than something registered; MJCF is an arena's."""
     return name.endswith((".py", ".xml")) or "/" in name
 
 
 def is_own(source: str) -> bool:
-    """Say whether ``source`` means a file of the user's own, a trained policy too, rather than something registered."""
+    """Return whether ``source`` means a user's own file, or a trained policy, rather than something registered."""
     return is_file(source) or source.endswith(".npz")
 
 
 def declared(path: Path, name: str) -> object:
-    """Take what the file at ``path`` declares as ``name``.
+    """Return what the file at ``path`` declares as ``name``.
 
-    A file is executed once in a process, and again when it, or a module beside it that it imports, has changed.
+    A file is executed once in a process, and again when it, or a module of its folder that it imports, has changed.
     Its folder comes first on ``sys.path``, as a script's does.
 
     Raises
@@ -80,7 +80,7 @@ def declared(path: Path, name: str) -> object:
 
 
 def declares(path: Path, name: str) -> bool:
-    """Tell whether the file at ``path`` declares ``name``; `UsageError` as `declared` where it cannot be run."""
+    """Return whether the file at ``path`` declares ``name``; `UsageError` as `declared` where there is no such file."""
     try:
         declared(path, name)
     except NotDeclared:
@@ -106,7 +106,7 @@ def _changed(file: str, digest: str) -> bool:
 
 
 def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
-    """Execute a file; it imports the modules beside it again."""
+    """Execute a file; it imports the modules of its folder again."""
     name = f"{USER_MODULE}{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None, "its name ends in .py"
@@ -148,7 +148,7 @@ def sha256(path: Path) -> str:
 
 
 def is_users(file: Path) -> bool:
-    """Say whether the file at a resolved path is the user's own: of no installed package, and not of this project."""
+    """Return whether the file at a resolved path is the user's own, not an installed package's or this project's."""
     installed = _INSTALLED & {*file.parts}
     return file.is_file() and not installed and not any(file.is_relative_to(place) for place in _foreign())
 
@@ -190,6 +190,6 @@ def traced(error: BaseException) -> str:
 
 
 def run_main() -> None:
-    """Do what ``python FILE [OPTIONS]`` asks for where FILE declares an experiment: ``colias run`` on that file."""
+    """Run the experiment that the script ``python FILE [OPTIONS]`` declares, as ``colias run FILE`` does."""
     # Not imported above: the commands stand on everything else.
     importlib.import_module("experiments.bench.cli.entry").run_file(sys.modules["__main__"].__file__)

@@ -24,7 +24,7 @@ Done = TypeVar("Done")
 QUEUED = 2
 """Jobs handed out for each worker: one under way and one waiting, so that no worker idles."""
 ANSWER_S = 10.0
-"""Seconds that a Dask scheduler may take to answer."""
+"""Seconds that a Dask scheduler may take to connect."""
 DIED = "its worker process died, and died again when the trial was repeated alone"
 
 
@@ -46,7 +46,7 @@ class Workers:
     Raises
     ------
     OSError
-        No Dask scheduler with workers answers at that address.
+        There is no Dask scheduler with workers at that address.
     """
 
     def __init__(self, count: int, cluster: str | None = None) -> None:
