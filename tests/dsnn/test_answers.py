@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
-import cv2
 import gymnasium as gym
 import numpy as np
 import polars as pl
@@ -14,6 +9,7 @@ import pytest
 
 import colias_sim  # noqa: F401  (registers the envs)
 from dsnn import Response, ResponseError, checked_response
+from tests.helpers import footage
 from tests.helpers.answering import write_model
 
 SMALL = ("run", "trial.py", "--workers", "0", "--out", "out", "--quiet")
@@ -25,43 +21,28 @@ EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", c
 """
 
 
-def options(folder: Path, *models: str) -> list[str]:
-    return [word for model in models for word in ("--model", model)]
-
-
-def rows_of(folder: Path, model: str, table: str = "trials") -> list[dict]:
-    """The rows of one model, without what a clock or another model decides."""
-    rows = pl.read_parquet(folder / f"{table}.parquet").to_dicts()
-    return [{k: v for k, v in row.items() if k != "wall_s"} for row in rows if row["model"] == model]
-
-
 def test_what_a_model_is_is_what_its_entry_declares(colias, tmp_path):
+    """Channels that are not declared are left out of counts, peaks and frames."""
     (tmp_path / "trial.py").write_text(CLIP)
     filled = "Response(hs=0.5, hs_spikes=2, looming=0.9, looming_spikes=1, azimuth=0.25)"
     loomer = write_model(tmp_path, "loomer", filled, ', channels=("looming",)')
     pointer = write_model(tmp_path, "pointer", filled, ', channels=("hs", "azimuth")')
-    done = colias(*SMALL, "--no-recordings", *options(tmp_path, "dsnn", loomer, pointer, "hybrid"))
+    done = colias(*SMALL, "--no-recordings", "--model", loomer, "--model", pointer)
     assert done.returncode == 0, done.stderr
-    (loom,), (point,) = rows_of(tmp_path / "out", "loomer"), rows_of(tmp_path / "out", "pointer")
+    rows = {row["model"]: row for row in pl.read_parquet(tmp_path / "out" / "trials.parquet").to_dicts()}
+    loom, point = rows["loomer"], rows["pointer"]
     frames = loom["frames"]
     counts = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes")
     assert [loom[name] for name in counts] == [frames, None, None, frames]
     assert [point[name] for name in counts] == [2 * frames, 2 * frames, None, None]
-    assert (loom["peak_hs"], point["peak_looming"]) == (0.0, 0.0), "channels that are not declared are left out"
-    assert {row["azimuth"] for row in rows_of(tmp_path / "out", "pointer", "frames")} == {0.25}
-    assert {row["azimuth"] for row in rows_of(tmp_path / "out", "loomer", "frames")} == {0.0}
-    moving = [row["azimuth"] for row in rows_of(tmp_path / "out", "hybrid", "frames")]
-    assert min(moving) < -0.5 and max(moving) > 0.5, "from the left edge to the right one"
+    assert (loom["peak_hs"], point["peak_looming"]) == (0.0, 0.0)
+    azimuths = pl.read_parquet(tmp_path / "out" / "frames.parquet").group_by("model").agg(pl.col("azimuth").unique())
+    assert dict(azimuths.iter_rows()) == {"dsnn": [0.0], "pointer": [0.25], "loomer": [0.0]}
 
 
 def test_watch_reads_each_channel_against_its_own_threshold(colias, tmp_path):
     """The hybrid's looming potential rests at 0.5: over the DSNN's T, under the LGMD's."""
-    writer = cv2.VideoWriter(
-        str(tmp_path / "still.avi"), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), 30.0, (60, 40), isColor=False
-    )
-    for _ in range(20):
-        writer.write(np.full((40, 60), 128, np.uint8))
-    writer.release()
+    footage.write(tmp_path / "still.avi", [np.full((40, 60), 128, np.uint8)] * 20)
     done = colias("watch", "still.avi", "--no-view", "--model", "hybrid", "--out", "still")
     assert done.returncode == 0, done.stderr
     assert pl.read_csv(tmp_path / "still" / "summary.csv").height == 0, "nothing moves in a still film"
@@ -85,20 +66,18 @@ def test_a_model_cannot_write_into_the_frame_of_an_env():
     env.close()
 
 
-@pytest.mark.parametrize("how", ["path", "entry", "factory"])
-def test_an_env_takes_a_model_as_the_command_line_does(how, tmp_path):
-    path = tmp_path / write_model(tmp_path, "mine", "Response(hs=0.25, looming=0.75, looming_spikes=1)",
-                                  ', channels=("looming",)')  # fmt: skip
-    spec = importlib.util.spec_from_file_location("mine", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["mine"] = module  # dataclasses look themselves up there
-    spec.loader.exec_module(module)
-    model = {"path": str(path), "entry": module.MODEL, "factory": lambda shape: module.Model(shape, None)}[how]
-    env = gym.make("colias_sim/Fixation-v0", observation="neural", model=model)
-    seen, _ = env.reset(seed=0)
-    env.close()
-    hs = 0.25 if how == "factory" else 0.0  # a factory declares no channels: all count
-    assert seen.tolist() == [hs, 0.0, 0.0, 0.0, 0.75, 1.0, 0.0]
+def test_an_env_takes_a_model_as_the_command_line_does_and_a_factory_counts_whole(tmp_path):
+    response = Response(hs=0.25, looming=0.75, looming_spikes=1)
+    path = tmp_path / write_model(tmp_path, "mine", repr(response), ', channels=("looming",)')
+
+    class Fixed:
+        reset, step = (lambda self: None), (lambda self, frame: response)
+
+    for model, hs in ((str(path), 0.0), (lambda shape: Fixed(), 0.25)):
+        env = gym.make("colias_sim/Fixation-v0", observation="neural", model=model)
+        seen, _ = env.reset(seed=0)
+        env.close()
+        assert seen.tolist() == [hs, 0.0, 0.0, 0.0, 0.75, 1.0, 0.0]
 
 
 @pytest.mark.parametrize(

@@ -218,12 +218,12 @@ def plain_t4t5(frames, q):
 
 
 def plain_lgmd1(frames, q):
+    """It spikes above its threshold, but not while the whole field moves: the veto is the last frame's change."""
     p = changes_of(frames)
-    before = np.concatenate([p[:1], p[:-1]])
-    s = [
-        np.maximum(abs(now) - 0.6 * abs(near(last, ring(0.25, 0.125))), 0) for now, last in zip(p, before, strict=True)
-    ]
-    return {"looming": np.array([expit(grouping(each, 30.0).sum() / each.size) for each in s])}
+    before = np.stack([p[0], *p[:-1]])
+    s = np.maximum(abs(p) - [0.6 * abs(near(last, ring(0.25, 0.125))) for last in before], 0)
+    k = np.array([expit(grouping(each, 30.0).sum() / each.size) for each in s])
+    return {"looming": k, "looming_spikes": (k >= q.t_sp) & (abs(before).mean(axis=(1, 2)) < q.t_ffi)}
 
 
 def plain_lgmd2(frames, q):
@@ -368,6 +368,8 @@ BRIGHT = LGMD2Params(least_on=0.2, t_pm=255.0)
 
 NOISE = np.random.default_rng(7).integers(100, 130, (20, 24, 31), np.uint8)
 NOISE[8:, :6] //= 2  # along the border
+VETO = LGMD1Params(t_sp=0.501, t_ffi=9.0)
+"""The whole field's change is 10 grey levels in the first frames, less in the others."""
 APPROACH = np.stack([frame.luma for frame in stimulus("looming", rows=36, columns=40, rest_s=0.0)])
 CASES = {
     "emd": (EMD, plain_emd, drifting(), EMDParams(), 1e-5),
@@ -380,8 +382,8 @@ CASES = {
     "three-arm-4q": (ThreeArm, plain_three_arm, drifting(), ThreeArmParams(quadrants=4), 1e-5),
     "t4t5": (T4T5, plain_t4t5, drifting((14, 17), 8, (80, 200)), T4T5Params(emd_bias=1.5)),
     "t4t5, even": (T4T5, plain_t4t5, drifting((14, 17), 8, (80, 200)), T4T5Params(emd_bias=1.0, exp_off=0.5)),
-    "lgmd1": (LGMD1, plain_lgmd1, NOISE, LGMD1Params(t_sp=0.501), 2e-4),
-    "lgmd1, in Python": (partial(LGMD1, form="reference"), plain_lgmd1, NOISE, LGMD1Params(t_sp=0.501), 2e-4),
+    "lgmd1": (LGMD1, plain_lgmd1, NOISE, VETO, 2e-4),
+    "lgmd1, in Python": (partial(LGMD1, form="reference"), plain_lgmd1, NOISE, VETO, 2e-4),
     "lgmd1, approach": (LGMD1, plain_lgmd1, APPROACH, LGMD1Params(), 2e-4),
     "lgmd2": (LGMD2, plain_lgmd2, NOISE, LGMD2Params(), 2e-4),
     "lgmd2, approach": (LGMD2, plain_lgmd2, APPROACH, LGMD2Params(), 2e-4),

@@ -9,15 +9,18 @@ import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from dsnn import DSNN, LGMD1, DSNNParams, LGMD1Params, OnboardDSNN, OnboardParams
 from dsnn.native import binding
 from dsnn.onboard.params import READINGS
 
+T = TypeVar("T")
+MODELS = {DSNNParams: DSNN, LGMD1Params: LGMD1, OnboardParams: OnboardDSNN}
 NATIVE = Path(binding.__file__).parent
 ROOT = Path(__file__).parents[2]
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
@@ -31,111 +34,81 @@ import numpy as np
 spec = spec_from_file_location("_dsnn_native", sys.argv[2])  # an editable install has a finder for this name
 sys.modules["_dsnn_native"] = module_from_spec(spec)
 from dsnn import native
-from tests.helpers.native_cases import cases
+from tests.helpers.native_cases import answers
 
 def odd(size, kind):
     return np.zeros(size + 1, kind)[1:]
 
 native.np = types.SimpleNamespace(**vars(np) | {"zeros": odd})
 assert not native.missing()
-sys.stdout.buffer.write(b"".join(case.answers() for case in cases(int(sys.argv[1]))))
+sys.stdout.buffer.write(answers(int(sys.argv[1])))
 """
 """Models get memory of their exact size at an odd address: sanitizers see every byte read or written beside it."""
 SANITIZED = ("-O1", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
 
 
-@dataclass(frozen=True)
-class Case:
-    """One model with its parameters, and the frames it is shown, (T, R, C) uint8 or float32."""
-
-    params: DSNNParams | LGMD1Params | OnboardParams
-    frames: np.ndarray
-
-    def answers(self) -> bytes:
-        """What the extension module answers, as bytes."""
-        shape = self.frames.shape[1:]
-        fields = []
-        if isinstance(self.params, LGMD1Params):
-            detector = LGMD1(shape, self.params, form="native")
-            for frame in self.frames:
-                a = detector.step(frame)
-                fields += [np.float64(a.looming), np.int32(a.looming_spikes)]
-        elif isinstance(self.params, OnboardParams):
-            network = OnboardDSNN(shape, self.params, form="native")
-            for frame in self.frames:
-                a = network.step(frame, maps=True)
-                fields.append(np.array([a.hs * 32768, a.vs * 32768, a.hs_spikes, a.vs_spikes], np.int32))
-            c = network.fixed
-            fractions = (c.p_frac, c.la_frac, c.f_frac, c.f_frac)
-            layers = zip((a.maps.p, a.maps.la, a.maps.f_on, a.maps.f_off), fractions, strict=True)
-            fields += [np.rint(layer * 2.0**bits).astype(np.int32) for layer, bits in layers]
-        else:
-            network = DSNN(shape, self.params, form="native")
-            for frame in self.frames:
-                a = network.step(frame, maps=True)
-                counts = np.array([a.hs_spikes, a.vs_spikes], np.int32)
-                fields += [np.array([a.hs, a.vs]), counts, np.float64(network.azimuth())]
-            fields += [a.maps.p, a.maps.la, a.maps.f_on, a.maps.f_off]
-        return b"".join(value.tobytes() for value in fields)
+def every_answer(model: Any, frames: np.ndarray) -> list[Any]:
+    """All that a model answers, its maps and its azimuth too: equal only where every bit is."""
+    told = []
+    for frame in frames:
+        response = model.step(frame, maps=True)
+        maps = dataclasses.astuple(response.maps) if response.maps is not None else ()
+        numbers = dataclasses.astuple(dataclasses.replace(response, maps=None))
+        azimuth = model.azimuth() if hasattr(model, "azimuth") else None
+        told.append((numbers, azimuth, *(layer.tobytes() for layer in maps)))
+    return told
 
 
-def cases(count: int, seed: int = 0) -> Iterator[Case]:
-    """``count`` of the float models, and one of the on-board network after every fourth; the smallest shapes and the
-    extreme parameters are among the first."""
+def answers(count: int) -> bytes:
+    """What the extension module answers to ``count`` cases, as bytes."""
+    told = [every_answer(MODELS[type(q)](frames.shape[1:], q, form="native"), frames) for q, frames in cases(count)]
+    return repr(told).encode()
+
+
+def cases(count: int) -> Iterator[tuple[Any, np.ndarray]]:
+    """Parameters of ``count`` of the float models, and of the on-board network after every fourth, with frames.
+
+    The smallest shapes and the extreme parameters are among the first.
+    """
     for index in range(count):
-        rng = np.random.default_rng([seed, index])
+        rng = np.random.default_rng([0, index])
         shape = [(2, 2), (2, 9), (9, 2), (3, 3)][index] if index < 4 else tuple(rng.integers(2, 45, 2))
-        params = _lgmd1(rng) if index % 4 == 3 else _dsnn(rng, extreme=index % 3 == 0)
-        yield Case(params, _frames(rng, int(rng.integers(1, 7)), *shape))
+        kind = LGMD1Params if index % 4 == 3 else DSNNParams
+        yield drawn(kind, rng, extreme=index % 3 == 0), moving(rng, int(rng.integers(1, 7)), *shape)
         if index % 4 == 1:
-            frames = np.rint(_frames(rng, int(rng.integers(1, 7)), *shape)).astype(np.uint8)
-            yield Case(onboard(rng, extreme=index % 8 == 1), frames)
+            frames = np.rint(moving(rng, int(rng.integers(1, 7)), *shape)).astype(np.uint8)
+            yield drawn(OnboardParams, rng, extreme=index % 8 == 1), frames
 
 
-def onboard(rng: np.random.Generator, extreme: bool) -> OnboardParams:
-    """Parameters over their whole ranges, in any format; drawn again where the format refuses them."""
+def drawn(kind: type[T], rng: np.random.Generator, extreme: bool) -> T:
+    """Parameters about their defaults or at the ends of their ranges; drawn again where they do not fit together."""
+    schema = TypeAdapter(kind).json_schema()["properties"]
     while True:
-        floats = dataclasses.asdict(_dsnn(rng, extreme)) | READINGS
-        formats = dict(
-            state_bits=int(rng.choice([8, 16])), companding=bool(rng.random() < 0.7),
-            lamina_bits=int(rng.choice([8, 16])), rounding=str(rng.choice(["nearest", "truncate"])),
-            halved=bool(rng.random() < 0.3),
-            f_bits=int(rng.integers(16)) if rng.random() < 0.3 else None,
-        )  # fmt: skip
+        values = {name: _drawn(rng, extreme, **field) for name, field in schema.items()}
         try:
-            return OnboardParams(**floats, **formats)
+            return kind(**values | (READINGS if kind is OnboardParams else {}))
         except ValueError:
             continue
 
 
-def _between(rng: np.random.Generator, low: float, high: float, extreme: bool) -> float:
-    return float(rng.choice([low, high])) if extreme and rng.random() < 0.5 else float(rng.uniform(low, high))
+def _drawn(rng: np.random.Generator, extreme: bool, default: Any, type: str = "", **field: Any) -> Any:
+    if "enum" in field or type == "boolean":
+        return rng.choice(field.get("enum", [True, False])).item()
+    if type == "array":
+        return tuple(
+            _drawn(rng, extreme, start, **part) for start, part in zip(default, field["prefixItems"], strict=True)
+        )
+    if "anyOf" in field:
+        return _drawn(rng, True, 0, **field["anyOf"][0]) if rng.random() < 0.3 else default
+    low = field.get("minimum", field.get("exclusiveMinimum", 0) + 1e-6)
+    high = field.get("maximum", field.get("exclusiveMaximum", 0) - 1e-3)
+    value = (
+        rng.choice([low, high]) if extreme and rng.random() < 0.4 else np.clip(rng.uniform(0, 3) * default, low, high)
+    )
+    return round(value) if type == "integer" else float(value)
 
 
-def _dsnn(rng: np.random.Generator, extreme: bool) -> DSNNParams:
-    def value(low: float, high: float) -> float:
-        return _between(rng, low, high, extreme)
-
-    return DSNNParams(
-        n_p=round(value(0, 60 if extreme else 6)), u=value(0.0, 3.0), d=round(value(1, 16 if extreme else 4)),
-        n_con=round(value(1, 64 if extreme else 9)), w_i=value(0.0, 1.0), sigma_l=value(0.0, 0.999),
-        tau_fast=value(0.0, 10_000.0), tau_slow=value(0.0, 10_000.0), tau_s=(value(0.0, 10_000.0), value(0.0, 300.0)),
-        tau_mp=value(0.0, 10_000.0), k_sig=value(1e-6, 1e3), k_sp=value(0.0, 20.0), t_sp=value(0.0, 1.0),
-        fps=value(0.01, 10_000.0), on=bool(rng.integers(2)), off=bool(rng.integers(2)), fdsr=bool(rng.integers(2)),
-        dog=bool(rng.random() < 0.8), polarity=str(rng.choice(["common", "centre"])), rectified=bool(rng.integers(2)),
-        lowpass=str(rng.choice(["backward-euler", "exact"])),
-    )  # fmt: skip
-
-
-def _lgmd1(rng: np.random.Generator) -> LGMD1Params:
-    return LGMD1Params(
-        w_i=rng.uniform(0, 10), w_side=rng.uniform(0, 10), w_corner=rng.uniform(0, 10), c_w=rng.uniform(1e-3, 1e3),
-        delta_c=rng.uniform(1e-6, 1e3), t_g=rng.choice([0.0, 30.0, 1e6]), t_ffi=rng.uniform(0, 255),
-        t_sp=rng.uniform(0.501, 1.0),
-    )  # fmt: skip
-
-
-def _frames(rng: np.random.Generator, count: int, rows: int, columns: int) -> np.ndarray:
+def moving(rng: np.random.Generator, count: int, rows: int, columns: int) -> np.ndarray:
     kind = rng.integers(5)
     if kind == 0:  # flicker
         frames = np.zeros((count, rows, columns)) + 255 * (np.arange(count) % 2)[:, None, None]

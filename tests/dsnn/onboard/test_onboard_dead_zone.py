@@ -9,7 +9,7 @@ import pytest
 
 from dsnn.filters import alpha
 from dsnn.onboard.codes import coded, decoded
-from dsnn.onboard.dead_zone import SMALL, dead_zone
+from dsnn.onboard.dead_zone import dead_zone
 from dsnn.onboard.numpy_form import rounded
 from dsnn.onboard.params import OnboardParams
 
@@ -65,12 +65,3 @@ def test_the_longest_delay_is_the_last_without_a_dead_zone(changes, fps):
     for tau, matters in ((longest - 0.01, False), (longest * 1.001 + 0.01, True)):
         if tau <= 10_000.0:
             assert dead_zone(network(tau, fps=fps, **changes)).matters == matters
-
-
-def test_the_law_of_companded_codes():
-    """Steps of at most 1/33 of D, but at the lower end of a segment: half of that times 1 over the gain is 66 / 33."""
-    zone = dead_zone(network(200.0))
-    frame_ms = 1000.0 / 30.0
-    assert zone.longest_ms / frame_ms == pytest.approx(65.0, abs=0.01)
-    assert dead_zone(network(zone.longest_ms - 1.0)).falling < SMALL
-    assert dead_zone(network(zone.longest_ms + 20.0)).falling > 0.5, "it sets in all at once, over half the range"

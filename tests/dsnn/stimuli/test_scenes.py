@@ -24,24 +24,17 @@ def noise(exponent, seed=0):
     return np.clip(np.rint(128 + 30 * waves / waves.std()), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("kind", SCENES)
+@pytest.mark.parametrize("kind", [*SCENES, "photograph"])
 def test_a_scene_has_the_spectrum_and_contrast_of_natural_images(kind):
     photograph = contrasts(panorama("photograph", SHAPE, 0).view(0.0)).rms
     for seed in (1, 2):
-        picture = scene(kind, SHAPE, seed)
+        picture = scene(kind, SHAPE, seed) if kind in SCENES else panorama(kind, SHAPE, seed).view(0.0)
         assert picture.shape == SHAPE and picture.dtype == np.uint8
         assert PUBLISHED[0] < spectrum_slope(picture) < PUBLISHED[1]
         assert photograph / 2 < contrasts(picture).rms < 2 * photograph
 
 
-def test_the_photograph_has_a_natural_spectrum_and_white_noise_has_none():
-    assert PUBLISHED[0] < spectrum_slope(panorama("photograph", SHAPE, 0).view(0.0)) < PUBLISHED[1]
-    white = np.random.default_rng(0).integers(0, 256, SHAPE).astype(np.uint8)
-    assert abs(spectrum_slope(white)) < 0.1
-    assert spectrum_slope(cv2.GaussianBlur(white, (0, 0), 2)) < PUBLISHED[0]
-
-
-@pytest.mark.parametrize("exponent", [-0.5, -1.0, -1.5])
+@pytest.mark.parametrize("exponent", [0.0, -0.5, -1.0, -1.5])
 def test_a_slope_is_that_of_noise_whose_slope_is_known(exponent):
     assert spectrum_slope(noise(exponent)) == pytest.approx(exponent, abs=0.1)
 
@@ -72,13 +65,9 @@ def test_a_scene_meets_itself_without_a_seam(kind):
 
 @pytest.mark.parametrize(
     "kind, digest",
-    [
-        ("dead-leaves", "4e1ca20ebf825d35"),
-        ("pink", "1677ed932184c838"),
-        ("foliage", "f5623736a718220a"),
-        ("street", "0451572550ae213f"),
-    ],
-)
+    [("dead-leaves", "4e1ca20ebf825d35"), ("pink", "1677ed932184c838"), ("foliage", "f5623736a718220a"),
+     ("street", "0451572550ae213f")],
+)  # fmt: skip
 def test_a_scene_is_the_one_of_published_numbers(kind, digest):
     assert hashlib.sha256(scene(kind, SHAPE, 1).tobytes()).hexdigest()[:16] == digest
 
