@@ -7,12 +7,11 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import PRESET
-from experiments.bench.run.settings import collect, names, preset_of, unit_of
-from experiments.bench.study import Axis
+from experiments.bench.run.settings import collect, names
 
+Levels = Mapping[str, tuple[str, ...]]
+"""Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 Point = tuple[tuple[str, str], ...]
 """Name of each axis with a level."""
 Base = Mapping[str, tuple[Any, ...]]
@@ -21,8 +20,6 @@ Base = Mapping[str, tuple[Any, ...]]
 MOST_POINTS, MOST_AXES = 1000, 2
 ENDS: Mapping[str, int] = {"first": 0, "last": -1}
 """Suffix of a key -> the place, in a parameter of several values, of the value that it means."""
-LONGEST_TITLE = 60
-"""Letters of a parameter's meaning above which its name stands in labels."""
 
 
 def keys_of(name: str) -> tuple[str, ...]:
@@ -48,8 +45,8 @@ def take(text: str, taken: set[str], fixed: Collection[str] = ()) -> None:
         taken.add(key)
 
 
-def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Return the levels of each axis from ``KEY=V1,V2,...`` texts.
+def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str, Levels]:
+    """Return the levels of each axis from ``KEY=V1,V2,...`` texts. Those of a parameter ascend if all are numbers.
 
     Parameters
     ----------
@@ -64,18 +61,29 @@ def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str,
         A text is not of that form, something is there twice, ``--set`` sets what an axis varies, or there are too many
         points.
     """
-    axes: dict[str, list[str]] = {}
+    axes: dict[str, Levels] = {}
     fixed, taken = {text.partition("=")[0] for text in assignments}, set[str]()
     for text in over:
-        key, _, values = text.partition("=")
+        name, _, values = text.partition("=")
         levels = [value for value in values.split(",") if value]
         if not levels or len(set(levels)) < len(levels):
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
         take(text, taken, fixed)
-        axes[key] = levels
+        numbers = values_of(levels)
+        levels.sort(key=lambda level: numbers[level] if isinstance(numbers[level], float) else 0.0)
+        axes[name] = {level: tuple(f"{key}={level}" for key in keys_of(name)) for level in levels}
     if not 0 < (number := math.prod(map(len, axes.values())) if axes else 0) <= MOST_POINTS:
         raise UsageError(f"--over must be there once or more, with up to {MOST_POINTS} points, got {number}")
     return axes
+
+
+def values_of(levels: Iterable[str]) -> dict[str, float | str]:
+    """Return level -> its value: the numbers if all levels are finite ones, otherwise the texts."""
+    try:
+        numbers = {level: float(level) for level in levels}
+    except ValueError:
+        return {level: level for level in levels}
+    return dict(numbers) if all(map(math.isfinite, numbers.values())) else {level: level for level in numbers}
 
 
 def points_of(axes: Mapping[str, Iterable[str]]) -> list[Point]:
@@ -89,13 +97,6 @@ def knows(base: Base, key: str) -> bool:
     return section in base and name in names(base[section][0])
 
 
-def present(base: Base, key: str) -> Any:
-    """Return the value of a parameter; ``None`` where clips have several."""
-    section, _, name = key.partition(".")
-    values = {preset_of(value) if name == PRESET else getattr(value, name) for value in base[section]}
-    return values.pop() if len(values) == 1 else None
-
-
 def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None:
     """Raise `UsageError` for a ``KEY=VALUE`` text whose key none of the experiments has."""
     for text in texts:
@@ -103,59 +104,6 @@ def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None
         if not equals or not any(knows(base, key) for base in bases):
             sections = {section: values[0] for base in bases for section, values in base.items()}
             collect([f"{apart(key)[0]}{equals}{value}"], sections, option=option)
-
-
-def axes_of(over: Sequence[str], bases: Sequence[Base], assignments: Sequence[str]) -> list[Axis]:
-    """Return the axes of ``KEY=V1,V2`` texts, checked against the experiments that they move.
-
-    The order in which values were typed changes neither the numbers of trials nor the tables.
-
-    Raises
-    ------
-    UsageError
-        There are more than `MOST_AXES`, a key is of no experiment or model; or as of `levels_of`.
-    """
-    axes = levels_of(over, assignments)
-    if len(axes) > MOST_AXES:
-        raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(axes)}")
-    return [_axis(name, labels, bases) for name, labels in axes.items()]
-
-
-def _axis(name: str, labels: list[str], bases: Sequence[Base]) -> Axis:
-    keys = keys_of(name)
-    check_keys([f"{key}={labels[0]}" for key in keys], bases, "--over")
-    values = Axis(name, dict.fromkeys(labels, ())).values
-    if isinstance(values[labels[0]], float):
-        labels.sort(key=float)
-    defaults = {_default(key, bases) for key in keys}
-    title = " and ".join(dict.fromkeys(title_of(key, bases) for key in keys))
-    levels = {label: tuple(f"{key}={label}" for key in keys) for label in labels}
-    return Axis(name, levels, title, defaults.pop() if len(defaults) == 1 else None)
-
-
-def _default(key: str, bases: Sequence[Base]) -> float | str | None:
-    """Return the value without the axis; ``None`` where experiments differ or it has several."""
-    name, end = apart(key)
-    values = {present(base, name) for base in bases if knows(base, name)}
-    if end and not any(isinstance(value, tuple) for value in values):
-        raise UsageError(f"--over {key}: {name} has one value, neither a first nor a last")
-    value = values.pop() if len(values) == 1 else None
-    if isinstance(value, tuple) and (end or len(value) == 1):
-        value = value[ENDS.get(end, 0)]
-    if value is None or isinstance(value, tuple):
-        return None
-    return str(value).lower() if isinstance(value, bool) else float(value) if isinstance(value, int | float) else value
-
-
-def title_of(key: str, bases: Sequence[Base]) -> str:
-    """Return what a parameter means in a few words, with the end of it that moves and its unit."""
-    parameter, end = apart(key)
-    section, _, name = parameter.partition(".")
-    value = next(base[section][0] for base in bases if knows(base, parameter))
-    words = meaning(type(value), name).partition(" (")[0].partition(",")[0].partition(";")[0].partition(":")[0]
-    unit = unit_of(value, name)
-    title = words if 0 < len(words) <= LONGEST_TITLE else name.replace("_", " ")
-    return f"{title}{f', {end}' if end else ''}{f' ({unit})' if unit else ''}"
 
 
 def sets(texts: Iterable[str], base: Base) -> dict[str, str]:
@@ -170,14 +118,17 @@ def sets(texts: Iterable[str], base: Base) -> dict[str, str]:
         if not knows(base, parameter):
             continue
         if end:
-            parts = values.setdefault(parameter, [str(part) for part in present(base, parameter)])
-            parts[ENDS[end]] = value
+            section, _, name = parameter.partition(".")
+            present = getattr(base[section][0], name, None)
+            if not isinstance(present, tuple):
+                raise UsageError(f"--over {key}: {parameter} has one value, neither a first nor a last")
+            values.setdefault(parameter, [str(part) for part in present])[ENDS[end]] = value
         else:
             values[parameter] = [value]
     return {parameter: ",".join(parts) for parameter, parts in values.items()}
 
 
-def moves(axis: Axis, base: Base, fixed: Collection[str] = ()) -> bool:
+def moves(levels: Levels, base: Base, fixed: Collection[str] = ()) -> bool:
     """Tell whether an axis moves anything there but the ``fixed`` keys."""
-    keys = [apart(text.partition("=")[0])[0] for texts in axis.levels.values() for text in texts]
+    keys = [apart(text.partition("=")[0])[0] for texts in levels.values() for text in texts]
     return any(knows(base, key) and key not in fixed for key in keys)

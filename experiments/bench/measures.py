@@ -53,12 +53,8 @@ class Measure:
         Whether these conditions, or clips' parameters, give it.
     of
         From the rows of a point that it is about, and the model's spiking threshold, to the number.
-    motions
-        The motions that it reads, with the robot.
     conditions
         Columns of the one condition that it is about, with their values; empty where it is about several.
-    has_threshold
-        Whether it is compared with the model's spiking threshold.
     """
 
     name: str
@@ -67,9 +63,7 @@ class Measure:
     needs: str
     given_by: Callable[[Sequence[Any]], bool]
     of: Callable[[Rows, float | None], Number]
-    motions: tuple[str, ...] = ("translation",)
     conditions: tuple[tuple[str, Any], ...] = ()
-    has_threshold: bool = False
 
     def described(self) -> dict[str, str]:
         """Return the entry of ``run.json``."""
@@ -166,7 +160,7 @@ _ENTRIES = (
     Measure("peak-speed-count", "speed at which there are most spikes", "cm/s", _SPEEDS, _crossings,
             partial(peak_speed, column="spikes")),
     Measure("peak-hs", "largest HS of a crossing, of several the lowest", "",
-            "clips of an object that moves rightward", _rightward, least_peak, has_threshold=True),
+            "clips of an object that moves rightward", _rightward, least_peak),
 )  # fmt: skip
 MEASURES: Mapping[str, Measure] = {measure.name: measure for measure in _ENTRIES}
 """The measures by name."""
@@ -189,8 +183,7 @@ def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
                  for name in varied]  # fmt: skip
         name = f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES
         of = partial(mean_spikes, condition=columns)
-        measures.append(Measure(name, "mean number of spikes in a trial", "", "", bool, of, (condition.motion,),
-                                tuple(columns.items())))  # fmt: skip
+        measures.append(Measure(name, "mean number of spikes in a trial", "", "", bool, of, tuple(columns.items())))
     return measures
 
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import json
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import Field, SkipValidation
-from pydantic.dataclasses import dataclass as validated
-
+from experiments.bench.grid import Levels
 from experiments.bench.run.errors import UsageError, check_name, of_one
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, declares, is_file
@@ -27,40 +24,6 @@ WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""
 SLACK = "slack"
 """The goal of a fit to claims: the least slack over claims and replicates."""
-Levels = Mapping[str, tuple[str, ...]]
-"""Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
-
-
-@dataclass(frozen=True, slots=True)
-class Axis:
-    """One axis of a grid.
-
-    Parameters
-    ----------
-    name
-        Its column in tables. An axis of parameters is called by its keys: ``KEY`` or ``KEY+KEY``.
-    levels
-        Level -> the texts that make it. Those of a parameter ascend if all are numbers.
-    title
-        The parameters in words, with their unit; empty of levels with names.
-    default
-        The value that holds without it; ``None`` where there is no single one.
-    """
-
-    name: str
-    levels: Levels
-    title: str = ""
-    default: float | str | None = None
-
-    @property
-    def values(self) -> dict[str, float | str]:
-        """Level -> its value: the numbers if all levels are finite ones, otherwise the texts."""
-        try:
-            numbers = {level: float(level) for level in self.levels}
-        except ValueError:
-            return {level: level for level in self.levels}
-        finite = all(map(math.isfinite, numbers.values()))
-        return dict(numbers) if finite else {level: level for level in self.levels}
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +61,6 @@ class Study:
         Trials of each condition in a replicate; ``None``: the experiment's own number. Clips have none.
     replicates
         Number of replicates; replicate k has the seed of the sweep plus k.
-    every_trial
-        Whether whole experiments are run, or just the motions that claims and measures read.
     claim_at
         Makes the claim that is judged at a point, from the claim and the point's levels by axis. The points are then
         read off one run of the off-line experiment, with its own models and the first of ``models``.
@@ -140,7 +101,6 @@ class Study:
     assignments: tuple[str, ...] = ()
     repeats: int | None = WHOLE
     replicates: int = 20
-    every_trial: bool = True
     claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
     plays: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     probe: tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]] | None = None
@@ -150,12 +110,9 @@ class Study:
     def __post_init__(self) -> None:
         check_name("study", self.name)
         make_tuples(self, f"study {self.name}", ("claims", "measures", "experiments", "over", "models", "assignments"))
-        axes = {}
-        for axis, levels in self.axes.items():
-            texts: list[Any] = list(levels.values())
-            if text := next((text for text in texts if isinstance(text, str)), ""):
-                raise UsageError(f"study {self.name}: axis {axis}: a level must be a tuple, got {text!r}{of_one(text)}")
-            axes[axis] = {str(level): tuple(texts) for level, texts in levels.items()}
+        axes = {
+            axis: {str(level): tuple(texts) for level, texts in levels.items()} for axis, levels in self.axes.items()
+        }
         object.__setattr__(self, "axes", axes)
 
     @property
@@ -164,10 +121,7 @@ class Study:
         return bool(self.claim_at or self.plays)
 
 
-AtLeastOne = Annotated[int, Field(ge=1)]
-
-
-@validated(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Fit:
     """A search for the parameters under which all claims of a study hold, or a measure is largest.
 
@@ -197,8 +151,6 @@ class Fit:
     ------
     UsageError
         The study has axes, measures or several models, or both claims and a measure are asked for.
-    pydantic.ValidationError
-        A number is out of its range.
 
     Examples
     --------
@@ -208,13 +160,13 @@ class Fit:
     64
     """
 
-    study: SkipValidation[Study]
+    study: Study
     over: tuple[str, ...]
-    trials: AtLeastOne = 400
-    share: AtLeastOne = 10
-    sample: AtLeastOne = 64
-    held_out: AtLeastOne = 20
-    search_repeats: AtLeastOne | None = None
+    trials: int = 400
+    share: int = 10
+    sample: int = 64
+    held_out: int = 20
+    search_repeats: int | None = None
     maximise: str = SLACK
 
     def __post_init__(self) -> None:

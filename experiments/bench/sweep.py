@@ -16,7 +16,7 @@ import numpy as np
 import polars as pl
 
 from experiments.bench import offline, trials
-from experiments.bench.grid import Point
+from experiments.bench.grid import Point, values_of
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
 from experiments.bench.report import terminal
 from experiments.bench.run.description import check_own
@@ -99,7 +99,7 @@ class Sweep:
         """
         if self.table.is_empty():
             return self.table
-        keys = [*(axis.name for axis in self.plan.axes), "model", "claim", "experiment"]
+        keys = [*self.plan.axes, "model", "claim", "experiment"]
         groups = self.table.group_by(keys, maintain_order=True)
         rows = [
             {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
@@ -110,8 +110,7 @@ class Sweep:
 
     def _at(self, point: Point, model: str) -> dict[str, Any]:
         """Return the columns of a point and a model."""
-        levels = zip(self.plan.axes, point, strict=True)
-        return {**{axis.name: axis.values[level] for axis, (_, level) in levels}, "model": model}
+        return {**{name: values_of(self.plan.axes[name])[level] for name, level in point}, "model": model}
 
     @cached_property
     def numbers(self) -> pl.DataFrame:
@@ -124,21 +123,20 @@ class Sweep:
         for (point, model), every in self.replicates.items():
             threshold = every[0].thresholds.get(model)
             for measure, experiment in self.plan.measures:
-                parts = [[row for row in part.of(model) if row["experiment"] == experiment] for part in every]
-                lost = [part.lost.get((experiment, model), 0) for part in every]
-                whole = [not number or bool(measure.conditions) for number in lost]
-                each = [measure.of(part, threshold)["value"] if all_there else None
-                        for part, all_there in zip(parts, whole, strict=True)]  # fmt: skip
+                whole = [
+                    [row for row in part.of(model) if row["experiment"] == experiment]
+                    if measure.conditions or not part.lost.get((experiment, model))
+                    else []
+                    for part in every
+                ]
+                each = [measure.of(part, threshold)["value"] for part in whole]
                 known = [value for value in each if value is not None]
-                pooled = measure.of([row for part, all_there in zip(parts, whole, strict=True) if all_there
-                                     for row in part], threshold)  # fmt: skip
-                why = f"{sum(lost)} {self.plan.things} have no rows" if sum(lost) else ""
                 rows.append({
-                    **self._at(point, model), "measure": measure.name, "experiment": experiment, **pooled,
-                    "unit": measure.unit, "lowest": min(known, default=None), "highest": max(known, default=None),
+                    **self._at(point, model), "measure": measure.name, "experiment": experiment,
+                    **measure.of([row for part in whole for row in part], threshold), "unit": measure.unit,
+                    "lowest": min(known, default=None), "highest": max(known, default=None),
                     "replicates": len(each), "not shown": len(each) - len(known), "each": each,
-                    "threshold": threshold if measure.has_threshold else None,
-                    "measured": "; ".join(filter(None, (why, pooled["measured"]))), **dict(measure.conditions),
+                    **dict(measure.conditions),
                 })  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 
@@ -293,7 +291,6 @@ def typed(
     return Study(
         NAME, "claims and numbers over a grid of parameters", tuple(claims), tuple(measures), names, over=tuple(over),
         models=tuple(dict.fromkeys(models)), assignments=tuple(assignments), repeats=repeats, replicates=replicates,
-        every_trial=False,
     )  # fmt: skip
 
 

@@ -7,17 +7,27 @@ Trials that no axis changes are run once, and count at every point.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-import polars as pl
-
 from experiments import NAMES
 from experiments.bench import measures as measuring
 from experiments.bench import registry, trials
-from experiments.bench.grid import Base, Point, axes_of, check_keys, knows, moves, points_of, sets
+from experiments.bench.grid import (
+    MOST_AXES,
+    Base,
+    Levels,
+    Point,
+    check_keys,
+    knows,
+    levels_of,
+    moves,
+    points_of,
+    sets,
+    values_of,
+)
 from experiments.bench.measures import Measure
 from experiments.bench.replicates import MODEL, asked_models
 from experiments.bench.run import provenance
@@ -27,20 +37,17 @@ from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
-from experiments.bench.sources.conditions import PAPER
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, find_claim
-from experiments.bench.study import Axis, Study
+from experiments.bench.study import Study
 from scenes.hints import nearest
 
 EVERY_MODEL = ""
 """The name under which all models are judged where each claim is judged on the models that it is about."""
 Share = tuple[range, Mapping[str, ConfiguredModel]]
 """Numbers of trials, and the models that see them at a point by their names without the grid's values."""
-Rendering = tuple[list[Any], Callable[[int, tuple[ConfiguredModel, ...]], Sequence[Any]]]
-"""Conditions, or clips' parameters; and from a replicate and the models to the trials."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +60,8 @@ class Plan:
         What was asked for.
     claims, measures
         Claims and measures, each with the name of the experiment that it is judged on.
-    axes, points
-        The grid; the last axis goes fastest.
+    axes
+        Name of each axis -> its levels; the last axis goes fastest.
     judged
         Points, each with the name of a model that is judged there.
     seed
@@ -72,10 +79,9 @@ class Plan:
     """
 
     study: Study
-    claims: tuple[tuple[Any, str], ...]
+    claims: tuple[tuple[Claim, str], ...]
     measures: tuple[tuple[Measure, str], ...]
-    axes: tuple[Axis, ...]
-    points: tuple[Point, ...]
+    axes: Mapping[str, Levels]
     judged: tuple[tuple[Point, str], ...]
     seed: int
     repeats: tuple[int, ...]
@@ -83,6 +89,11 @@ class Plan:
     shares: Mapping[tuple[Point, str, str, int], Share]
     description: Mapping[str, Any]
     parameters: Parameters
+
+    @property
+    def points(self) -> list[Point]:
+        """The points at which anything is judged."""
+        return list(dict.fromkeys(point for point, _ in self.judged))
 
     @property
     def things(self) -> str:
@@ -97,25 +108,27 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One experiment of a sweep: as it is with ``--set``, the models shown, and what makes its trials at a point.
+    """One experiment of a sweep: the models shown, and what makes its trials at a point.
 
-    ``base`` has the sections of ``--set`` beside the models' own, and ``render`` plans trials with what a point sets
-    there; ``described`` are entries of ``run.json``.
+    ``base`` has the sections of ``--set`` beside the models' own. ``render`` makes conditions, or clips' parameters,
+    of what a point sets there, and a function from a replicate and the models to trials.
     """
 
     declared: Any
-    selected: Sequence[ConfiguredModel]
-    models: tuple[ConfiguredModel, ...]
+    models: Sequence[ConfiguredModel]
     base: Base
     repeats: int
-    render: Callable[[Mapping[str, str]], Rendering]
+    render: Callable[[Mapping[str, str]], tuple[Sequence[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]]]]
     described: Mapping[str, Any]
 
-    def readers(self) -> Iterator[tuple[ConfiguredModel, ConfiguredModel, Base, set[str]]]:
-        """Yield each model with the sections of ``--set`` that it reads, and the keys that it has settled itself."""
-        for selected, model in zip(self.selected, self.models, strict=True):
-            settled = {f"{selected.section}.{name}" for name in selected.values}  # as dsnn:n_con=5 has
-            yield selected, model, {**self.base, selected.section: (model.network,)}, settled
+    def base_of(self, model: ConfiguredModel) -> Base:
+        """Return the sections of ``--set`` that the trials of a model read."""
+        return {**self.base, model.section: (model.network,)}
+
+
+def settled(model: ConfiguredModel) -> set[str]:
+    """Return the keys that a model has settled itself, as ``dsnn:n_con=5`` has."""
+    return {f"{model.section}.{name}" for name in model.values}
 
 
 def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
@@ -123,36 +136,15 @@ def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]
     return [text for text in assignments if knows(base, text.partition("=")[0])]
 
 
-def part_of(
-    declared: Any, study: Study, seed: int, pictures: Pictures | None = None, models: Sequence[str] = (),
-    needed: Collection[str] | None = (),
-) -> Part:  # fmt: skip
-    """Return an experiment as a part of a sweep.
-
-    Parameters
-    ----------
-    declared, study, seed, pictures
-        The experiment, and what is asked of it.
-    models
-        Shown in place of the study's, to an experiment with the robot.
-    needed
-        Labels of models of an off-line experiment's own that are shown too; ``None``: all of them.
-    """
-    if isinstance(declared, OfflineExperiment):
-        return _clips_part(declared, study, seed, pictures, needed)
-    return _robot_part(declared, study, seed, pictures, models or study.models)
-
-
-def _robot_part(
-    declared: Experiment, study: Study, seed: int, pictures: Pictures | None, models: Sequence[str]
-) -> Part:  # fmt: skip
+def robot_part(declared: Experiment, study: Study, seed: int, pictures: Pictures | None, models: Sequence[str]) -> Part:
+    """Return an experiment with the robot, shown to models, as a part of a sweep."""
     assignments = _applying(study.assignments, trials.sections(declared, models))
 
     def planned(over: Mapping[str, str]) -> trials.Plan:
         texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
         return trials.plan(declared, models, texts, study.repeats, seed, pictures)
 
-    def render(over: Mapping[str, str]) -> Rendering:
+    def render(over: Mapping[str, str]) -> Any:
         part = planned(over)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
@@ -160,49 +152,45 @@ def _robot_part(
             found = dataclasses.replace(part, settings=settings).replicate(replicate).specs()
             return [dataclasses.replace(spec, repeat=replicate * part.repeats + spec.repeat) for spec in found]
 
-        return list(part.experiment.conditions()), specs
+        return part.experiment.conditions(), specs
 
     whole = planned({})
     settings = whole.settings
     base = {"robot": (settings.robot,), "camera": (settings.camera,), "scene": (settings.scene,),
             "experiment": (whole.experiment.design,)}  # fmt: skip
     described = {**trials.describe(whole), "changed": whole.changed()}
-    return Part(whole.experiment, look_up(models), settings.models, base, whole.repeats, render, described)
+    return Part(whole.experiment, settings.models, base, whole.repeats, render, described)
 
 
-def _clips_part(
+def clips_part(
     declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None, needed: Collection[str] | None
 ) -> Part:
-    """Return clips. A key of a stimulus is of each of its clips: ``cluttered.grey`` of every ``cluttered`` one."""
-    own = look_up(declared.models, "offline")
-    own_texts = [model.text for model in own if needed is None or model.label in needed]
-    selected = look_up([*study.models, *own_texts], "offline")
+    """Return clips as a part of a sweep; a key of a stimulus is of each of its clips.
+
+    ``needed`` has the labels of the experiment's own models that are shown too; ``None``: all of them.
+    """
+    own = [model.text for model in look_up(declared.models, "offline") if needed is None or model.label in needed]
     stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
-    networks = {model.section: model.network for model in selected}
-    texts = _applying(study.assignments, networks | stimuli)
-    models, _ = watchers([model.text for model in selected], texts, stimuli)
+    shown = look_up([*study.models, *own], "offline")
+    texts = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
+    models, _ = watchers([model.text for model in shown], texts, stimuli)
     whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
     base: dict[str, tuple[Any, ...]] = {}
     for clip in whole.clips:
         base[clip.entry.name] = (*base.get(clip.entry.name, ()), clip.build(seed).params)
 
-    def render(over: Mapping[str, str]) -> Rendering:
-        alike: dict[Any, list[Clip]] = {}  # those that a point makes alike are shown once
-        for clip in _with_values(whole, over).clips:
-            same = (clip.stimulus, clip.build(0).params, clip.jitter_px, clip.takes_scene())
-            alike.setdefault(same, []).append(clip)
-        merged = [dataclasses.replace(same[0], name=", ".join(clip.name for clip in same)) for same in alike.values()]
-        shown = dataclasses.replace(whole, clips=merged)
+    def render(over: Mapping[str, str]) -> Any:
+        moved = _with_values(whole, over)
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
-            trials_of_all = shown.trials(variants, study.replicates, seed, pictures)
-            return [trial for trial in trials_of_all if trial.repeat == replicate]
+            every = moved.trials(variants, study.replicates, seed, pictures)
+            return [trial for trial in every if trial.repeat == replicate]
 
-        return [clip.build(seed).params for clip in merged], specs
+        return [clip.build(seed).params for clip in moved.clips], specs
 
     described = {**clips.described_scenes(whole.clips, study.replicates, pictures),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
-    return Part(whole, selected, models, base, 1, render, described)
+    return Part(whole, models, base, 1, render, described)
 
 
 def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
@@ -214,6 +202,17 @@ def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> Offl
         return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
 
     return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
+
+
+def experiments_of(study: Study) -> list[Any]:
+    """Return the experiments of a study: those that it names, or the paper's that answer for its claims."""
+    return [registry.find(name) for name in study.experiments or answering(study.claims)]
+
+
+def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
+    """Return an experiment as a part of a sweep, with the models of the study alone."""
+    part: Any = clips_part if isinstance(declared, OfflineExperiment) else robot_part
+    return part(declared, study, seed, None, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
 def planned(
@@ -238,78 +237,64 @@ def planned(
         The experiments are of both kinds, or something that the study asks for is not legal.
     """
     check_counts(seed, study.replicates, "--replicates")
-    experiments = _experiments(study)
+    experiments = experiments_of(study)
+    names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
+    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
+        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
-    models = models if on_robot else models[:1]
-    labels = [EVERY_MODEL] if models_in else [model.label for model in models]
+    if not on_robot and not study.read_off and len(models) > 1:
+        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
+    judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
     claims = _claims(experiments, study, [] if models_in or study.read_off else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
-        shown = (models_in or {}).get(experiment.name, ())
-        parts.append(part_of(experiment, study, seed, pictures, shown, None if study.read_off else needed))
-    axes = _axes(study, parts, TRIAL_SCHEMA if on_robot else clips.TRIALS)
-    points = points_of({axis.name: axis.levels for axis in axes})
-    parameters: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes if any(axis.levels.values())}
+        parts.append(
+            robot_part(experiment, study, seed, pictures, (models_in or {}).get(experiment.name, study.models))
+            if on_robot
+            else clips_part(experiment, study, seed, pictures, None if study.read_off else needed)
+        )
+    axes = _axes(study, parts)
+    parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
     try:
-        renderings = {part.declared.name: _renderings(part, study, axes, points, parameters) for part in parts}
+        renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
     except UsageError as error:  # the values of --set were checked before: it is a point's
         raise UsageError(str(error).replace("--set ", "--over ", 1)) from error
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
-    asked = (*claims, *measures)
-    parts = [part for part in parts if models_in or part.declared.name in {name for _, name in asked}]
-    motions = {(name, motion) for claim, name in claims for motion in claim.conditions.get("motion", PAPER)}
-    motions |= {(name, motion) for measure, name in measures for motion in measure.motions}
+    asked = {name for _, name in (*claims, *measures)}
+    parts = [part for part in parts if models_in or part.declared.name in asked]
     specs: list[Any] = []
-    things = "trials" if on_robot else "clips"
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
         if replicate == 1 and name == parts[0].declared.name:  # the first replicate is planned: its trials are counted
-            check_counts(seed, study.replicates, "--replicates", len(specs), things)
+            check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
         for _, trials_of, variants, watching in renderings[name]:
             found = trials_of(replicate, tuple(variants.values()))
-            if on_robot and not study.every_trial:
-                found = [spec for spec in found if spec.condition.path or (name, spec.condition.motion) in motions]
             numbers = range(len(specs), len(specs) + len(found))
             specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
             for point, seen in watching.items():
                 if on_robot and not models_in:
                     shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
                 else:
-                    shares[point, labels[0], name, replicate] = (numbers, _playing(study, point, labels[0], seen))
+                    shares[point, judged[0], name, replicate] = (numbers, _playing(study, point, judged[0], seen))
     if study.read_off:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
-    check_counts(seed, study.replicates, "--replicates", len(specs) // study.replicates, things)
     there = {(point, name) for point, name, *_ in shares}
     return Plan(
-        study, claims, measures, tuple(axes), tuple(points),
-        tuple((point, name) for point in points for name in labels if (point, name) in there), seed,
+        study, claims, measures, axes,
+        tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there), seed,
         tuple(part.repeats for part in parts), tuple(specs), shares,
         _description(study, seed, axes, claims, measures, parts, specs, parameters), parameters,
     )  # fmt: skip
 
 
-def _experiments(study: Study) -> list[Any]:
-    """Return the experiments of a study; `UsageError` where they, its models or its repeats do not go together."""
-    experiments: list[Any] = [registry.find(name) for name in study.experiments or answering(study.claims)]
-    names = [experiment.name for experiment in experiments]
-    on_robot = isinstance(experiments[0], Experiment)
-    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
-        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
-    if not on_robot and study.over and study.repeats is not None:
-        raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
-    if not on_robot and len(study.models) > 1 and not study.read_off:
-        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
-    return experiments
-
-
 def _description(
-    study: Study, seed: int, axes: Sequence[Axis], claims: Sequence[tuple[Any, str]], measures: Sequence[Any],
+    study: Study, seed: int, axes: Mapping[str, Levels], claims: Sequence[tuple[Any, str]], measures: Sequence[Any],
     parts: Sequence[Part], specs: Sequence[Any], parameters: Parameters,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the contents of ``run.json``."""
@@ -320,8 +305,7 @@ def _description(
     return {
         **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
         "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
-        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | dict(parameters),
-        "axes": {axis.name: tuple(axis.levels) if axis.title else axis.levels for axis in axes},
+        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | dict(parameters), "axes": axes,
         "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
@@ -346,32 +330,29 @@ def answering(claims: Sequence[str | Claim]) -> list[str]:
     return [name for name in NAMES if name in {known[claim] for claim in ids}]
 
 
-def _claims(experiments: Sequence[Any], study: Study, models: Sequence[ConfiguredModel]) -> tuple[tuple[Any, str], ...]:
+def _claims(
+    experiments: Sequence[Any], study: Study, models: Sequence[ConfiguredModel]
+) -> tuple[tuple[Claim, str], ...]:
     """Return the claims of a study, each with the first experiment that declares it.
 
     Raises `UsageError` for one that is not declared there, or is about none of the ``models``, where there are some.
     """
-    on_robot = isinstance(experiments[0], Experiment)
-    on = "robot" if on_robot else "clips"
-    declared: dict[str, tuple[Any, Any]] = {}
+    on: Any = "robot" if isinstance(experiments[0], Experiment) else "clips"
+    declared: dict[str, tuple[Claim, str]] = {}
     for experiment in experiments:
         for claim in (find_claim(claim, on) for claim in experiment.claims):
-            declared.setdefault(claim.id, (claim, experiment))
-    labels = ", ".join(model.label for model in models)
-    chosen: dict[str, tuple[Any, str]] = {}
+            declared.setdefault(claim.id, (claim, experiment.name))
     about = [name for name, (claim, _) in declared.items() if _is_about(claim, models)]
+    chosen: dict[str, tuple[Claim, str]] = {}
     for asked in study.claims or (() if study.measures else about):
         name = asked.id if isinstance(asked, Claim) else asked
         if isinstance(asked, str) and asked not in declared:
             raise UsageError(f"--claims {name}: the experiments declare {', '.join(declared) or 'none'}")
-        claim, experiment = declared.get(name, (asked, experiments[0]))
-        claim = asked if isinstance(asked, Claim) else claim
-        repeats, least = study.repeats or experiment.repeats, getattr(claim, "least", 0)
+        claim = asked if isinstance(asked, Claim) else declared[name][0]
         if not _is_about(claim, models):
+            labels = ", ".join(model.label for model in models)
             raise UsageError(f"--claims {name}: it is about other models than {labels}, or compares models")
-        if on_robot and study.over and repeats < least:
-            raise UsageError(f"--repeats {repeats}: {claim.id} needs at least {least} trials of each condition")
-        chosen[name] = (claim, experiment.name)
+        chosen[name] = (claim, declared.get(name, (claim, experiments[0].name))[1])
     return tuple(chosen.values())
 
 
@@ -385,61 +366,61 @@ def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
     return not models or (responds and all(claim.models <= {label} for label in labels))
 
 
-def _axes(study: Study, parts: Sequence[Part], schema: pl.Schema) -> list[Axis]:
+def _axes(study: Study, parts: Sequence[Part]) -> dict[str, Levels]:
     """Return the axes of a study; `UsageError` for a key that there is not, and for an axis that moves nothing."""
-    readers = [(base, settled) for part in parts for _, _, base, settled in part.readers()]
+    readers = [(part.base_of(model), settled(model)) for part in parts for model in part.models]
     bases = [base for base, _ in readers]
     check_keys(study.assignments, bases, "--set")
-    axes = [Axis(name, levels) for name, levels in study.axes.items()]
-    axes += axes_of(study.over, bases, study.assignments) if study.over else []
-    for axis in axes:
-        if axis.name in schema:
-            raise UsageError(f"axis {axis.name}: the table of trials has that column; rename the axis")
-        texts = [text for level in axis.levels.values() for text in level]
-        check_keys(texts, bases, f"axis {axis.name}:")
-        if texts and not any(moves(axis, base, settled) for base, settled in readers):
-            raise UsageError(f"axis {axis.name}: the models have settled that themselves, so that it moves nothing")
+    over = levels_of(study.over, study.assignments) if study.over else {}
+    if len(over) > MOST_AXES:
+        raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(over)}")
+    axes = dict(study.axes) | over
+    for name, levels in axes.items():
+        if name in (*TRIAL_SCHEMA, *clips.TRIALS):
+            raise UsageError(f"axis {name}: the table of trials has that column; rename the axis")
+        texts = [text for level in levels.values() for text in level]
+        check_keys(texts, bases, "--over" if name in over else f"axis {name}:")
+        if texts and not any(moves(levels, base, fixed) for base, fixed in readers):
+            raise UsageError(f"axis {name}: the models have settled that themselves, so that it moves nothing")
     return axes
 
 
 def _renderings(
-    part: Part, study: Study, axes: Sequence[Axis], points: Sequence[Point], parameters: dict[str, dict[str, Any]]
+    part: Part, study: Study, axes: Mapping[str, Levels], parameters: dict[str, dict[str, Any]]
 ) -> list[tuple[Any, ...]]:
     """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
 
-    Each has conditions and trials (`Rendering`), the models by label, and of each point the models by their names.
+    Each has conditions and trials (`Part.render`), the models by label, and of each point the models by their names.
     """
-    texts = {
-        point: [text for axis, (_, level) in zip(axes, point, strict=True) for text in axis.levels[level]]
-        for point in points
-    }
+    texts = {point: [text for name, level in point for text in axes[name][level]] for point in points_of(axes)}
     by_setting: dict[tuple[tuple[str, str], ...], list[Point]] = {}
-    for point in points:
+    for point in texts:
         by_setting.setdefault(tuple(sets(texts[point], part.base).items()), []).append(point)
     renderings: list[tuple[Any, ...]] = []
     for setting, members in by_setting.items():
         variants: dict[str, ConfiguredModel] = {}
         watching: dict[Point, dict[str, ConfiguredModel]] = {}
         labels: dict[Any, str] = {}
-        pairs = [(place, reader, point) for place, reader in enumerate(part.readers()) for point in members]
+        pairs = [(place, model, point) for place, model in enumerate(part.models) for point in members]
         if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
             pairs.sort(key=lambda pair: members.index(pair[2]))
-        for place, (selected, model, base, settled), point in pairs:
-            asked = selected.text
-            if asked in study.models and any(asked not in study.only.get(level, (asked,)) for _, level in point):
+        for place, model, point in pairs:
+            if model.text in study.models and any(
+                model.text not in study.only.get(level, study.models) for _, level in point
+            ):
                 continue
-            moved = [moves(axis, base, settled) for axis in axes]
-            values = {key: value for key, value in sets(texts[point], base).items() if key not in settled}
-            names = [f"{axis.name}={level}" if axis.title else level
-                     for axis, (_, level), moving in zip(axes, point, moved, strict=True) if moving]  # fmt: skip
-            name = " ".join(filter(None, (model.label if place else "", *names))) or model.label
+            base, fixed = part.base_of(model), settled(model)
+            moved = [(name, level) for name, level in point if moves(axes[name], base, fixed)]
+            values = {key: value for key, value in sets(texts[point], base).items() if key not in fixed}
+            named = [level if name in study.axes else f"{name}={level}" for name, level in moved]
+            name = " ".join(filter(None, (model.label if place else "", *named))) or model.label
             label = labels.setdefault((place, *values.items()), name)  # points that are alike there share it
-            for axis, (_, level), moving in zip(axes, point, moved, strict=True):
-                if axis.name in parameters:
-                    parameters[axis.name][label] = axis.values[level] if moving else None
-            keys = ((key.partition("."), value) for key, value in values.items())
-            own = {name: value for (section, _, name), value in keys if section == selected.section}
-            network = changed(selected.section, model.network, own)
+            for axis, level in point:
+                if axis in parameters:
+                    parameters[axis][label] = values_of(axes[axis])[level] if (axis, level) in moved else None
+            own = {key.partition(".")[2]: value for key, value in values.items()
+                   if key.partition(".")[0] == model.section}  # fmt: skip
+            network = changed(model.section, model.network, own)
             variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:

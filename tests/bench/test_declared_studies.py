@@ -170,7 +170,7 @@ def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
 
 def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
     study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1,
-                                probe=onboard.probe_of(BEST), tables=None, every_trial=False)  # fmt: skip
+                                probe=onboard.probe_of(BEST), tables=None)  # fmt: skip
     result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Resources(workers=0, quiet=True))
     rows = [row for every in result.replicates.values() for part in every for row in part.rows]
     for found in rows:

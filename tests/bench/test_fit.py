@@ -243,7 +243,7 @@ def test_from_python_it_is_the_same_fit(folder, undisturbed):
     file = str(folder / "planted.py")
     study = Study(
         "fit-planted", "claims and numbers over a grid of parameters", claims=("hill", "luck"),
-        experiments=(file,), models=(file,), repeats=None, replicates=1, every_trial=False,
+        experiments=(file,), models=(file,), repeats=None, replicates=1,
     )  # fmt: skip
     over = ("planted.a=0..1", "dots.speed=30..90")
     asked = Fit(study, over, trials=24, share=4, sample=4, held_out=3)

@@ -32,7 +32,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.behave": 5,
     "experiments.bench.leaderboard": 6,
     "experiments.bench.study": 1,
-    "experiments.bench.grid": 2,
+    "experiments.bench.grid": 0,
     "experiments.bench.measures": 2,
     "experiments.bench.replicates": 2,
     "experiments.bench.sweep": 7,

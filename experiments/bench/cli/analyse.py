@@ -87,7 +87,6 @@ def sweep(
     out: options.Out = None,
     assignments: options.Assignments = None,
     model: options.Models = None,
-    pictures: options.OwnPictures = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -123,7 +122,7 @@ def sweep(
             raise UsageError(f"--repeats {repeats}: a replicate has each clip once; --replicates has more seeds")
         study = dataclasses.replace(study, replicates=study.replicates if replicates is None else replicates,
                                     repeats=study.repeats if repeats is None else repeats)  # fmt: skip
-    plan = sweep_plan.planned(study, seed, pictures=options.own_pictures(pictures))
+    plan = sweep_plan.planned(study, seed)
     name = f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name
     folder = options.run_folder(out, name)
     result = sweeps.run(plan, folder, means)

@@ -9,7 +9,6 @@ import polars as pl
 from matplotlib.figure import Figure
 
 from experiments.bench.report import style, terminal
-from experiments.bench.report.sweep import DEFAULT
 
 SHOWN = 5
 """Parameters that are drawn, of those on which the goal turns most, and settings that are printed."""
@@ -40,7 +39,7 @@ def draw(fitted: Any) -> Figure:
         if fitted.fit.of_claims:
             again.set_xlim(-0.02, 1.02)
         else:
-            again.plot(anew["in the search"], anew["place"], "|", color=DEFAULT, ms=9)
+            again.plot(anew["in the search"], anew["place"], "|", color=style.HUES[1], ms=9)
         again.set_xlabel("share of replicates that keep every claim" if fitted.fit.of_claims else goal)
         style.headline(figure, fitted.sentences[0])
         style.caption(figure, "In brackets: how much of the goal a parameter decides (PED-ANOVA). Last panel: the best"
