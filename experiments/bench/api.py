@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from experiments.bench.run.models import model_texts, shown_models
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.run.settings import assignments
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.sources.designs import visit_described
+from experiments.bench.sources.designs import LIVE, ByHand
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
 from experiments.bench.stats.claim import Claim
@@ -208,7 +209,8 @@ def run(
     """
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared: Experiment | OfflineExperiment = experiment
-        source: Any = visit_described(declared) or {"object": declared.name}
+        design = getattr(declared, "design", None)
+        source: Any = {LIVE: asdict(design.hand)} if isinstance(design, ByHand) else {"object": declared.name}
         registry.check_claims(declared, f"experiment {declared.name}")
     else:
         declared, source = registry.find(str(experiment)), str(experiment)

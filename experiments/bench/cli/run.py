@@ -114,12 +114,14 @@ def _call_again(command: Mapping[str, Any], run: Path, given: Mapping[str, Any])
     """Do a call of `experiments.run` once more."""
     import experiments
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.sources.designs import visit_declared
+    from experiments.bench.sources.designs import LIVE, visit
+    from experiments.bench.sources.hand import Hand
 
     arguments = dict(command["arguments"])
-    name = arguments.pop("experiment")
-    experiment = visit_declared(name, f"{run}: run.json") or name
-    if isinstance(experiment, Mapping):
+    experiment = arguments.pop("experiment")
+    if isinstance(experiment, Mapping) and LIVE in experiment:
+        experiment = visit(Hand(**experiment[LIVE]))
+    elif isinstance(experiment, Mapping):
         raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
     repeated = experiments.run(experiment, **arguments, **given)
     return options.EXIT_FAILED if repeated.failures.height else 0

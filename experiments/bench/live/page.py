@@ -23,11 +23,12 @@ import viser
 
 from dsnn import MODELS
 from experiments.bench.live.drawing import Scene, Traces
-from experiments.bench.live.session import ROBOTS, ArenaSession, FootageSession, Robot
+from experiments.bench.live.session import ROBOTS, ArenaSession, FootageSession
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.models import PRESET
 from experiments.bench.run.play import Sample
 from experiments.bench.run.settings import described, preset_of, schema_of
+from experiments.bench.sources.hand import Robot
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""

@@ -6,7 +6,6 @@ import math
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
 
 import cv2
 
@@ -29,7 +28,17 @@ from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import visit
 from experiments.bench.sources.episodes import declared_part, load_behaviour, wheels
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.sources.hand import FASTEST_CM_S, FASTEST_DEG_S, LONGEST_FRAMES, Change, Hand, HandDrive, Place
+from experiments.bench.sources.hand import (
+    FASTEST_CM_S,
+    FASTEST_DEG_S,
+    LONGEST_FRAMES,
+    Change,
+    Hand,
+    HandDrive,
+    Place,
+    Robot,
+    place_of,
+)  # fmt: skip
 from experiments.bench.sources.robot import RobotSource
 from experiments.bench.sources.video import VideoSource
 from experiments.bench.trials import plan
@@ -37,8 +46,7 @@ from scenes import ARENA_RADIUS_CM
 
 WORLD = ("scene.", "camera.")
 """What the parameters of the world begin with."""
-Robot = Literal["stimulus", "observer"]
-START: Mapping[Robot, Place] = {"stimulus": Place(12.0, 11.0, -90.0), "observer": Place(0.0, 0.0, 0.0)}
+START: Mapping[Robot, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
 """Places at the start: the stimulus beside the view, pointing across it."""
 ROBOTS = tuple(START)
 ROOM_CM = 3.0
@@ -289,7 +297,7 @@ class ArenaSession(Session):
         self, models: Sequence[str], settings: dict[str, str], places: Mapping[Robot, Place] | None,
         looped: tuple[str, int] | None,
     ) -> None:  # fmt: skip
-        places = START if looped else places or {robot: Place.of(self.poses[robot]) for robot in ROBOTS}
+        places = START if looped else places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
         experiment, index = (self._experiment(looped[0]), looped[1]) if looped else (hand, 0)
         specs = plan(experiment, models, assignments(settings), 1, self.seed).specs()
@@ -328,7 +336,7 @@ class ArenaSession(Session):
 
     def _change(self, model: str, values: Mapping[str, str]) -> None:
         super()._change(model, values)
-        self._changes += [Change(self.number, model, name, text) for name, text in values.items()]
+        self._changes += [(self.number, model, name, text) for name, text in values.items()]
 
     def drive(self, robot: Robot, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
@@ -402,8 +410,8 @@ class ArenaSession(Session):
         places = self._places
         return Hand(
             self.trial.number, places["stimulus"], places["observer"],
-            tuple(c for c in drive.commands if c.frame < self.trial.number),
-            tuple(c for c in self._changes if c.frame < self.trial.number),
+            tuple(c for c in drive.commands if c[0] < self.trial.number),
+            tuple(c for c in self._changes if c[0] < self.trial.number),
         )  # fmt: skip
 
     def record(self, out: Path | None = None) -> Run:
@@ -413,7 +421,7 @@ class ArenaSession(Session):
         are.
         """
         hand, folder = self.hand(), new_folder("live") if out is None else out
-        places = {robot: Place.of(self.poses[robot]) for robot in ROBOTS}
+        places = {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         done = run(
             visit(hand), seed=self.seed, models=self.models, only=True, settings=self.settings, out=folder,
             workers=0, quiet=True,

@@ -12,7 +12,7 @@ from colias_sim import PathFollower, Pose, Route, Schedule, Stretch
 from experiments.bench.run.streams import stream
 from experiments.bench.sources.conditions import DEPTH, Condition
 from experiments.bench.sources.experiment import Settings
-from experiments.bench.sources.hand import Hand
+from experiments.bench.sources.hand import Hand, pose_of
 from experiments.bench.sources.path import Path
 
 ROBOT_RADIUS_CM = 2.0
@@ -102,7 +102,7 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
 def _by_hand(hand: Hand, settings: Settings) -> Course:
     """Return where the robots are put down, and for how long; what they do there is in the hand's commands."""
     lasting = (Stretch(seconds=hand.frames / settings.camera.fps),)
-    start, observer = hand.stimulus.pose, Route(hand.observer.pose, STANDING.route.stretches)
+    start, observer = pose_of(hand.stimulus), Route(pose_of(hand.observer), STANDING.route.stretches)
     return Course(Schedule(Route(start, lasting), math.inf), start, (), Schedule(observer, math.inf))
 
 

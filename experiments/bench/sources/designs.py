@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import KW_ONLY, asdict, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, Field
 
-from colias_sim import bearing
 from dsnn.field_docs import parameters, unit
-from experiments.bench.run.errors import UsageError, explain
 from experiments.bench.sources.conditions import BY_HAND, Condition, Direction, Motion
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.hand import Hand
@@ -272,27 +270,16 @@ class ByHand:
         -------
         tuple of Condition
             One. Its speed is the mean of the stimulus's commanded speeds, each by how long it lasted, its distance
-            that of the stimulus from the observer's middle at the start, and its direction, by the first command that
-            moves the stimulus, that in which its bearing begins to go.
+            that of the robots' middles at the start, and its direction away from the side where the stimulus begins.
         """
         hand = self.hand
-        moves = [command for command in hand.commands if command.robot == "stimulus"]
-        ends = [*(command.frame for command in moves[1:]), hand.frames][: len(moves)]
-        driven = math.fsum(abs(c.speed_cm_s) * (end - c.frame) for c, end in zip(moves, ends, strict=True))
-        speed = driven / hand.frames
-        away = math.hypot(hand.stimulus.x_cm - hand.observer.x_cm, hand.stimulus.y_cm - hand.observer.y_cm)
-        first = next((command.speed_cm_s for command in moves if command.speed_cm_s), 0.0)
-        here, observer = hand.stimulus.pose, hand.observer.pose
-        step = math.copysign(0.01, first) if first else 0.0
-        there = replace(here, x=here.x + step * math.cos(here.heading), y=here.y + step * math.sin(here.heading))
-        swept = math.remainder(bearing(observer, there, 0.0) - bearing(observer, here, 0.0), 2 * math.pi)
-        straight = abs(swept) < math.radians(0.1)
-        return (
-            Condition(
-                BY_HAND, "straight" if straight else "rightward" if swept > 0 else "leftward",
-                min(max(round(speed, 3), 0.1), 100.0), min(max(round(away, 3), 0.5), 100.0), hand=hand,
-            ),
-        )  # fmt: skip
+        moves = [(frame, abs(speed)) for frame, robot, speed, _ in hand.commands if robot == "stimulus"]
+        ends = [*(frame for frame, _ in moves[1:]), hand.frames]
+        driven = math.fsum(speed * (end - frame) for (frame, speed), end in zip(moves, ends, strict=False))
+        (x, y, _), (from_x, from_y, _) = hand.stimulus, hand.observer
+        speed, away = round(driven / hand.frames, 3), round(math.hypot(x - from_x, y - from_y), 3)
+        direction: Direction = "rightward" if y > from_y else "leftward"
+        return (Condition(BY_HAND, direction, max(speed, 0.1), min(max(away, 0.5), 100.0), hand=hand),)
 
 
 def visit(hand: Hand) -> Experiment:
@@ -304,25 +291,3 @@ def visit(hand: Hand) -> Experiment:
         What was done.
     """
     return Experiment(LIVE, "driven by hand, from the page of colias live", ByHand(hand), "speed_cm_s", 1)
-
-
-def visit_described(experiment: object) -> dict[str, Any] | None:
-    """Return what `visit_declared` takes of an experiment that was driven by hand; ``None`` of any other."""
-    design = getattr(experiment, "design", None)
-    return {LIVE: asdict(design.hand)} if isinstance(design, ByHand) else None
-
-
-def visit_declared(value: Any, where: str) -> Experiment | None:
-    """Return the experiment that `visit_described` describes; ``None`` where it describes none.
-
-    Raises
-    ------
-    UsageError
-        A value of it is not legal.
-    """
-    if not isinstance(value, Mapping) or set(value) != {LIVE}:
-        return None
-    try:
-        return visit(TypeAdapter(Hand).validate_python(value[LIVE]))
-    except ValidationError as error:
-        raise UsageError(f"{where}: {explain(error)}") from None

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from colias_sim import Pose
@@ -18,52 +16,28 @@ LONGEST_FRAMES = 36_000
 """Frames of the longest trial by hand: 20 minutes at 30 frames per second."""
 FASTEST_CM_S, FASTEST_DEG_S = 35.0, 720.0
 """Largest speed and turn rate of a command."""
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-_Frame = Annotated[int, Field(ge=0, le=LONGEST_FRAMES)]
-_Length = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+Robot = Literal["stimulus", "observer"]
+Place = tuple[float, float, float]
+"""x and y in cm from the observer's place in other trials, and heading in degrees, left positive."""
+Command = tuple[int, Robot, float, float]
+"""The frame from which on a robot has a speed, cm/s, and a turn rate, degrees/s, until its next command."""
+Change = tuple[int, str, str, str]
+"""The frame from which on a model has a parameter's value, as ``--set`` takes it. It begins anew, from rest, there."""
 
 
-@dataclass(frozen=True, config=_STRICT)
-class Place:
-    """Place where a robot is put down, from the observer's place in other trials: in cm, and degrees, left positive."""
-
-    x_cm: _Length
-    y_cm: _Length
-    heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)]
-
-    @property
-    def pose(self) -> Pose:
-        """The same in metres and radians."""
-        return Pose(self.x_cm / 100, self.y_cm / 100, math.radians(self.heading_deg))
-
-    @classmethod
-    def of(cls, pose: Pose) -> Place:
-        """Return the place of a pose."""
-        return cls(100 * pose.x, 100 * pose.y, math.degrees(math.remainder(pose.heading, 2 * math.pi)))
+def pose_of(place: Place) -> Pose:
+    """Return a place in metres and radians."""
+    x, y, heading = place
+    return Pose(x / 100, y / 100, math.radians(heading))
 
 
-@dataclass(frozen=True, config=_STRICT)
-class Command:
-    """A command to a robot, from the beginning of a frame on until the next."""
-
-    frame: _Frame
-    robot: Literal["stimulus", "observer"]
-    speed_cm_s: Annotated[float, Field(ge=-FASTEST_CM_S, le=FASTEST_CM_S)]
-    turn_deg_s: Annotated[float, Field(ge=-FASTEST_DEG_S, le=FASTEST_DEG_S)]
+def place_of(pose: Pose) -> Place:
+    """Return the place of a pose."""
+    return 100 * pose.x, 100 * pose.y, math.degrees(math.remainder(pose.heading, 2 * math.pi))
 
 
-@dataclass(frozen=True, config=_STRICT)
-class Change:
-    """A parameter of a model that has another value from a frame on. The model begins anew, from rest, there."""
-
-    frame: _Frame
-    model: Annotated[str, Field(max_length=200)]
-    name: Annotated[str, Field(max_length=60)]
-    text: Annotated[str, Field(max_length=200)]
-    """The value, as ``--set`` takes it."""
-
-
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True)
 class Hand:
     """A trial by hand.
 
@@ -77,11 +51,19 @@ class Hand:
         What was done, in order of frame.
     """
 
-    frames: Annotated[int, Field(ge=1, le=LONGEST_FRAMES)]
+    frames: int
     stimulus: Place
     observer: Place
     commands: tuple[Command, ...] = ()
     changes: tuple[Change, ...] = ()
+
+    def changes_at(self, frame: int) -> dict[str, dict[str, str]]:
+        """Return the changes of a frame: model -> parameter -> text."""
+        changed: dict[str, dict[str, str]] = {}
+        for when, model, name, text in self.changes:
+            if when == frame:
+                changed.setdefault(model, {})[name] = text
+        return changed
 
 
 class HandDrive:
@@ -105,27 +87,23 @@ class HandDrive:
     """
 
     def __init__(self, sim: Simulation, hand: Hand) -> None:
-        self._sim, self._frames = sim, hand.frames
+        self._sim, self._hand = sim, hand
         self._wanted = {"stimulus": (0.0, 0.0), "observer": (0.0, 0.0)}
-        self._coming = list(reversed(hand.commands))
         self.commands: list[Command] = []
         self.frame, self.over = 0, False
         self._take()
 
-    def command(self, robot: Literal["stimulus", "observer"], speed_cm_s: float, turn_deg_s: float) -> None:
+    def command(self, robot: Robot, speed_cm_s: float, turn_deg_s: float) -> None:
         """Command a robot from the next frame on; a command that changes nothing is not noted."""
-        if self._wanted[robot] == (speed_cm_s, turn_deg_s):
-            return
-        self._give(Command(self.frame, robot, speed_cm_s, turn_deg_s))
-
-    def _give(self, command: Command) -> None:
-        self._wanted[command.robot] = (command.speed_cm_s, command.turn_deg_s)
-        self.commands.append(command)
+        if self._wanted[robot] != (speed_cm_s, turn_deg_s):
+            self._wanted[robot] = speed_cm_s, turn_deg_s
+            self.commands.append((self.frame, robot, speed_cm_s, turn_deg_s))
 
     def _take(self) -> None:
         """Give the recorded commands of the next frame."""
-        while self._coming and self._coming[-1].frame <= self.frame:
-            self._give(self._coming.pop())
+        for frame, robot, speed_cm_s, turn_deg_s in self._hand.commands:
+            if frame == self.frame:
+                self.command(robot, speed_cm_s, turn_deg_s)
 
     def __call__(self, dt: float) -> None:
         """Command the wheels for the next ``dt`` seconds."""
@@ -136,14 +114,5 @@ class HandDrive:
     def look(self) -> None:
         """Take the commands of the next frame, once a frame."""
         self.frame += 1
-        self.over = self.frame >= self._frames
+        self.over = self.frame >= self._hand.frames
         self._take()
-
-
-def changes_at(changes: Iterable[Change], frame: int) -> dict[str, dict[str, str]]:
-    """Return the changes of a frame: model -> parameter -> text."""
-    changed: dict[str, dict[str, str]] = {}
-    for change in changes:
-        if change.frame == frame:
-            changed.setdefault(change.model, {})[change.name] = change.text
-    return changed

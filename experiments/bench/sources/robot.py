@@ -26,7 +26,7 @@ from experiments.bench.run.user_code import sha256
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import Course, course
 from experiments.bench.sources.experiment import Experiment, Settings
-from experiments.bench.sources.hand import HandDrive, changes_at
+from experiments.bench.sources.hand import HandDrive
 from experiments.bench.sources.room import files
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
 
@@ -175,7 +175,6 @@ class RobotSource:
         others = {name: script.route.body(script.route.start) for name, script in self.course.others.items()}
         self.sim.reset({**others, "stimulus": self.course.start}, scenery)
         hand: Any = condition.hand
-        self._changes = () if hand is None else hand.changes
         self.drive: Drive | HandDrive = Drive(self.sim, self.course) if hand is None else HandDrive(self.sim, hand)
         self._tracker = Tracker(self.course.stimulus.route)
         self.number = 0
@@ -194,7 +193,8 @@ class RobotSource:
             yield self._next()
 
     def _next(self) -> Sample:
-        changes = changes_at(self._changes, self.number)
+        hand = self.trial.condition.hand
+        changes = hand.changes_at(self.number) if hand else {}
         frame = self.sim.step(self._noise, self.drive)
         self.number += 1
         self.drive.look()

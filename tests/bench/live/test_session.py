@@ -13,7 +13,7 @@ from experiments.bench.cli.main import command
 from experiments.bench.live.session import START, ArenaSession, FootageSession, Session
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.sources.designs import visit
-from experiments.bench.sources.hand import Command, Hand, Place
+from experiments.bench.sources.hand import Hand
 from tests.bench.test_watch import BREAKS
 from tests.helpers.footage import film as filmed
 from tests.helpers.footage import street
@@ -65,7 +65,7 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
     again = ["--out", str(tmp_path / "again"), "--workers", "0", "-q"]
     assert command(["run", "--again", str(tmp_path / "run"), *again]) == 0
     assert experiments.load(tmp_path / "again").frames.equals(frames)
-    slower = Hand(40, hand.stimulus, hand.observer, (Command(0, "stimulus", 7.9, 0.0),))
+    slower = Hand(40, hand.stimulus, hand.observer, ((0, "stimulus", 7.9, 0.0),))
     other = experiments.run(visit(slower), workers=0, quiet=True, out=tmp_path / "run2", recordings=False)
     assert other.frames["hs"].to_list() != seen[:40]
 
@@ -116,11 +116,11 @@ def test_what_is_refused_changes_nothing(refused):
 def test_a_behaviour_takes_the_observer_and_gives_it_back():
     session = ArenaSession(["dsnn"], behaviour="avoidance")
     hs(session, 20)
-    assert any(c.robot == "observer" and (c.speed_cm_s or c.turn_deg_s) for c in session.hand().commands)
+    assert any(robot == "observer" and (v or turn) for _, robot, v, turn in session.hand().commands)
     session.behave("")
     hs(session, 2)
-    last = [c for c in session.hand().commands if c.robot == "observer"][-1]
-    assert (last.speed_cm_s, last.turn_deg_s) == (0.0, 0.0)
+    last = [command for command in session.hand().commands if command[1] == "observer"][-1]
+    assert last[2:] == (0.0, 0.0)
 
 
 def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
@@ -149,7 +149,7 @@ def test_the_world_goes_back_to_what_the_command_gave():
 def test_robots_stop_before_the_wall_and_before_each_other():
     session = ArenaSession(["dsnn"])
     session.set_speed(30.0)
-    session.begin({"stimulus": Place(12.0, 0.0, 180.0), "observer": Place(0.0, 0.0, 0.0)})
+    session.begin({"stimulus": (12.0, 0.0, 180.0), "observer": (0.0, 0.0, 0.0)})
     session.drive("stimulus", 1.0)  # the observer is in the way
     hs(session, 120)
     stimulus, observer = session.poses["stimulus"], session.poses["observer"]
