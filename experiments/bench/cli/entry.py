@@ -50,13 +50,11 @@ def run() -> NoReturn:
 
 
 def _with_tip(message: str) -> str:
-    """Return a message with the known name that was meant in a line of its own, and in colour on a terminal."""
-    if message.startswith(ERROR) and (meant := re.search(r"nearest: ([^;)]+)", message)):
-        told = re.sub(r" \(nearest: [^;)]+\)|nearest: [^;)]+; ", "", message)
-        message = f"{told}\ntip: did you mean '{meant[1]}'?"
-    if sys.stderr.isatty() and "NO_COLOR" not in os.environ:
-        message = message.replace(ERROR, f"\x1b[31m{ERROR}\x1b[0m", 1).replace("\ntip:", "\n\x1b[36mtip:\x1b[0m", 1)
-    return message
+    """Return a message with the known name that was meant in a line of its own."""
+    if not message.startswith(ERROR) or not (meant := re.search(r"nearest: ([^;)]+)", message)):
+        return message
+    rest = re.sub(r" \(nearest: [^;)]+\)|nearest: [^;)]+; ", "", message)
+    return f"{rest}\ntip: did you mean '{meant[1]}'?"
 
 
 def run_file(path: str) -> NoReturn:
@@ -67,41 +65,32 @@ def run_file(path: str) -> NoReturn:
 
 def _outcome() -> tuple[int, str]:
     """Do what the command line asks for: the exit status, and a last text for stderr. A defect shows its traceback."""
-    status, message = 0, ""
     try:
         from experiments.bench.cli import main as cli_main
 
         status = cli_main.command(sys.argv[1:] or ["--help"])
-    except KeyboardInterrupt:
-        status, message = interrupts.STATUS, interrupts.SAID
+        return status, interrupts.SAID if status == interrupts.STATUS else ""
     except BrokenPipeError:
-        status = EXIT_CLOSED
+        return EXIT_CLOSED, ""
     except SystemExit as error:  # Rich and Typer end the process so where nobody reads on
-        if not isinstance(error.__context__, BrokenPipeError):
-            raise
-        status = EXIT_CLOSED
+        if isinstance(error.__context__, BrokenPipeError):
+            return EXIT_CLOSED, ""
+        raise
     except Exception as error:
         user_code = sys.modules.get("experiments.bench.run.user_code")  # without it no user's file was run
         if user_code and user_code.of_users(error):
-            status, message = EXIT_USAGE, user_code.traced(error)
-        elif _is_plain(error):
-            status, message = EXIT_USAGE, f"{ERROR} {_words(error)}"
-        else:
-            raise
-    return status, message
+            return EXIT_USAGE, user_code.traced(error)
+        if line := _line(error):
+            return EXIT_USAGE, f"{ERROR} {line}"
+        raise
 
 
-def _is_plain(error: Exception) -> bool:
-    """Return whether the message alone tells a user what to do; anything else is a defect and shows its traceback."""
-    if isinstance(error, OSError | ImportError):  # a missing OpenGL is the second
-        return True
-    # Looked up, not imported: their modules may be what could not be loaded.
-    errors = sys.modules.get("experiments.bench.run.errors")
-    return errors is not None and isinstance(error, errors.UsageError | errors.TrialError)
+def _line(error: Exception) -> str:
+    """Return an error in one line where that tells a user what to do; empty for a defect."""
+    if isinstance(error, ImportError):  # a missing OpenGL too
+        return f"a library does not load: {error}"
+    if isinstance(error, OSError):
+        return f"{error.filename}: {error.strerror}" if error.filename else str(error)
+    from experiments.bench.run.errors import TrialError, UsageError
 
-
-def _words(error: Exception) -> str:
-    """Return an error in one line."""
-    if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    return f"a library does not load: {error}" if isinstance(error, ImportError) else str(error)
+    return str(error) if isinstance(error, UsageError | TrialError) else ""

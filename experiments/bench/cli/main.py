@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import logging
 from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any
@@ -64,19 +62,8 @@ RENAMED = {
 """Old command -> what does its work."""
 
 
-class _Interrupted(BaseException):
-    """Ctrl-C on its way through the parser, which would print an empty line for it."""
-
-
 class _Commands(TyperGroup):
     """All commands."""
-
-    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        """Run the one that was asked for."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise _Interrupted from None
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help of one screen."""
@@ -104,10 +91,8 @@ def _register() -> None:
         for name, (command, text) in entries.items():
             if isinstance(command, typer.Typer):
                 app.add_typer(command, name=name, short_help=text)
-                _unwrap(command)
             else:
                 app.command(name, short_help=text)(command)
-    _unwrap(app)
     for old in RENAMED:
         app.command(old, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
             _renamed
@@ -120,34 +105,22 @@ def _renamed(context: typer.Context) -> int:
     raise UsageError(f"colias {context.info_name}: it is {RENAMED[str(context.info_name)]} now")
 
 
-def _unwrap(commands: typer.Typer) -> None:
-    """Join the lines of each paragraph of help: the parser keeps line ends, and terminals differ in width."""
-    for entry in commands.registered_commands:
-        paragraphs = inspect.cleandoc(entry.help or getattr(entry.callback, "__doc__", None) or "").split("\n\n")
-        entry.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
-
-
 _register()
 
 
-def _tell_version(wanted: bool) -> None:
-    """Print the version, and the commit where it is known; then there is nothing else to do."""
-    if not wanted:
-        return
-    from importlib.metadata import version
+def _show_version(wanted: bool) -> None:
+    """Print the version; then there is nothing else to do."""
+    if wanted:
+        from importlib.metadata import version
 
-    from experiments.bench.run.provenance import checkout
-
-    commit, dirty = checkout()
-    changed = " with changes" if dirty else ""
-    typer.echo(f"colias-sim {version('colias-sim')}{f', commit {commit[:12]}{changed}' if commit else ''}")
-    raise typer.Exit
+        typer.echo(f"colias-sim {version('colias-sim')}")
+        raise typer.Exit
 
 
 @app.callback()
 def _whole(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and the commit.", callback=_tell_version, is_eager=True)
+        bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)
     ] = False,
 ) -> None:
     """Take the options of ``colias`` itself."""
@@ -161,16 +134,12 @@ def parser() -> Any:
 
 def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
-    # What it says of folders and fonts that it would like is no matter of a run's.
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     from experiments.bench.run.command import begun_by
 
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
         with begun_by({"line": list(arguments)}):
             return int(parser()(args=arguments, standalone_mode=False) or 0)
-    except (_Interrupted, typer.Abort):
-        raise KeyboardInterrupt from None
     except typer.TyperException as error:
         from experiments.bench.run.errors import UsageError
 

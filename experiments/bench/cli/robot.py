@@ -184,7 +184,7 @@ def import_log(
     plan, trials = importing.plan(declared, log, frames, ran or (), model or (), assignments or ())
     report = importing.run(plan, trials, log, folder, quiet=quiet)
     if not quiet:
-        tables.show_trials(report)
+        tables.show(report)
     return options.EXIT_FAILED if report.failures.height else 0
 
 

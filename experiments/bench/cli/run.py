@@ -88,17 +88,22 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
 
     there = load(run)
     command = there.description.get("command", {})
-    name = command["line"][0] if "line" in command else command.get("call")
+    name, *line = command.get("line", [command.get("call")])
     if name not in REPEATED:
         raise UsageError(f"{run}: a run of {name or there.kind} is not repeated; runs of {', '.join(REPEATED)} are")
     if there.done < there.planned and ENDED not in there.description:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
-    if folder.exists() and any(folder.iterdir()):
-        raise UsageError(f"--out {out}: holds files; choose a new folder, or an empty one")
+    options.check_new(folder)
     given = {"out": folder, "workers": workers, "quiet": quiet}
     with contextlib.chdir(command["folder"]), begun_by(command):
-        status = _call_again(command, run, given) if "call" in command else _type_again(context, command, given)
+        if "line" in command:
+            chosen = context.find_root().command.commands[name]  # type: ignore[attr-defined]
+            with chosen.make_context(name, line, parent=context.parent) as inner:
+                inner.params |= {key: value for key, value in {**NOT_REPEATED, **given}.items() if key in inner.params}
+                status = int(chosen.invoke(inner) or 0)
+        else:
+            status = _call_again(run, {**command["arguments"], **given})
     here = load(folder)
     if other := provenance.difference(there.description, here.description):
         error_console.print(f"note: {run}: {other}", soft_wrap=True)
@@ -110,31 +115,19 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     return status
 
 
-def _call_again(command: Mapping[str, Any], run: Path, given: Mapping[str, Any]) -> int:
+def _call_again(run: Path, arguments: dict[str, Any]) -> int:
     """Do a call of `experiments.run` once more."""
     import experiments
     from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.designs import LIVE, visit
     from experiments.bench.sources.hand import Hand
 
-    arguments = dict(command["arguments"])
     experiment = arguments.pop("experiment")
     if isinstance(experiment, Mapping) and LIVE in experiment:
         experiment = visit(Hand(**experiment[LIVE]))
     elif isinstance(experiment, Mapping):
         raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
-    repeated = experiments.run(experiment, **arguments, **given)
-    return options.EXIT_FAILED if repeated.failures.height else 0
-
-
-def _type_again(context: typer.Context, command: Mapping[str, Any], given: Mapping[str, Any]) -> int:
-    """Do a command line once more."""
-    group: Any = context.find_root().command
-    name, *line = command["line"]
-    chosen = group.commands[name]
-    with chosen.make_context(name, line, parent=context.parent) as inner:
-        inner.params |= {key: value for key, value in {**NOT_REPEATED, **given}.items() if key in inner.params}
-        return int(chosen.invoke(inner) or 0)
+    return options.EXIT_FAILED if experiments.run(experiment, **arguments).failures.height else 0
 
 
 def behave(

@@ -6,7 +6,6 @@ import math
 import pytest
 
 from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
-from experiments.bench.cli.tables import why_none_left_out
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
@@ -78,8 +77,6 @@ def test_no_tolerance_voids_it_and_its_numbers_are_told(crossing):
         == f"stimulus driven open loop: speed off by up to 0.5%, drift up to {-row['drift_mm']:.1f} mm"
     )
     assert driven_in_words([{**row, "drive": "feedback"}]) == ""
-    assert "one step of power is 0.06 cm/s, 3.0% at 2 cm/s" in why_none_left_out(COLIAS4.power_step_cm_s, 2.0)
-    assert "step" not in why_none_left_out(0.0, 2.0)
 
 
 def test_one_that_drifts_off_its_path_ends_and_counts():
