@@ -94,17 +94,6 @@ def test_a_robot_cannot_be_put_into_an_obstacle(tmp_path):
             simulation.reset({"stimulus": Pose(0.2, 0.021, 0.0)}, rng)
 
 
-def test_an_obstacle_stops_a_robot(tmp_path):
-    """Driven straight at a pillar, its hull ends where the pillar begins."""
-    source = written(tmp_path, '<geom type="cylinder" size="0.02 0.04" pos="0.1 0 0.04"/>')
-    with Simulation(scene=SceneConfig(arena=source), robots={"observer": "colias"}, seeing=False) as simulation:
-        simulation.reset({}, np.random.default_rng(0))
-        robot = simulation.robots["observer"]
-        for _ in range(45):
-            simulation.advance(lambda dt: robot.ease(robot.wheels_for(0.1, 0.0), dt))
-        assert robot.pose.x == pytest.approx(0.06, abs=0.003)
-
-
 def extent(frame):
     """Return columns and rows of the dark pixels."""
     rows, columns = np.nonzero(frame < 60)

@@ -18,10 +18,10 @@ from colias_sim import (
     Stretch,
     Tracker,
 )
-from colias_sim.pose import bearing
 from colias_sim.scene import LONGEST_STEP, FrameClock, compile_model
 
 COMMAND_STEPS = FrameClock(30.0).command_steps
+START = Pose(0.1, 0.15, -math.pi / 2)
 
 
 def bench(config: RobotConfig | None = None) -> tuple[mujoco.MjModel, mujoco.MjData, Robot]:
@@ -29,11 +29,6 @@ def bench(config: RobotConfig | None = None) -> tuple[mujoco.MjModel, mujoco.MjD
     model = compile_model(SceneConfig(), config, CameraConfig(), {"stimulus": "colias_black"}, "stimulus")
     data = mujoco.MjData(model)
     return model, data, Robot(model, data, "stimulus", config)
-
-
-def drive(speed: float, length: float, start: Pose | None = None, config: RobotConfig | None = None) -> np.ndarray:
-    """Drive a line of ``length`` m; rows of time, distance along, offset, height, pitch of the body."""
-    return followed(Route.line(Pose(0.1, 0.15, -math.pi / 2), length, speed), start, config)
 
 
 def followed(route: Route, start: Pose | None = None, config: RobotConfig | None = None) -> np.ndarray:
@@ -55,7 +50,7 @@ def followed(route: Route, start: Pose | None = None, config: RobotConfig | None
 @pytest.mark.parametrize("wheel_radius_cm", [1.0, 1.3])
 def test_achieved_speed_and_path(speed, wheel_radius_cm):
     """Within 2 % at every moment after the run-up, within 1 mm of the line, without bobbing."""
-    rows = drive(speed, 0.25, config=RobotConfig(wheel_radius_cm=wheel_radius_cm))
+    rows = followed(Route.line(START, 0.25, speed), config=RobotConfig(wheel_radius_cm=wheel_radius_cm))
     crossing = rows[rows[:, 1] >= PathFollower.run_up(speed)]
     now = np.diff(crossing[:, 1]) / np.diff(crossing[:, 0])
     assert np.abs(now / speed - 1).max() < 0.02
@@ -65,7 +60,8 @@ def test_achieved_speed_and_path(speed, wheel_radius_cm):
 
 def test_the_follower_steers_back_to_the_line():
     """Set down 2 mm off and 2 degrees askew, it returns as a critically damped system does, in distance travelled."""
-    rows = drive(0.06, 0.25, start=Pose(0.102, 0.15, -math.pi / 2 + math.radians(2)))
+    beside = Pose(START.x + 0.002, START.y, START.heading + math.radians(2))
+    rows = followed(Route.line(START, 0.25, 0.06), beside)
     rate, travelled = PathFollower.HEADING_GAIN / 2, rows[:, 1]
     expected = (0.002 + (math.radians(2) + rate * 0.002) * travelled) * np.exp(-rate * travelled)
     np.testing.assert_allclose(rows[:, 2], expected, atol=1e-4)
@@ -77,6 +73,7 @@ def test_kinematics_hold_in_physics(speed, turn):
     """The wheel speeds for a forward speed and turning rate produce them."""
     model, data, robot = bench()
     robot.place(Pose(0.0, 0.0, 0.3))
+    assert robot.motion_of(robot.wheels_for(speed, turn)) == pytest.approx((speed, turn))
     robot.drive(robot.wheels_for(speed, turn))
     mujoco.mj_step(model, data, 200)
     before, start = robot.pose, data.time
@@ -87,12 +84,6 @@ def test_kinematics_hold_in_physics(speed, turn):
     arc = math.copysign(math.hypot(after.x - before.x, after.y - before.y), speed)
     chord = 2 * speed / turn * math.sin(turn * elapsed / 2) if turn else speed * elapsed
     assert arc == pytest.approx(chord, abs=1e-3)
-
-
-@pytest.mark.parametrize(("speed", "turn"), [(0.1, 0.0), (0.05, 2.0), (-0.1, -1.5)])
-def test_the_motion_of_wheels_is_that_which_they_were_computed_for(speed, turn):
-    _, _, robot = bench()
-    assert robot.motion_of(robot.wheels_for(speed, turn)) == pytest.approx((speed, turn))
 
 
 def test_wheels_saturate_together():
@@ -110,19 +101,6 @@ def test_the_motor_limit_holds_in_physics():
     assert robot.velocity[0] == pytest.approx(0.10, rel=0.03)
 
 
-def test_bearing_is_right_positive_from_the_lens():
-    here = Pose(0.0, 0.0, 0.0)
-    assert bearing(here, Pose(0.12, 0.1, 0.0), 0.02) == pytest.approx(-math.pi / 4)
-    assert bearing(here, Pose(0.12, -0.1, 0.0), 0.02) == pytest.approx(math.pi / 4)
-    assert bearing(Pose(0, 0, math.pi / 2), Pose(0.0, 0.1, 0.0), 0.02) == pytest.approx(0.0)
-
-
-def test_a_line_measures_along_and_aside():
-    line = Route.line(Pose(1.0, 1.0, math.pi / 2), 2.0, 0.1)
-    assert line.stretches[0].measured(line.start, Pose(0.5, 1.8, 0.0)) == pytest.approx((0.8, 0.5))
-    assert line.point(0.8) == Pose(pytest.approx(1.0), pytest.approx(1.8), math.pi / 2)
-
-
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_an_arc_is_a_part_of_a_circle(side):
     """A quarter of a circle of 10 cm about a centre on that side; a pose 1 cm outside it is 1 cm to the other side."""
@@ -137,7 +115,7 @@ def test_an_arc_is_a_part_of_a_circle(side):
 def test_achieved_speed_is_commanded_speed_while_it_accelerates():
     """From 4 to 20 cm/s with 10 cm/s2 after a run-up: v^2 = v0^2 + 2 a s within 4 %, then braked to rest."""
     begin, length = 0.02, (0.2**2 - 0.04**2) / (2 * 0.1)
-    route = Route(Pose(0.1, 0.15, -math.pi / 2), (Stretch(begin, 0.04, 0.04), Stretch(length, 0.04, 0.2), Stretch()))
+    route = Route(START, (Stretch(begin, 0.04, 0.04), Stretch(length, 0.04, 0.2), Stretch()))
     rows = followed(route)
     now, along = np.diff(rows[:, 1]) / np.diff(rows[:, 0]), (rows[1:, 1] + rows[:-1, 1]) / 2
     braking = PathFollower.braking(0.2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from itertools import pairwise
 
@@ -12,12 +13,14 @@ from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import FrameClock
+from colias_sim.sensor import Strips
 
 STILL = SceneConfig(light_sd=0, turn_wall=False)
 START = Pose(0.1, 0.03, -math.pi / 2)
 PARTS = {
     "rolling shutter": {"row_time_us": 418.0},
     "exposure loop": {"auto_exposure": True, "exposure_samples": 4},
+    "cold loop": {"auto_exposure": True, "ae_start": "cold", "exposure_ms": 0.5},
     "gain": {"gain": 0.5},
     "lens": {"blur_px": 0.31},
     "falloff": {"vignetting": 4.0},
@@ -73,6 +76,21 @@ def test_parts_that_are_off_change_nothing(usual):
     with Simulation(camera=off) as sim:
         assert same(crossing(sim), usual)
     assert {(frame.row_time_us, frame.age_ms) for frame in usual} == {(0.0, 0.0)}
+
+
+def test_bands_that_are_read_together_are_those_read_one_by_one(monkeypatch):
+    """Several bands of rows wait in one slot of the framebuffer, for this frame and for the next."""
+    camera = dataclasses.replace(CameraConfig.preset("ov7670"), shot_noise=0.0, read_noise=0.0)
+    with Simulation(camera=camera) as sim:
+        together = crossing(sim, count=4)
+        draw = Strips.draw
+
+        def drawn_and_read(strips, data, eye, option, render, light, ahead):
+            draw(strips, data, eye, option, render, light, ahead)
+            strips.collect(light, ahead)
+
+        monkeypatch.setattr(Strips, "draw", drawn_and_read)
+        assert same(crossing(sim, count=4), together)
 
 
 def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():

@@ -63,23 +63,9 @@ def test_brightness_of_the_arenas(arena, low, high):
         sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(0))
         luma = sim.step(np.random.default_rng(0)).luma.astype(float)
         assert low < luma.mean() < high
-        clutter = (
-            np.abs(np.diff(luma[:30], axis=1)).mean() / luma.mean()
-        )  # lamps shade the wall gradually, clutter has edges
+        # Lamps shade the wall gradually, clutter has edges.
+        clutter = np.abs(np.diff(luma[:30], axis=1)).mean() / luma.mean()
         assert (clutter > 0.01) == (arena != "plain"), clutter
-        sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, np.random.default_rng(0))
-        assert sim.step(np.random.default_rng(0)).luma[36, 49] < 15, "the shell is black"
-
-
-def test_wall_contrast_scales_the_clutter():
-    spreads = []
-    for contrast in (0.0, 0.5, 1.0):
-        camera = CameraConfig(shot_noise=0, read_noise=0)
-        with Simulation(camera=camera, scene=SceneConfig(light_sd=0, wall_contrast=contrast, light=0.9)) as sim:
-            sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(4))
-            spreads.append(sim.step(np.random.default_rng(0)).luma[:30].std())
-    assert spreads[0] < spreads[1] < spreads[2]
-    assert spreads[1] == pytest.approx(spreads[2] / 2, rel=0.2)
 
 
 def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
@@ -95,10 +81,7 @@ def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
     given = wall(SceneConfig(wall=str(FOLDER / "assets" / "clutter.png")))
     half = cv2.resize(given[:, : given.shape[1] // 2], default_wall.shape[::-1], interpolation=cv2.INTER_AREA)
     assert np.corrcoef(half.ravel(), default_wall.ravel())[0, 1] > 0.9
-    assert (
-        np.corrcoef(half[::-1].ravel(), default_wall.ravel())[0, 1]
-        < 0.5
-        > np.corrcoef(half[:, ::-1].ravel(), default_wall.ravel())[0, 1]
-    )
+    for turned in (half[::-1], half[:, ::-1]):
+        assert np.corrcoef(turned.ravel(), default_wall.ravel())[0, 1] < 0.5
     assert given.mean() == pytest.approx(default_wall.mean(), abs=1.0)
     np.testing.assert_array_equal(given[:, 0], given[:, -1])  # where it meets itself

@@ -36,28 +36,6 @@ def test_speeds_are_whole_steps():
     assert STEPS.power_step_cm_s / 2.0 == pytest.approx(0.03), "some 3 % at 2 cm/s"
 
 
-def test_the_speed_of_a_run_by_time_is_that_of_its_power():
-    """A straight run by time: the speed of the nearest power, less the servo's lag and what the tyre sinks.
-
-    A tyre that sinks by d rolls on the middle of its overlap with the floor: its radius is r - d / 2.
-    """
-    lag = TRIMMED.motor_gain / (TRIMMED.motor_gain + DAMPING)
-    for wanted in (0.8, 1.5, 4.0, 10.0):
-        with alone(TRIMMED) as sim:
-            one, frames = sim.robots["one"], 45
-            drive = OpenLoop(one, Schedule(Route.line(Pose(0.0, 0.0, 0.0), 1.0, wanted / 100), 1.0))
-            for _ in range(15):
-                sim.advance(drive.drive)
-            began = one.pose
-            for _ in range(frames):
-                sim.advance(drive.drive)
-            reached = math.hypot(one.pose.x - began.x, one.pose.y - began.y) * 30 / frames
-            rolling = 1.0 + one.height / 2 / (TRIMMED.wheel_radius_cm / 100)
-            step = TRIMMED.power_step_cm_s / 100
-            assert reached == pytest.approx(round(wanted / 100 / step) * step * lag * rolling, rel=1e-3)
-            assert abs(one.pose.y) < 1e-4
-
-
 def test_unequal_wheels_drive_a_circle():
     """Of radius R = track / 2 (v_l + v_r) / (v_r - v_l), left of the way where the right wheel is faster."""
     step, level = BENT.power_step_cm_s, 100

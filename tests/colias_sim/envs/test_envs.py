@@ -1,6 +1,6 @@
 """The envs against Gymnasium's contract, whatever is registered: spaces, seeds, ends, rewards."""
 
-from typing import Any
+import dataclasses
 
 import gymnasium as gym
 import numpy as np
@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 import dsnn
 from colias_sim.envs import NEURAL
 from colias_sim.envs.senses import MANOEUVRES
-from tests.helpers.envs import NAMES, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
+from tests.helpers.envs import FIXATION, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
 
 # Registered, and as documented.
 
@@ -47,34 +47,34 @@ def test_spaces_are_those_of_the_docstring(name):
     env.close()
 
 
-class Shouter:
-    """A user's model: answers beyond every range."""
+class Stated:
+    """A user's model that gives a stated response, one more of HS at each frame."""
 
-    hs, vs, hs_spikes, vs_spikes, looming, looming_spikes, azimuth = 9.0, -9.0, 99, -99, 9.0, 99, -9.0
+    def __init__(self, response: dsnn.Response) -> None:
+        self.response, self.frames = response, 0
 
-    def __init__(self, shape: tuple[int, int]) -> None:
-        assert shape == (72, 99)
-
-    def step(self, frame: np.ndarray) -> "Shouter":
+    def step(self, frame: np.ndarray) -> dsnn.Response:
         assert frame.shape == (72, 99) and frame.dtype == np.uint8
-        return self
+        self.frames += 1
+        return dataclasses.replace(self.response, hs=self.response.hs * self.frames)
 
     def reset(self) -> None:
-        pass
+        self.frames = 0
 
 
-VARIANTS: list[dict[str, Any]] = [
-    {"observation": "neural", "model": Shouter},
-    {"observation": "both", "model": "hybrid", "frame_skip": 30, "noise": 10.0, "randomise": 1.0},
-]
-
-
-@every_env
-@pytest.mark.parametrize("options", VARIANTS, ids=str)
-def test_observations_stay_in_the_space_whatever_is_set(name, options):
-    env = bare(name, **options)
+def test_neural_observations_stay_in_the_space_and_spikes_of_skipped_frames_are_summed():
+    beyond = dsnn.Response(9.0, -9.0, 99, -99, looming=9.0, looming_spikes=99, azimuth=-9.0)
+    env = bare(FIXATION, observation="neural", model=lambda shape: Stated(beyond), noise=10.0, frame_skip=30)
     for observation, *_ in episode(env, seed=1, steps=3):
         assert env.observation_space.contains(observation)
+    env.close()
+    few = dsnn.Response(hs=0.01, hs_spikes=1, vs_spikes=-1)
+    env = bare(FIXATION, observation="neural", model=lambda shape: Stated(few), frame_skip=3)
+    for _ in range(2):
+        first, _ = env.reset(seed=0)
+        assert first[:4].tolist() == pytest.approx([0.01, 0.0, 1, -1])
+        then, *_ = env.step([0.0, 0.0])
+        assert then[:4].tolist() == pytest.approx([0.04, 0.0, 3, -3])
     env.close()
 
 
@@ -127,9 +127,6 @@ def test_observations_are_the_agent_s_to_keep(name):
     env.close()
 
 
-# Ends.
-
-
 # Rewards.
 
 
@@ -148,26 +145,3 @@ def test_a_skipped_frame_is_as_a_step_of_its_own(name):
         assert info["driven_cm"] == pytest.approx(sum(one["driven_cm"] for one in infos), abs=1e-12)
     once.close()
     fours.close()
-
-
-def test_neural_spikes_of_skipped_frames_are_summed():
-    class Clock:
-        """Counts the frames that it was shown."""
-
-        def __init__(self, shape: tuple[int, int]) -> None:
-            self.count = 0
-
-        def step(self, frame: np.ndarray) -> dsnn.Response:
-            self.count += 1
-            return dsnn.Response(hs=self.count / 100, vs=0.0, hs_spikes=1, vs_spikes=-1)
-
-        def reset(self) -> None:
-            self.count = 0
-
-    env = bare(NAMES[0], observation="neural", model=Clock, frame_skip=3)
-    for _ in range(2):
-        first, _ = env.reset(seed=0)
-        assert first[:4].tolist() == pytest.approx([0.01, 0.0, 1, -1])
-        then, *_ = env.step([0.0, 0.0])
-        assert then[:4].tolist() == pytest.approx([0.04, 0.0, 3, -3])
-    env.close()

@@ -51,18 +51,12 @@ class Circle(ColiasEnv[CircleOptions]):
         return {"turn": -abs(self.turn_rate - self.options.turn_rad_s)}
 
 
-def test_it_is_an_env() -> None:
+def test_gymnasium_checks_it_and_makes_it_by_name() -> None:
     env = Circle(observation="state", turn_rad_s=0.5)
     check_env(env, skip_render_check=True)
     env.close()
-
-
-def test_gymnasium_makes_it_by_name() -> None:
     gym.register("tests/Circle-v0", entry_point=ENTRY.entry_point, max_episode_steps=ENTRY.max_episode_steps)
     try:
-        env = gym.make("tests/Circle-v0", observation="state")
-        env.reset(seed=0)
-        env.close()
         envs = gym.make_vec("tests/Circle-v0", 2, observation="state", turn_rad_s=2.0)
         envs.reset(seed=0)
         _, rewards, *_, infos = envs.step(np.zeros((2, 2), np.float32))

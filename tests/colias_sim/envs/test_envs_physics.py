@@ -27,19 +27,15 @@ def rolling(*wheels: float, steps: int = 45) -> list[dict[str, Any]]:
     return infos
 
 
-def test_achieved_speed_is_the_commanded():
-    infos = rolling(0.3, 0.3)
-    for info in infos[10:]:
-        assert info["driven_cm"] * 30 == pytest.approx(10.5, rel=0.02)
-    assert abs(infos[-1]["y_cm"]) < 0.1 and abs(infos[-1]["heading_deg"]) < 0.5
-
-
-def test_the_speed_does_not_jump():
+def test_the_speed_does_not_jump_and_settles_at_the_commanded():
     """From rest, never much above the ramp that the motors are led by."""
     speeds = [info["driven_cm"] * 30 for info in rolling(1.0, 1.0, steps=12)]
     for frame, speed in enumerate(speeds[:5], 1):
         assert 0.4 < speed / (100 * EASE * frame / 30) < 1.25
     assert speeds[-1] == pytest.approx(FULL, rel=0.03)
+    infos = rolling(0.3, 0.3)
+    assert [info["driven_cm"] * 30 for info in infos[10:]] == pytest.approx([0.3 * FULL] * 35, rel=0.02)
+    assert abs(infos[-1]["y_cm"]) < 0.1 and abs(infos[-1]["heading_deg"]) < 0.5
 
 
 def test_opposite_wheels_turn_on_the_spot():
@@ -90,26 +86,12 @@ def test_a_graze_that_begins_and_ends_within_a_frame_terminates():
     env.close()
 
 
-def test_being_run_into_terminates():
-    """Pursuit's target does not heed who follows: stand in its way."""
-    env = bare("colias_sim/Pursuit-v0", observation="state")
-    env.reset(seed=0)
-    env._sim.reset({"observer": Pose(0.08, 0.0, 0.0), "target": Pose(-0.02, 0.0, 0.0)}, np.random.default_rng(0))
-    for _ in range(90):
-        *_, terminated, _, info = env.step([0.0, 0.0])
-        if terminated:
-            break
-    assert terminated and info["touched"] and info["gap_cm"] == pytest.approx(0.0, abs=0.1)
-    env.close()
-
-
 # The drum and the push.
 
 
 def drum(rate_deg_s: float, **options: Any) -> Any:
-    return bare(
-        "colias_sim/Optomotor-v0", slowest_deg_s=rate_deg_s, fastest_deg_s=rate_deg_s, noise=0.0, **options
-    )  # fmt: skip
+    rates = {"slowest_deg_s": rate_deg_s, "fastest_deg_s": rate_deg_s}
+    return bare("colias_sim/Optomotor-v0", **rates, noise=0.0, **options)
 
 
 def shift(before: np.ndarray, after: np.ndarray) -> float:
@@ -135,22 +117,6 @@ def test_the_drum_turns_the_picture_at_the_commanded_rate(rate):
             assert shift(before, env.luma.astype(float)) == pytest.approx(expected, rel=0.08, abs=0.1)
             assert abs(info["drift_deg_s"]) == pytest.approx(rate) and info["turn_deg_s"] == pytest.approx(0, abs=0.1)
             assert info["slip_deg_s"] == pytest.approx(info["drift_deg_s"], abs=0.1)
-    env.close()
-
-
-def test_a_robot_that_turns_with_the_drum_sees_it_stand():
-    env, rate = drum(60.0), math.radians(60.0)
-    env.reset(seed=0)
-    difference = rate * TRACK / 2 / FULL
-    still, slipping = [], []
-    for step in range(40):
-        before, side = env.luma.astype(int), -np.sign(env.state.drift)
-        *_, info = env.step(np.array([-1.0, 1.0]) * side * difference)
-        if step > 10:
-            slipping.append(abs(info["slip_deg_s"]))
-            still.append(abs(shift(before, env.luma.astype(float))))
-    assert np.mean(slipping) < 3.0 and np.mean(still) < 0.2 < FOCAL * rate / 30
-    assert info["reward_hold"] > 0.9
     env.close()
 
 
@@ -189,10 +155,7 @@ def test_the_target_stays_on_its_circle_and_reverses(orbit_cm):
 
 @pytest.mark.parametrize(
     ("name", "options"),
-    [
-        ("Pursuit", {"target_speed_cm_s": 20.0}),
-        ("Avoidance", {"robots": 12, "moving": 12, "speed_cm_s": 20.0}),
-    ],
+    [("Pursuit", {"target_speed_cm_s": 20.0}), ("Avoidance", {"robots": 12, "moving": 12, "speed_cm_s": 20.0})],
     ids=str,
 )
 def test_those_that_drive_about_touch_nothing_and_get_about(name, options):
