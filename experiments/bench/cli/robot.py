@@ -33,33 +33,19 @@ def budget(
 
     colias firmware budget --over dsnn.n_con=4,6,8 --set chip.ring_frames=2
     """
-    import polars as pl
-
     from experiments.bench.grid import levels_of, points_of
-    from experiments.bench.report.terminal import error_console, out_console, show
+    from experiments.bench.report.terminal import out_console, show
     from experiments.bench.robot_side import chip, firmware, qemu
 
     points = points_of(levels_of(over, assignments or ()) if over else {})
     sets = [[*(assignments or ()), *(f"{key}={value}" for key, value in point)] for point in points]
-    programs = [chip.program(texts) for texts in sets]
-    for note in dict.fromkeys(filter(None, (chip.dead_zone_note(network) for network, _ in programs))):
-        error_console.print(f"note: {note}", soft_wrap=True)
-    table, counts = firmware.budget(programs)
-    varied = [{key.rpartition(".")[2]: value for key, value in point} for point in points]
-    table = table.with_columns(pl.Series(name, [point[name] for point in varied]) for name in varied[0])
+    table = firmware.budget([chip.program(texts) for texts in sets])
     if out is not None:
         table.write_csv(out)
-    table = table.with_columns(pl.col(pl.Float64).round(1))
-    if over:
-        ram = pl.sum_horizontal("states", "ring", "tables", "stack").alias("RAM")
-        show(table.select(*varied[0], ram, "left", "over", "instructions", "ms_least", "ms_most", "memory"))
-    else:
-        show(table.transpose(include_header=True, header_name="budget", column_names=["value"]))
-        stages = counts[0].drop("clip")
-        show(pl.DataFrame({"stage": stages.columns, "worst": stages.max().row(0)}), "instructions a frame")
+    names = [", ".join(value for _, value in point) or "value" for point in points]
+    show(table.transpose(include_header=True, header_name=", ".join(key for key, _ in points[0]), column_names=names))
     least, most = chip.CYCLES
-    frame_ms = 1e3 / programs[0][0].fps
-    line = f"Bytes; ms: the worst frame, of {frame_ms:.1f}, at an assumed {least} to {most} cycles an instruction"
+    line = f"bytes; instructions and ms of the worst frame, at an assumed {least} to {most} cycles an instruction"
     out_console.print(f"{line}. {qemu.versions()}", soft_wrap=True)
     return 0
 
@@ -70,20 +56,15 @@ def check(assignments: options.Assignments = None) -> int:
 
     Exit status 1: a response differs.
     """
-    import polars as pl
-
     from experiments.bench.report.terminal import out_console, show
     from experiments.bench.robot_side import chip, firmware, qemu
 
     table = firmware.check(chip.program(assignments or ()))
     wrong = firmware.differing(table)
-    spikes = pl.any_horizontal(pl.col("hs_spikes", "vs_spikes") != 0).sum()
-    clips = table.group_by("clip", maintain_order=True).agg(frames=pl.len(), with_spikes=spikes)
-    show(clips.join(wrong.group_by("clip").agg(differ=pl.len()), on="clip", how="left").fill_null(0))
     if wrong.height:
         show(wrong.head(1), "first difference")
-    verdict = "not equal" if wrong.height else "equal"
-    out_console.print(f"{verdict}: {table.height:,} frames. {qemu.versions()}", soft_wrap=True)
+    verdict, spikes = "not equal" if wrong.height else "equal", table["hs_spikes"].abs().sum()
+    out_console.print(f"{verdict}: {table.height:,} frames, {spikes:,} spikes. {qemu.versions()}", soft_wrap=True)
     return options.EXIT_FAILED if wrong.height else 0
 
 
@@ -96,15 +77,13 @@ def export(
 
     There is a program that measures itself on a board too; colias firmware decode reads what it sends.
     """
-    from experiments.bench.report.terminal import error_console, show_places
+    from experiments.bench.report.terminal import show_places
     from experiments.bench.robot_side import chip
     from experiments.bench.robot_side import export as exporting
 
     options.check_new(folder)
     program = chip.program(assignments or ())
     exporting.export(program, folder, assignments or ())
-    if note := chip.dead_zone_note(program[0]):
-        error_console.print(f"note: {note}", soft_wrap=True)
     show_places({"export": folder, "page": folder / "README.md"})
     return 0
 

@@ -8,17 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from colias_sim.calibrate import (
-    CalibrationError,
-    edge_columns,
-    edge_rows,
-    exposure_loop,
-    lean,
-    noise_levels,
-    photon_transfer,
-    row_time_us,
-    unsteadiness,
-)
+from colias_sim import calibrate
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.recordings import Images
 from experiments.bench.sources.log import read_frames
@@ -67,7 +57,7 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
         films = [read_frames(path) for path in sorted(folder.glob(f"{kind}*"))]
         try:
             found, doubts = measured(films) if films else ({}, [])
-        except CalibrationError as error:
+        except calibrate.CalibrationError as error:
             raise UsageError(f"{folder}, {kind}*: {error}") from None
         settings |= found
         notes += [f"{kind}*: {doubt}" for doubt in doubts]
@@ -77,8 +67,8 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
 
 
 def _noise(films: Sequence[Images], gain: float) -> Measured:
-    line = photon_transfer([noise_levels(frames) for frames in films])
-    share = max(map(unsteadiness, films))
+    line = calibrate.photon_transfer([calibrate.noise_levels(frames) for frames in films])
+    share = max(map(calibrate.unsteadiness, films))
     doubt = f"greys drift or flicker, {share:.0%} of their variance: the noise is too large; take constant light"
     values = {"shot_noise": f"{line.shot_noise(gain):.3f}", "read_noise": f"{line.read_noise(gain):.3f}"}
     return {"gain": f"{gain:g}", **values}, [doubt] if share >= LEAST_SHARE else []
@@ -87,9 +77,9 @@ def _noise(films: Sequence[Images], gain: float) -> Measured:
 def _row_time(films: Sequence[Images], fps: float) -> Measured:
     pairs = [pair for frames in films for pair in leaning(frames, fps)]
     if not pairs:
-        raise CalibrationError("no two frames one after the other show the object whole")
+        raise calibrate.CalibrationError("no two frames one after the other show the object whole")
     leans, speeds = zip(*pairs, strict=True)
-    return {"row_time_us": f"{max(row_time_us(leans, speeds), 0.0):.0f}"}, []
+    return {"row_time_us": f"{max(calibrate.row_time_us(leans, speeds), 0.0):.0f}"}, []
 
 
 def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
@@ -105,20 +95,20 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
     empty, placed = frames[0].astype(np.float64), {}
     for number, frame in enumerate(frames[1:], start=1):
         try:
-            rows = edge_rows(frame, empty)
-            placed[number] = rows, edge_columns(frame, empty, rows)
-        except CalibrationError:
+            rows = calibrate.edge_rows(frame, empty)
+            placed[number] = rows, calibrate.edge_columns(frame, empty, rows)
+        except calibrate.CalibrationError:
             continue
     for one, other in pairwise(sorted(placed)):
         (rows, columns), (own_rows, own_columns) = placed[one], placed[other]
         both = np.intersect1d(rows, own_rows)
         if other == one + 1 and len(both) >= len(own_rows) // 2:
             moved = own_columns[np.isin(own_rows, both)] - columns[np.isin(rows, both)]
-            yield lean(own_columns, own_rows), float(moved.mean()) * fps
+            yield calibrate.lean(own_columns, own_rows), float(moved.mean()) * fps
 
 
 def _exposure(films: Sequence[Images]) -> Measured:
-    loop = exposure_loop(films)
+    loop = calibrate.exposure_loop(films)
     if not loop.certain:
         return {}, [f"{len(films)} folders leave the exposure's step uncertain; take more, from brighter and darker"]
     settings: dict[str, object] = {"auto_exposure": "true", "ae_step": f"{loop.step:.4f}", "ae_steps": loop.steps}

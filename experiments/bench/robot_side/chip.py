@@ -8,7 +8,6 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
-from dsnn.onboard.dead_zone import dead_zone
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.run.settings import changed, collect
 
@@ -73,10 +72,3 @@ def program(assignments: Iterable[str]) -> Program:
 def full_key(text: str) -> str:
     """Return a text of ``--set`` with the short name of the section written out."""
     return f"{MODEL}.{text.removeprefix(ALIAS)}" if text.startswith(ALIAS) else text
-
-
-def dead_zone_note(network: OnboardParams) -> str:
-    """Say in one line what the longest delay cannot follow in its format; empty where that is next to nothing."""
-    zone = dead_zone(network)
-    lost = f"up to {zone.falling:.2g} of the range of D; delays up to {zone.longest_ms:,.0f} ms are followed"
-    return f"tau_s of {zone.tau_ms:g} ms in {network.state_bits} bits stands still at {lost}" if zone.matters else ""

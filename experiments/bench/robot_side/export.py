@@ -11,19 +11,8 @@ import numpy as np
 
 from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
-from experiments.bench.robot_side.chip import MODEL, Program, dead_zone_note, full_key
-from experiments.bench.robot_side.firmware import (
-    CHIP_SIDE,
-    CONFIG,
-    COUNTED,
-    NATIVE,
-    QEMU_MEMORY,
-    TABLE_PLACE,
-    Frames,
-    clips,
-    config,
-    memory_script,
-)
+from experiments.bench.robot_side import firmware
+from experiments.bench.robot_side.chip import MODEL, Program, full_key
 from experiments.bench.robot_side.import_log import FRAMES
 from experiments.bench.run.recordings import write_pictures
 from experiments.bench.run.templates import render
@@ -57,25 +46,25 @@ def export(program: Program, folder: Path, assignments: Sequence[str] = ()) -> N
         The parameters have no fixed-point form. Nothing was written.
     """
     network, chip = program
-    shown = {name: clip for name, clip in clips(chip.shape, COUNTED).items() if name in SHOWN}
+    shown = {name: clip for name, clip in firmware.clips(chip.shape, firmware.COUNTED).items() if name in SHOWN}
     sizes = {"FLASH": chip.flash, "MAIN": chip.ram_main, "CORE": chip.ram_core}
     words = {
-        "chip": chip, "config": CONFIG, "table_place": TABLE_PLACE, "model": MODEL, "version": version("colias-sim"),
-        "note": dead_zone_note(network), "shown": shown, "frames": COUNTED, "fps": network.fps,
+        "chip": chip, "config": firmware.CONFIG, "table_place": firmware.TABLE_PLACE, "model": MODEL,
+        "version": version("colias-sim"), "shown": shown, "frames": firmware.COUNTED, "fps": network.fps,
         "options": "".join(f" --set {shlex.quote(text)}" for text in assignments),
         "settings": "".join(f" --set {shlex.quote(text)}" for text in _settings(program, assignments)),
     }  # fmt: skip
     written = {
-        CONFIG: config(program),
-        "memory.ld": memory_script(chip, {name: (address, sizes[name]) for name, address in ADDRESSES.items()}),
-        "memory-qemu.ld": memory_script(chip, QEMU_MEMORY),
+        firmware.CONFIG: firmware.config(program),
+        "memory.ld": firmware.memory_script(chip, {name: (ADDRESSES[name], size) for name, size in sizes.items()}),
+        "memory-qemu.ld": firmware.memory_script(chip, firmware.QEMU_MEMORY),
         "measure_frames.h": _frames_header(program, shown),
         "measure_frames.c": _frames_source(shown),
         **{name: render(f"robot_side/templates/{name}.j2", **words) + "\n"
            for name in ("Makefile", "README.md", "experiment.py")},
     }  # fmt: skip
-    sources = {name: CHIP_SIDE / name for name in (*COPIED, "include/string.h")}
-    sources |= {"main.c": CHIP_SIDE / "robot_main.c", **{name: NATIVE / name for name in ONBOARD}}
+    sources = {name: firmware.CHIP_SIDE / name for name in (*COPIED, "include/string.h")}
+    sources |= {"main.c": firmware.CHIP_SIDE / "robot_main.c", **{name: firmware.NATIVE / name for name in ONBOARD}}
     (folder / "include").mkdir(parents=True, exist_ok=True)
     for name, source in sources.items():
         (folder / name).write_bytes(source.read_bytes())
@@ -93,7 +82,7 @@ def _settings(program: Program, assignments: Sequence[str]) -> list[str]:
     return of_model + [f"camera.{name}={value:g}" for name, value in values.items() if value != getattr(camera, name)]
 
 
-def _frames_header(program: Program, shown: dict[str, Frames]) -> str:
+def _frames_header(program: Program, shown: dict[str, firmware.Frames]) -> str:
     """Return ``measure_frames.h``: which frames the self-measuring program shows."""
     network, chip = program
     names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(shown))
@@ -103,16 +92,16 @@ def _frames_header(program: Program, shown: dict[str, Frames]) -> str:
 #define MEASURE_FRAMES_H
 #include <stdint.h>
 #define MEASURE_TRIALS {len(shown)}u
-#define MEASURE_FRAMES {COUNTED}u
+#define MEASURE_FRAMES {firmware.COUNTED}u
 #define MEASURE_FRAME_US {round(1e6 / network.fps)}u
 extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{chip.rows * chip.columns}];
 #endif
 """
 
 
-def _frames_source(shown: dict[str, Frames]) -> str:
+def _frames_source(shown: dict[str, firmware.Frames]) -> str:
     """Return ``measure_frames.c``: the frames themselves, a line each."""
-    frames = np.concatenate(list(shown.values())).reshape(len(shown) * COUNTED, -1)
+    frames = np.concatenate(list(shown.values())).reshape(len(shown) * firmware.COUNTED, -1)
     rows = "\n".join("{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames)
     begin = f"const uint8_t measure_luma[{len(frames)}][{frames.shape[1]}] = {{"
     return f'#include "measure_frames.h"\n\n{begin}\n{rows}\n}};\n'

@@ -197,21 +197,20 @@ def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object],
     flash = sum(sizes.get(name, 0) for name in (".text", ".ARM.exidx", ".data", ".tables"))
     stack = used + chip.interrupt_stack
     worst = table.row(int(table["whole"].arg_max() or 0), named=True)
-    least, most = (worst["whole"] * cycles / (1000.0 * chip.clock_mhz) for cycles in CYCLES)
+    least, most = (round(worst["whole"] * cycles / (1000.0 * chip.clock_mhz), 2) for cycles in CYCLES)
     missing = {"RAM": over, "flash": flash - chip.flash, "stack": stack - chip.stack}
     short = [name for name, size in missing.items() if size > 0]
     row = {
         "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
         "states": sizes[".states"] + sizes[".second"], "tables": sizes.get(".tables", 0), "ring": sizes[".ring"],
         "stack": sizes[".stack"], "stack_used": used, "left": sum(regions.values()), "over": over, "flash": flash,
-        "worst_clip": worst["clip"], "instructions": worst["whole"], "ms_least": least, "ms_most": most,
-        "memory": f"lacks {', '.join(short)}" if short else "fits",
+        "memory": f"lacks {', '.join(short)}" if short else "fits", **worst, "ms_least": least, "ms_most": most,
     }  # fmt: skip
     return row, table
 
 
-def budget(programs: Sequence[Program]) -> tuple[pl.DataFrame, list[pl.DataFrame]]:
-    """Measure programs, in threads, as compiler and emulator are processes of their own: a row and the counts of each.
+def budget(programs: Sequence[Program]) -> pl.DataFrame:
+    """Measure programs, a row each, in threads, as compiler and emulator are processes of their own.
 
     Parameters
     ----------
@@ -219,8 +218,7 @@ def budget(programs: Sequence[Program]) -> tuple[pl.DataFrame, list[pl.DataFrame
         The programs.
     """
     with ThreadPoolExecutor() as pool:
-        rows, tables = zip(*pool.map(measure, programs), strict=True)
-    return pl.DataFrame(rows), list(tables)
+        return pl.DataFrame([row for row, _ in pool.map(measure, programs)])
 
 
 def compare(program: Program, chip: Emulator, shown: Sequence[tuple[str, Frames]]) -> pl.DataFrame:

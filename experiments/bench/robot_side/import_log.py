@@ -12,18 +12,11 @@ import polars as pl
 
 from dsnn import MODELS
 from experiments.bench.result import Run
+from experiments.bench.run import rows as of_rows
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ask, look_up
 from experiments.bench.run.play import play
 from experiments.bench.run.recordings import pictures, write_pictures
-from experiments.bench.run.rows import (
-    COLUMN,
-    FRAMES_MEASURED,
-    FRAMES_OF_SIMULATION,
-    LOG_OF_SIMULATION,
-    MEASURED,
-    TrialRecord,
-)
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.user_code import sha256
 from experiments.bench.sources import log
@@ -34,7 +27,7 @@ from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.trials import Plan, conclude, configure, describe
 
-MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
+MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({of_rows.COLUMN: str})
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that is shown the frames, where the robot's own has that name."""
 LOG, FRAMES = "log.csv", "frames"
@@ -95,9 +88,10 @@ def plan(
     again = [by_text[text] for text in models]
     shown = [dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES if model.label in of_model else ''}")
              for model in again]  # fmt: skip
-    simulated = log.SIMULATION in table["origin"]
-    origins = dict.fromkeys(logged, LOG_OF_SIMULATION if simulated else MEASURED)
-    origins |= dict.fromkeys((model.label for model in shown), FRAMES_OF_SIMULATION if simulated else FRAMES_MEASURED)
+    words = of_rows.MEASURED, of_rows.FRAMES_MEASURED
+    if log.SIMULATION in table["origin"]:
+        words = of_rows.LOG_OF_SIMULATION, of_rows.FRAMES_OF_SIMULATION
+    origins = {**dict.fromkeys(logged, words[0]), **{model.label: words[1] for model in shown}}
     repeats: Counter[Any] = Counter()
     trials = []
     for (index,), rows in sorted(table.partition_by("trial", as_dict=True).items()):
@@ -123,7 +117,7 @@ def _check(path: Path, trial: LogTrial) -> None:
             raise UsageError(f"{folder} must have {wanted} pictures, one for each frame of the log, got {found}")
 
 
-def play_trial(trial: LogTrial) -> TrialRecord:
+def play_trial(trial: LogTrial) -> of_rows.TrialRecord:
     """Play a log's trial, and leave blank what the log does not tell."""
     done = play(trial, log.record)
     frames = done.frames

@@ -36,7 +36,6 @@ KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "permutations.points": (ROOM, 7),  # of a tuning curve
         "course.nominal": (ROOM, 4),  # the errors of a start pose whose spread is 0
         "firmware.clips": (ROOM, 15),  # what the chip's program is measured with
-        "doctor.frames": (ROOM, 16),  # by which the network's forms and the camera are timed
         "conformance.frame": (ROOM, 17),  # that a model is shown again and again
         "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
     }

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import polars as pl
@@ -162,7 +162,7 @@ class Playback:
 
 @dataclass(frozen=True, slots=True)
 class LogTrial(Trial):
-    """A trial of a log.
+    """A trial of a log, and the source of its frames.
 
     Parameters
     ----------
@@ -184,6 +184,8 @@ class LogTrial(Trial):
     origins: Mapping[str, str]
     unknown: Mapping[str, Sequence[str]]
 
+    frame_columns: ClassVar[pl.Schema] = FRAME_SCHEMA
+
     @property
     def shown(self) -> pl.DataFrame:
         """A row per frame: those of the first model."""
@@ -196,58 +198,47 @@ class LogTrial(Trial):
         rate = 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else nominal
         return nominal if abs(rate / nominal - 1.0) <= RATE_TOLERANCE else rate
 
-    def sources(self) -> Iterator[tuple[str, LogSource, Sequence[ConfiguredModel]]]:
-        """Open the source; models that the log has respond what it says."""
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(R, C) of a frame."""
+        return self.camera.height, self.camera.width
+
+    @property
+    def tracked(self) -> bool:
+        """Whether a tracker has told the poses."""
+        return POSES[0] in self.rows.columns
+
+    def sources(self) -> Iterator[tuple[str, Any, Sequence[ConfiguredModel]]]:
+        """Return the trial itself as the source; models that the log has respond what it says."""
         rows = self.rows.partition_by("model", as_dict=True)
         models = [logged(m, rows[(m.label,)]) if m.label in self.unknown else m for m in self.models]
-        yield "", LogSource(self), models
+        yield "", self, models
 
     def frame_rates(self) -> Iterator[tuple[ConfiguredModel, float]]:
         """Return each model with the log's frame rate, 1/s."""
         return ((model, self.fps) for model in self.models)
 
-
-class LogSource:
-    """The frames of a log's trial, blank ones where nobody kept them, with the poses that a tracker has told.
-
-    Parameters
-    ----------
-    trial
-        The trial.
-
-    Raises
-    ------
-    UsageError
-        A frame cannot be read, or has another size than the camera.
-    """
-
-    frame_columns = FRAME_SCHEMA
-
-    def __init__(self, trial: LogTrial) -> None:
-        self.trial, self.fps, self.shape = trial, trial.fps, (trial.camera.height, trial.camera.width)
-        self.tracked = POSES[0] in trial.rows.columns
-
     def __iter__(self) -> Iterator[Sample]:
-        """Yield the frames."""
-        trial, rows = self.trial, self.trial.shown.to_dicts()
+        """Yield the frames, blank ones where nobody kept them, with the poses that a tracker has told."""
+        rows = self.shown.to_dicts()
         frames = np.zeros((len(rows), *self.shape), np.uint8)
-        if trial.frames is not None:
-            frames = read_frames(trial_folder(trial.frames, trial.index), self.shape)
+        if self.frames is not None:
+            frames = read_frames(trial_folder(self.frames, self.index), self.shape)
         for row, image in zip(rows, frames, strict=True):
             truth = {"robot": OBSERVER, "sim_time_s": row[TIME], "stimulus_bearing_deg": None}
             truth |= {name: row.get(name) for name in POSES}
             if self.tracked:
                 stimulus, observer = (_pose(row, robot) for robot in ("stimulus", "observer"))
-                ahead = bearing(observer, stimulus, trial.camera.forward_cm / 100)
+                ahead = bearing(observer, stimulus, self.camera.forward_cm / 100)
                 truth["stimulus_bearing_deg"] = math.degrees(ahead)
             yield Sample(row[TIME], image, truth)
 
     def columns(self) -> dict[str, Any]:
         """Return the robot that sees, and the condition. A robot's trial has no seed."""
-        return {"robot": OBSERVER, "seed": None, **self.trial.condition.columns()}
+        return {"robot": OBSERVER, "seed": None, **self.condition.columns()}
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
-        """Return a model's responses in the whole trial, and with a tracker in parts of it; null where unknown.
+        """Return a model's responses in the whole trial, and with a tracker in parts of it.
 
         Parameters
         ----------
@@ -256,15 +247,13 @@ class LogSource:
         frames
             A row per frame: time, poses, responses.
         """
-        trial, measured = self.trial, dict[str, Any](dict.fromkeys(UNKNOWN))
-        parts = windows(trial.condition, trial.camera, frames) if self.tracked else {}
+        parts = windows(self.condition, self.camera, frames) if self.tracked else {}
+        measured = {**dict.fromkeys(UNKNOWN), **responses(model, frames, parts, self.fps)}
         if self.tracked:
-            measured["closest_cm"] = float(away_cm(frames, trial.camera.forward_cm).min())
+            measured["closest_cm"] = float(away_cm(frames, self.camera.forward_cm).min())
             measured["seconds_in_view"] = float(parts["in_view"].sum()) / self.fps
-        measured |= responses(model, frames, parts, self.fps)
-        for channel in trial.unknown.get(model.label, ()):
-            measured |= {name: None for name in (f"peak_{channel}", f"trough_{channel}") if name in measured}
-        return {**measured, COLUMN: trial.origins[model.label]}
+        lost = {f"{end}_{channel}" for channel in self.unknown.get(model.label, ()) for end in ("peak", "trough")}
+        return {**measured, **dict.fromkeys(lost & measured.keys()), COLUMN: self.origins[model.label]}
 
 
 def _pose(row: Mapping[str, Any], robot: str) -> Pose:

@@ -74,7 +74,7 @@ def test_a_wrong_response_of_the_chip_is_found():
 
 def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_known():
     """Sizes and counts of instructions: none depends on the machine's load. The default has 2,808 B left, as ever."""
-    table, _ = firmware.budget([chip.program(SMALL)] * 2)
+    table = firmware.budget([chip.program(SMALL)] * 2)
     assert table[0].equals(table[1])
     row, _ = firmware.measure(chip.program(()), 2)
     assert row["left"] - chip.ChipSettings().robot_ram == 2808 and row["memory"] == "fits"
