@@ -77,6 +77,7 @@ html_theme_options = {
     "show_prev_next": True,
     "navigation_depth": 3,
     "show_toc_level": 2,
+    "collapse_navigation": True,  # a page lists its own section alone
     "header_links_before_dropdown": 8,
     "navbar_end": ["theme-switcher"],
     "navbar_persistent": ["search-button"],

@@ -7,6 +7,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+DPI = 160
+"""Of the pictures that pages have."""
+
 
 def sentence(text: str) -> str:
     """Return a summary as a sentence."""

@@ -75,8 +75,10 @@ def _picture(folder: Path, name: str, channel: str) -> str:
     model, clip = choose(name), CLIPS[channel]
     shown = play(Trial("page", 0, 0, 0, clip, (model,)))
     title = f"{name}, with its parameters on the robot"
-    drawn = clips.draw(Figure(), pl.DataFrame(shown.rows), shown.frames, {name: model.threshold}, title)
-    file = style.save(drawn, folder / f"{name}-{channel}").name
+    file = f"{name}-{channel}.png"
+    with style.look():
+        drawn = clips.draw(Figure(), pl.DataFrame(shown.rows), shown.frames, {name: model.threshold}, title)
+        drawn.savefig(folder / file, dpi=markdown.DPI)
     return markdown.picture(file, f"The answers of {name} against time", f"The clip *{clip.name}* at 30 frames/s.")
 
 

@@ -109,7 +109,8 @@ def write(folder: Path) -> None:
     """Make the runs, and the page `PAGE` in ``folder``; the runs' tables stay beside it for the tests."""
     trials, frames = [], {}
     for source_run in RUNS:
-        run = experiments.run(**arguments(source_run.command), out=folder / "runs" / source_run.name, quiet=True)
+        out = folder / "runs" / source_run.name
+        run = experiments.run(**arguments(source_run.command), out=out, workers=0, quiet=True)
         for trial, film in _recorded(run, source_run):
             trials.append(trial)
             frames[trial["id"]] = _base64(packed(film))

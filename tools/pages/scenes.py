@@ -36,6 +36,6 @@ def write(folder: Path) -> None:
         axes["spectra"].xaxis.set_major_formatter("{x:g}")
         axes["spectra"].yaxis.set_major_formatter("{x:g}")
         axes["spectra"].legend(frameon=False)
-        style.save(drawn, folder / "scenes")
+        drawn.savefig(folder / "scenes.png", dpi=markdown.DPI)
     heads = ("Scene", "Slope", "RMS", "Log RMS", "Michelson", "Local range")
     markdown.write(folder / "table.md", markdown.table(heads, rows))
