@@ -22,16 +22,12 @@ def live(
     only: options.Only = False,
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
-    footage: Annotated[
-        str | None,
-        typer.Option(metavar="FILE|CAMERA", help="Show a video file, or a camera (its index from 0), not the arena."),
-    ] = None,
     behaviour: Annotated[
         str,
         typer.Option(
             metavar="NAME|FILE",
             show_default=False,
-            help="Begin with the observer driven by it: a name that colias list shows, a .py file or a .npz.",
+            help="Let it drive the observer: a name that colias list shows, a .py file or a .npz.",
         ),
     ] = "",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page, on this machine.")] = 8099,
@@ -42,10 +38,8 @@ def live(
     Keys I and K drive the stimulus ahead and back, J and L turn it, X stops it; with shift they drive the observer.
     Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
-    record writes a run of what was done since the trial began, which colias run --again repeats bit for bit.
-    With --footage there is nothing to drive, and --set reaches the models alone; colias watch records it.
-    The command's own model is dsnn, or those that the experiment declares. Needs viser: the extra [live].
-    Ctrl-C ends it.
+    record writes a run of the trial since it began, which colias run --again repeats bit for bit. The command's own
+    model is dsnn, or those that the experiment declares. Needs viser: the extra [live]. Ctrl-C ends it.
     """
     import importlib.util
     import webbrowser
@@ -53,7 +47,7 @@ def live(
     from threadpoolctl import threadpool_limits
 
     from experiments.bench import registry
-    from experiments.bench.report.terminal import error_console, out_console
+    from experiments.bench.report.terminal import out_console
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import check_counts
@@ -61,22 +55,12 @@ def live(
     check_counts(seed)
     if importlib.util.find_spec("viser") is None:
         raise UsageError("colias live needs viser: run 'sh tools/setup.sh --live', or install colias-sim[live]")
-    if footage is not None and (given := experiment or behaviour):
-        raise UsageError(f"--footage {footage}: has no arena for {given}; give one of the two")
-
     from experiments.bench.live.page import Page
-    from experiments.bench.live.session import ArenaSession, FootageSession
+    from experiments.bench.live.session import Session
 
-    session: ArenaSession | FootageSession
-    if footage is None:
-        declared = registry.load(experiment).models if experiment else ["dsnn"]
-        models = shown_models(declared, model, only)
-        session = ArenaSession(models, assignments or (), seed, experiment=experiment, behaviour=behaviour)
-    else:
-        session = FootageSession(footage, shown_models(["dsnn"], model, only), assignments or ())
-        for note in session.notes():
-            error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-    page = Page(session, port)
+    declared = registry.load(experiment).models if experiment else ["dsnn"]
+    models = shown_models(declared, model, only)
+    page = Page(Session(models, assignments or (), seed, experiment=experiment, behaviour=behaviour), port)
     out_console.print(f"{page.address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
     if browser:
         webbrowser.open(page.address)

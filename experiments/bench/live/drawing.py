@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -20,14 +20,13 @@ from colias_sim import Pose, Simulation
 from colias_sim.config import CameraConfig
 from dsnn import Response
 from dsnn.model import SPIKING
-from experiments.bench.live.session import ROBOTS
+from experiments.bench.live.session import ROBOTS, Session
 from experiments.bench.report.palette import colours
-from experiments.bench.run.play import ModelRunner
 from scenes import ARENA_RADIUS_CM
 
 SHOWN_FRAMES = 180
 """Frames of the running traces."""
-GREY, GHOST = "#8c8c8c", "#b9a88a"
+GREY = "#8c8c8c"
 LEAST = (0.3, 2.0)
 """The least ends of the scales of potentials and of spikes."""
 DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
@@ -38,28 +37,25 @@ Floats = npt.NDArray[np.float64]
 
 
 class Traces:
-    """The two plots: potentials against T, and spikes. Other models need other plots.
+    """The two plots: potentials against T, and spikes.
 
     Parameters
     ----------
     gui
         Where they are added.
-    runners
-        The models.
-    interval_s
-        Time between two frames.
+    session
+        Its models.
     """
 
-    def __init__(self, gui: viser.GuiApi, runners: Sequence[ModelRunner], interval_s: float) -> None:
-        self._runners = runners
-        self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * interval_s
-        channels = [(one.label, name) for one in runners for name in one.chosen.channels]
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._session = session
+        self._x = (np.arange(SHOWN_FRAMES) - SHOWN_FRAMES + 1) * session.interval_s
+        channels = [(one.label, name) for one in session.runners for name in one.chosen.channels]
         blank = [0.0] * SHOWN_FRAMES
         self._traces = [
             {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in DASHES},
             {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in SPIKING},
         ]
-        self._ghost: list[Floats] = []
         self._ends, self._redrawn, self._limits = list(LEAST), 0, self._thresholds()
         axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
         shared: dict[str, Any] = {"axes": axes, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
@@ -72,11 +68,11 @@ class Traces:
 
     def _thresholds(self) -> list[float]:
         """Return T and -T of the models, by their parameters as they are now."""
-        now = (replace(runner.chosen, network=runner.network).threshold for runner in self._runners)
+        now = (replace(runner.chosen, network=runner.network).threshold for runner in self._session.runners)
         return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
 
     def _series(self) -> list[tuple[uplot.Series, ...]]:
-        tints = colours(runner.label for runner in self._runners)
+        tints = colours(runner.label for runner in self._session.runners)
         x, lines, counts = uplot.Series(label="s"), *(
             [
                 uplot.Series(label=f"{label} {name.upper()}{what}", stroke=tints[label], width=2, dash=DASHES[name])
@@ -84,12 +80,11 @@ class Traces:
             ]
             for traces, what in zip(self._traces, ("", " spikes"), strict=True)
         )  # fmt: skip
-        ghosts = [uplot.Series(label="before", stroke=GHOST, width=2)] * len(self._ghost)
         limits = [
             uplot.Series(label=f"T = {limit:g}" if limit > 0 else "-T", stroke=GREY, width=1, dash=[3, 3])
             for limit in self._limits
         ]
-        return [(x, *ghosts, *lines, *limits), (x, *counts)]
+        return [(x, *lines, *limits), (x, *counts)]
 
     def _scales(self) -> list[dict[str, uplot.Scale]]:
         x = uplot.Scale(time=False, range=(float(self._x[0]), 1e-6 * (self._redrawn % 2)))
@@ -98,7 +93,7 @@ class Traces:
     def _curves(self) -> list[tuple[Floats, ...]]:
         potentials, spikes = ([np.array(trace) for trace in traces.values()] for traces in self._traces)
         limits = [np.full(SHOWN_FRAMES, limit) for limit in self._limits]
-        return [(self._x, *self._ghost, *potentials, *limits), (self._x, *spikes)]
+        return [(self._x, *potentials, *limits), (self._x, *spikes)]
 
     def add(self, responses: Mapping[str, Response | None]) -> None:
         """Draw the responses to a frame."""
@@ -107,7 +102,8 @@ class Traces:
                 trace.append(float(getattr(responses[label], f"{name}{ending}", 0.0)))
         if (limits := self._thresholds()) != self._limits:
             self._limits = limits
-            self.paint()
+            for plot, series in zip(self._plots, self._series(), strict=True):
+                plot.series = series
         curves = self._curves()
         for place, (drawn, least) in enumerate(zip(curves, LEAST, strict=True)):
             most = max((float(np.abs(curve).max()) for curve in drawn[1:]), default=0.0)
@@ -122,21 +118,6 @@ class Traces:
         self._redrawn += 1
         for plot, scales in zip(self._plots, self._scales(), strict=True):
             plot.scales = scales
-
-    def freeze(self) -> None:
-        """Keep the present trace of the first model's first channel as a ghost behind the others."""
-        self._ghost = [np.array(trace) for trace in self._traces[0].values()][:1]
-        self.paint()
-
-    def paint(self) -> None:
-        """Draw the traces with their names and colours anew."""
-        for plot, data, series in zip(self._plots, self._curves(), self._series(), strict=True):
-            plot.data, plot.series = data, series
-
-    def remove(self) -> None:
-        """Take the plots off the page."""
-        for plot in self._plots:
-            plot.remove()
 
 
 class Scene:

@@ -1,7 +1,7 @@
-"""The page of ``colias live``, of viser's parts: what the network sees and answers, the controls, and the loop.
+"""The page of ``colias live``, made of viser's parts: the camera's frame, the network's responses, controls, the loop.
 
-Everything that a browser sends comes in on viser's threads. It is put into a queue, and done between two frames in the
-thread that advances the session. What is refused there changes nothing: the control goes back to what the session has.
+Browsers' events arrive on viser's threads. They are put into a queue, and handled between two frames in the thread that
+advances the session. A change that is refused changes nothing: its control returns to the session's value.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 import queue
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -21,9 +21,8 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from dsnn import MODELS
 from experiments.bench.live.drawing import Scene, Traces
-from experiments.bench.live.session import ROBOTS, ArenaSession, FootageSession
+from experiments.bench.live.session import ROBOTS, Session
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.models import PRESET
 from experiments.bench.run.play import Sample
@@ -33,9 +32,9 @@ from experiments.bench.sources.hand import Robot
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
 IDLE_S, RATE_FRAMES = 0.02, 30
-"""Time between two looks at what is asked for, and frames over which simulated and wall time are compared."""
+"""Time between two looks at the queue, and frames over which simulated and wall time are compared."""
 SETTLING_FRAMES = 45
-"""Frames after which a new browser draws the plots anew: laying out its panels, it may leave out the time axis."""
+"""Frames after which a new browser draws the plots again: laying out its panels, it may leave out the time axis."""
 PAUSED = "  \n**paused**"
 NONE, FRAME, BY_HAND, CHANGED = "none", "the camera's frame", "by hand", "changed"
 RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
@@ -59,15 +58,9 @@ HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view
 | `I` `K` | drive the stimulus ahead, back |
 | `J` `L` `X` | turn it left, right; stop |
 | with shift | the same for the observer |
-"""
-FILM_HINT = """**The network watches the footage.** Move its parameters in the tab *Model*.
-
-| | |
-|---|---|
-"""
-SHARED_HINT = """| `Space` `N` | pause or go on; one frame |
+| `Space` `N` | pause or go on; one frame |
 | `R` `C` | begin again; record |
-| `Z` | the model's parameters as they were |
+| `Z` | the model's first parameters |
 """
 
 
@@ -89,28 +82,23 @@ class Page:
         Where it listens, on this machine.
     """
 
-    def __init__(self, session: ArenaSession | FootageSession, port: int = 8099) -> None:
+    def __init__(self, session: Session, port: int = 8099) -> None:
         self.session, self.paused, self.pace = session, False, 1.0
         self._steps, self._map, self._settling = 0, NONE, 0
+        self._drawn: object = None
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._controls: list[tuple[Any, Callable[[], Any]]] = []
         with contextlib.redirect_stdout(io.StringIO()):  # its banner: the command prints the address
             self.server = viser.ViserServer("127.0.0.1", port, label="colias live", verbose=False)
         self.address = f"http://{self.server.get_host()}:{self.server.get_port()}"
-        self.scene: Scene | None = None
-        self._film: Any = None
-        self._drawn: list[Any] = []
-        self._drawn_models: object = None
-        self._drawn_trial: object = None
         self._build()
-        self._draw_models()
 
     def ask(self, do: Callable[[], None]) -> None:
-        """Let something be done between two frames."""
+        """Queue a call, to be made between two frames."""
         self._asked.put(do)
 
     def heed(self) -> None:
-        """Do what was asked for, then let every control show what the session has."""
+        """Make the queued calls, then let every control show the session's value."""
         count = self._asked.qsize()
         for _ in range(count):
             try:
@@ -121,9 +109,6 @@ class Page:
             self._refresh()
 
     def _refresh(self) -> None:
-        if self._drawn_models is not self.session.runners:
-            return  # the controls of other models are drawn with the next frame
-        self._controls = [(handle, present) for handle, present in self._controls if not handle._impl.removed]
         for handle, present in self._controls:
             if handle.value != (value := present()):
                 handle.value = value
@@ -135,7 +120,7 @@ class Page:
             client.add_notification("colias live", text, auto_close_seconds=6.0)
 
     def follow(self, handle: Any, do: Callable[[Any], None], present: Callable[[], Any]) -> None:
-        """Let a control ask ``do`` by each new value; ``present`` returns the value that the session has."""
+        """Let a control queue ``do`` with each new value; ``present`` returns the session's value."""
 
         async def update(event: Any) -> None:  # at once, in viser's loop: from its pool a refresh could come before it
             value = event.target.value
@@ -150,7 +135,7 @@ class Page:
         schema, now = schema_of(value, name), getattr(value, name, None)
         field = next(field for field in described({section: value}) if field.key == f"{section}.{name}")
         label = f"{name}, {field.unit}" if field.unit else name
-        hint = f"{field.description}; legal: {field.legal}; here: {field.value or 'none'}"
+        hint = f"{field.description}; {field.legal}; here: {field.value or 'none'}"
         present: Callable[[], Any] = lambda: getattr(holder(), name)  # noqa: E731
         handle: Any
         if name == PRESET:
@@ -171,56 +156,64 @@ class Page:
         self.follow(handle, lambda value: do(str(value)), present)
 
     def _build(self) -> None:
-        """Add what is there throughout."""
-        gui, ask, follow, session = self.server.gui, self.ask, self.follow, self.session
+        """Add the panels and the controls."""
+        gui, ask, session = self.server.gui, self.ask, self.session
         gui.configure_theme(show_logo=False, show_share_button=False)
         panel = gui.add_panel()
         with panel.add_tab("Network"):
             self._status = gui.add_markdown("")
             self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label=FRAME)
-            self._plots = gui.add_folder("HS and VS against T, spikes")
+            with gui.add_folder("HS and VS against T, spikes"):
+                self.traces = Traces(gui, session)
         panel.dock_left()
         panel.set_width(400.0)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(370.0)
-        gui.add_markdown((HINT if isinstance(session, ArenaSession) else FILM_HINT) + SHARED_HINT)
+        gui.add_markdown(HINT)
         self.note = gui.add_markdown("")
         tabs = gui.add_tab_group()
-        if isinstance(session, ArenaSession):
-            with tabs.add_tab("Drive"):
-                self._build_drive(session)
-        self._tab = tabs.add_tab("Model")
-        if isinstance(session, ArenaSession):
-            with tabs.add_tab("World"):
-                for section, name in ((section, name) for section, names in WORLD.items() for name in names):
-                    holder = partial(lambda section: getattr(session.spec.settings, section), section)
-                    self._parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
-                gui.add_button("reset the world").on_click(lambda _: ask(session.reset_world))
+        with tabs.add_tab("Drive"):
+            self._build_drive()
+        with tabs.add_tab("Model"):
+            self._build_models()
+        with tabs.add_tab("World"):
+            for section, name in ((section, name) for section, names in WORLD.items() for name in names):
+                holder = partial(lambda section: getattr(session.spec.settings, section), section)
+                self._parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
+            gui.add_button("reset the world").on_click(lambda _: ask(session.reset_world))
         with tabs.add_tab("View"):
             pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
             pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1", hint="seconds shown for each second")
             maps = gui.add_dropdown("layer map", (NONE, *MAPS), hint="of the first model, in place of the frame")
-            record = gui.add_button("record", hint="C: a run of what was done since the beginning")
+            record = gui.add_button("record", hint="C: a run of this trial since its beginning")
         pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
         record.on_click(lambda _: ask(self.record))
-        follow(
-            pace,
-            lambda name: setattr(self, "pace", RATES[name]),
-            lambda: next(name for name, rate in RATES.items() if rate == self.pace),
-        )
-        follow(maps, self.set_map, lambda: self._map)
+        paces = {rate: name for name, rate in RATES.items()}
+        self.follow(pace, lambda name: setattr(self, "pace", RATES[name]), lambda: paces[self.pace])
+        self.follow(maps, self.set_map, lambda: self._map)
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
-            ("pause or go on", "space", partial(self.time, "pause")), ("one frame", "N", partial(self.time, "step")),
+            ("pause or continue", "space", partial(self.time, "pause")), ("one frame", "N", partial(self.time, "step")),
             ("begin again", "R", partial(self.time, "again")), ("record", "C", self.record),
-            ("reset the model's parameters", "Z", self.reset_model),
+            ("reset the model's parameters", "Z", session.reset_parameters),
         )  # fmt: skip
         for label, key, do in commands:
             gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: ask(do))
         self.server.on_client_connect(lambda _: setattr(self, "_settling", SETTLING_FRAMES))
 
-    def _build_drive(self, session: ArenaSession) -> None:
-        """Add the controls of the robots, and what is drawn of the arena."""
-        server, gui, ask = self.server, self.server.gui, self.ask
+    def _build_models(self) -> None:
+        """Add the models' parameters, a folder a model."""
+        gui, session = self.server.gui, self.session
+        gui.add_button("reset the parameters", hint="key Z").on_click(lambda _: self.ask(session.reset_parameters))
+        for place, runner in enumerate(session.runners):
+            holder = partial(lambda place: session.runners[place].network, place)
+            with gui.add_folder(runner.label):
+                for field in dataclasses.fields(runner.network):
+                    do = partial(session.change, runner.label, field.name)
+                    self._parameter(runner.section, holder, field.name, do)
+
+    def _build_drive(self) -> None:
+        """Add the controls of the robots, and the arena."""
+        session, server, gui, ask = self.session, self.server, self.server.gui, self.ask
         server.scene.set_up_direction("+z")
         server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
         self.scene = Scene(server.scene)
@@ -237,14 +230,10 @@ class Page:
                 command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
                 command.on_trigger(lambda _, robot=robot, move=move: ask(partial(drive, robot, move)))
         speed = gui.add_slider("speed, cm/s", 0.5, 35.0, 0.5, session.speed_cm_s)
-        driver = gui.add_dropdown("the observer's driver", (BY_HAND, *session.behaviours),
-                                  initial_value=session.behaviour or BY_HAND)  # fmt: skip
         looped = gui.add_dropdown("trial", (BY_HAND, *session.experiments), initial_value=self._looped()[0],
                                   hint="by hand, or a condition of an experiment in a loop")  # fmt: skip
         self.condition = gui.add_dropdown("its condition", self._conditions(), initial_value=self._looped()[1])
         self.follow(speed, lambda value: session.set_speed(float(value)), lambda: session.speed_cm_s)
-        self.follow(driver, lambda value: session.behave("" if value == BY_HAND else str(value)),
-                    lambda: session.behaviour or BY_HAND)  # fmt: skip
         self.follow(looped, lambda value: session.show("" if value == BY_HAND else str(value)),
                     lambda: self._looped()[0])  # fmt: skip
         self.follow(self.condition, lambda label: session.show(self._looped()[0], int(label.partition(":")[0])),
@@ -252,18 +241,18 @@ class Page:
 
     def _conditions(self) -> tuple[str, ...]:
         """Return the conditions of the experiment that is looped, as its control lists them."""
-        looped = getattr(self.session, "looped", None)
-        if not looped or not isinstance(self.session, ArenaSession):
+        looped = self.session.looped
+        if not looped:
             return ("",)
         return tuple(f"{i}: {condition.label()}" for i, condition in enumerate(self.session.conditions(looped[0])))
 
     def _looped(self) -> tuple[str, str]:
         """Return the experiment that is looped and the label of its condition."""
-        looped = getattr(self.session, "looped", None)
+        looped = self.session.looped
         return (looped[0], self._conditions()[looped[1]]) if looped else (BY_HAND, "")
 
     def time(self, word: str) -> None:
-        """Pause or go on, go one frame, or begin again."""
+        """Pause or continue, advance one frame, or begin again."""
         if word == "pause":
             self.paused = not self.paused
             self._status.content = self._status.content.replace(PAUSED, "") + (PAUSED if self.paused else "")
@@ -273,25 +262,9 @@ class Page:
             self.session.begin()
 
     def record(self) -> None:
-        """Record what was done since the beginning."""
+        """Record the trial since its beginning."""
         folder = self.session.record().folder
         self.tell(f"recorded into {folder}; repeat it by: colias run --again {folder}")
-
-    def reset_model(self) -> None:
-        """Give the models the parameters that they began with."""
-        self.session.reset_parameters()
-        self.traces.freeze()
-
-    def set_models(self, names: Iterable[str]) -> None:
-        """Show other models: those registered, and those that the command was given."""
-        chosen = [name for name in dict.fromkeys(names) if name != NONE]
-        if unknown := set(chosen) - {*MODELS, *self.session.given}:
-            raise UsageError(f"model must be one of {', '.join(MODELS)}, got {unknown.pop()}")
-        self.session.choose_models(chosen)
-
-    def _change(self, model: str, name: str, text: str) -> None:
-        self.session.change(model, name, text)
-        self.traces.freeze()
 
     def set_map(self, name: str) -> None:
         """Show a layer map of the first model in place of the frame."""
@@ -304,19 +277,12 @@ class Page:
         """Show a frame, at ``rate`` simulated seconds for each second of the clock."""
         session = self.session
         with self.server.atomic():
-            if self._drawn_models is not session.runners:
-                for handle in (*self._drawn, self.traces):
-                    handle.remove()
-                self._draw_models()
-            if isinstance(session, ArenaSession) and self.scene is not None:
-                if self._drawn_trial is not session.trial:
-                    self._drawn_trial = session.trial
-                    self.scene.draw(session.trial.sim, session.spec.settings.camera)
-                    self.condition.options = self._conditions()
-                    self._refresh()
-                self.scene.move(session.poses)
-            else:
-                self._show_film(sample.image)
+            if self._drawn is not session.trial:
+                self._drawn = session.trial
+                self.scene.draw(session.trial.sim, session.spec.settings.camera)
+                self.condition.options = self._conditions()
+                self._refresh()
+            self.scene.move(session.poses)
             picture = self._picture(sample)
             times = max(1, IMAGE_PX // picture.shape[1])
             self._image.image = _grey(np.repeat(np.repeat(picture, times, 0), times, 1))
@@ -325,38 +291,6 @@ class Page:
                 self.traces.redraw()
             self._settling = max(self._settling - 1, 0)
             self._status.content = self._line(sample, rate)
-
-    def _show_film(self, luma: npt.NDArray[np.uint8]) -> None:
-        """Show footage where the arena would be, facing the viewer."""
-        if self._film is None:
-            scene, (rows, columns) = self.server.scene, luma.shape
-            scene.set_up_direction("-y")
-            self.server.initial_camera.position, self.server.initial_camera.look_at = (0.0, 0.0, -1.2), (0.0, 0.0, 0.0)
-            self._film = scene.add_image("/film", _grey(luma), columns / rows, 1.0)
-        self._film.image = _grey(luma)
-
-    def _draw_models(self) -> None:
-        """Draw the models' names and sliders, a folder a model, and their traces."""
-        gui, session = self.server.gui, self.session
-        self._drawn_models = session.runners
-        names, (one, *others) = tuple(dict.fromkeys([*MODELS, *session.given])), session.models
-        with self._tab:
-            first = gui.add_dropdown("model", names, initial_value=one)
-            second = gui.add_dropdown("beside it", (NONE, *names), initial_value=others[0] if others else NONE)
-            reset = gui.add_button("reset the parameters", hint="key Z")
-            self._drawn = [first, second, reset, *(gui.add_folder(runner.label) for runner in session.runners)]
-        for place, runner in enumerate(session.runners):
-            with self._drawn[3 + place]:
-                for field in dataclasses.fields(runner.network):
-                    self._parameter(
-                        runner.section, partial(lambda place: self.session.runners[place].network, place), field.name,
-                        partial(self._change, runner.label, field.name),
-                    )  # fmt: skip
-        reset.on_click(lambda _: self.ask(self.reset_model))
-        self.follow(first, lambda name: self.set_models((name, *session.models[1:])), lambda: session.models[0])
-        self.follow(second, lambda name: self.set_models((session.models[0], name)), lambda: (*session.models, NONE)[1])
-        with self._plots:
-            self.traces = Traces(gui, session.runners, session.interval_s)
 
     def _picture(self, sample: Sample) -> npt.NDArray[np.uint8]:
         """Return the camera's frame, or the chosen map of the first model that has it, about a middle grey."""
@@ -371,16 +305,16 @@ class Page:
         number = f"frame {session.number - 1}, {sample.time_s:.2f} s; simulated / wall time {rate:.2f}"
         lines = [session.title, number]
         for runner, response in zip(session.runners, session.responses.values(), strict=True):
-            label, channel, began = runner.label, runner.chosen.counted, runner.chosen.network
+            label, channel, first = runner.label, runner.chosen.counted, runner.chosen.network
             if response is None:
-                lines.append(f"**{label} broke**\n```\n{runner.trouble}\n```")
+                lines.append(f"**{label} raised**\n```\n{runner.trouble}\n```")
                 continue
             value = f"{channel.upper()} {getattr(response, channel):+.3f}, " if channel else ""
             lines.append(f"{label}: {value}{1000 * session.cost_s[label]:.2f} ms a frame")
             changed = [
-                f"{name} {getattr(began, name)} -> {now}"
+                f"{name} {getattr(first, name)} -> {now}"
                 for name in session.values.get(label, ())
-                if (now := getattr(runner.network, name)) != getattr(began, name)
+                if (now := getattr(runner.network, name)) != getattr(first, name)
             ]
             if changed:
                 lines.append(f"**{label} changed: {', '.join(changed)}**")
@@ -406,8 +340,7 @@ class Page:
                 continue
             times.append(time.perf_counter())
             self.show(sample, (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6))
-            wait = session.interval_s / self.pace if session.paced else 0.0
-            due = max(due + wait, time.perf_counter() - session.interval_s)
+            due = max(due + session.interval_s / self.pace, time.perf_counter() - session.interval_s)
             while (left := due - time.perf_counter()) > 0.0:
                 time.sleep(min(left, IDLE_S))
                 self.heed()

@@ -13,11 +13,9 @@ from typing import Any
 import pytest
 
 from experiments.bench.cli.main import command
-from experiments.bench.live.session import ArenaSession, FootageSession
+from experiments.bench.live.session import Session
 from experiments.bench.sources.robot import forget_simulations
 from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
-from tests.helpers.footage import film as filmed
-from tests.helpers.footage import street
 
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'"
@@ -59,8 +57,8 @@ def serving(port: int, make: Callable[[], Any]) -> Iterator[Any]:
         thread.join()
 
 
-def dsnn() -> ArenaSession:
-    return ArenaSession(["dsnn"])
+def dsnn() -> Session:
+    return Session(["dsnn"])
 
 
 def until(true: Any, otherwise: str = "") -> None:
@@ -127,16 +125,14 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         (text,) = session.values["dsnn"].values()
         assert list(session.values["dsnn"]) == ["t_sp"] and float(text) > limit
         assert session.runners[0].network.t_sp == float(text)
-        tab.until("document.body.innerText.includes('before')")  # the ghost
         tab.press("c")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.number > 3)
         tab.press("J", shift=True)
         until(lambda: session.trial.sim.robots["observer"].pose.heading > 0.3)
         tab.press("X", shift=True)
         until(lambda: session._wheels["observer"] == (0.0, 0.0))
-        page.ask(lambda: page.set_models(["emd", "dsnn"]))
-        until(lambda: session.models == ("emd", "dsnn"))
-        tab.until("document.body.innerText.includes('emd HS')")
+        page.ask(lambda: page.set_map("ON after FDSR"))
+        until(lambda: session.responses["dsnn"].maps is not None)
         tab.press(" ")
         until(lambda: page.paused)
         frame = session.number
@@ -145,27 +141,6 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (folder,) = tmp_path.glob("runs/live-*")
     again = tmp_path / "again"
     assert command(["run", "--again", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
-
-
-@needs_viser
-@needs_chromium
-@pytest.mark.filterwarnings("default")
-def test_footage_on_the_page(tmp_path: Path):
-    film = filmed(tmp_path / "street.avi", street(), 90)
-    with visited(tmp_path / "profile", PORT + 4, lambda: FootageSession(str(film), ["dsnn"])) as (page, tab, answers):
-        text = tab.ask("document.body.innerText")
-        tabs = tab.ask("[...document.querySelectorAll('[role=tab]')].map(t => t.innerText)")
-        assert "street.avi" in text and "stimulus" not in text and tabs == ["Network", "Model", "View"]
-        limit = page.session.runners[0].chosen.threshold
-        until(lambda: max(answers) > limit)
-        before = len(answers)
-        until(lambda: len(answers) > before + 90)  # its end is passed
-        page.ask(lambda: page.set_map("ON after FDSR"))
-        page.ask(lambda: page.set_models(["dsnn", "emd"]))
-        tab.until("document.body.innerText.includes('emd HS')")
-        assert page.session.runners[0].maps
-        tab.press("c")
-        tab.until("document.body.innerText.includes('this does it: colias watch')")
 
 
 @needs_viser
@@ -181,7 +156,7 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
         "from experiments import Behaviour\n"
         "BEHAVIOUR = Behaviour('turn', 'turns', 'Fixation', lambda rng: lambda seen: (-0.2, 0.2), 'neural', 'dsnn')\n"
     )
-    with serving(PORT + 5, lambda: ArenaSession(["dsnn"], experiment=str(user_experiment), behaviour="")) as page:
+    with serving(PORT + 5, lambda: Session(["dsnn"], experiment=str(user_experiment), behaviour="")) as page:
         until(lambda: page.session.number > 3)
         labels = page.condition.options
         assert len(labels) == len(page.session.conditions(str(user_experiment))) and "12 cm/s" in labels[-1]
@@ -190,10 +165,10 @@ def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path
         assert page.session.spec.condition.speed_cm_s == 12.0
         page.ask(lambda: page.session.show("../mine.py"))
         until(lambda: "unknown experiment" in page.note.content)
-    session = ArenaSession(["dsnn"], behaviour=str(reflex))
+    session = Session(["dsnn"], behaviour=str(reflex))
     for _ in range(20):
         session.step()
-    assert session.behaviour == str(reflex) and session.trial.sim.robots["observer"].pose.heading > 0.1
+    assert session.trial.sim.robots["observer"].pose.heading > 0.1
     forget_simulations()
 
 
@@ -217,7 +192,7 @@ def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
         ' vertex="0 0 0 .03 0 0 0 .03 0 0 0 .05"/></asset><worldbody>'
         f'{geoms}<geom type="mesh" mesh="wedge" pos="0.25 0.1 0"/></worldbody></mujoco>'
     )
-    with serving(PORT + 7, lambda: ArenaSession(["dsnn"], [f"scene.arena={arena}"])) as page:
+    with serving(PORT + 7, lambda: Session(["dsnn"], [f"scene.arena={arena}"])) as page:
         until(lambda: page.session.number > 2)
         drawn = [handle.name for handle in page.scene.drawn if handle.name.startswith("/world/")]
         assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"

@@ -1,4 +1,4 @@
-"""Driving by hand and footage behind the page: what is seen, what is recorded, what is refused."""
+"""Driving by hand behind the page: what is seen, what is recorded, what is refused."""
 
 from __future__ import annotations
 
@@ -8,15 +8,11 @@ import polars as pl
 import pytest
 
 import experiments
-from dsnn import DSNNParams
 from experiments.bench.cli.main import command
-from experiments.bench.live.session import START, ArenaSession, FootageSession, Session
-from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.live.session import START, Session
+from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.designs import visit
 from experiments.bench.sources.hand import Hand
-from tests.bench.test_watch import BREAKS
-from tests.helpers.footage import film as filmed
-from tests.helpers.footage import street
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""
@@ -35,7 +31,7 @@ def hs(session: Session, frames: int, model: str = "dsnn") -> list[float]:
 
 
 def test_rightward_passes_t_and_leftward_minus_t():
-    session = ArenaSession(["dsnn"])
+    session = Session(["dsnn"])
     assert max(map(abs, hs(session, 20))) < T  # nothing moves
     session.drive("stimulus", 1.0)
     there = hs(session, 75)
@@ -50,14 +46,13 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
         '<mujoco model="pillar"><include file="bright.xml"/><worldbody>'
         '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.18 0 0.04"/></worldbody></mujoco>'
     )
-    session = ArenaSession(["dsnn", "emd"], ["scene.light=0.8", f"scene.arena={arena}"], seed=3)
+    session = Session(["dsnn", "emd"], ["scene.light=0.8", f"scene.arena={arena}"], seed=3)
     session.drive("stimulus", 1.0)
     seen = hs(session, 40)
     session.change("dsnn", "w_i", "0.3")
     session.drive("observer", 0.2, 15.0)
     seen += hs(session, 30)
     session.drive("stimulus", -0.5, 20.0)
-    session.behave("fixation")
     seen += hs(session, 30)
     hand = session.hand()
     frames = session.record(tmp_path / "run").frames
@@ -71,7 +66,7 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
 
 
 def test_a_parameter_changes_the_answer_and_comes_back():
-    session = ArenaSession(["dsnn"])
+    session = Session(["dsnn"])
     session.change("dsnn", "t_sp", "0.9")
     session.drive("stimulus", 1.0)
 
@@ -97,14 +92,12 @@ def test_a_parameter_changes_the_answer_and_comes_back():
         lambda s: s.set("scene.light", "1e9"),
         lambda s: s.set("no.such", "1"),
         lambda s: s.set_speed(float("inf")),
-        lambda s: s.behave("still"),
-        lambda s: s.choose_models(["no-such-model"]),
         lambda s: s.show("no-such-experiment"),
         lambda s: s.show("speed", 10_000),
     ],
 )
 def test_what_is_refused_changes_nothing(refused):
-    session = ArenaSession(["dsnn"])
+    session = Session(["dsnn"])
     session.drive("stimulus", 1.0)
     hs(session, 5)
     trial, hand, settings = session.trial, session.hand(), dict(session.settings)
@@ -113,18 +106,14 @@ def test_what_is_refused_changes_nothing(refused):
     assert (session.trial, session.hand(), session.settings, session.values) == (trial, hand, settings, {})
 
 
-def test_a_behaviour_takes_the_observer_and_gives_it_back():
-    session = ArenaSession(["dsnn"], behaviour="avoidance")
+def test_a_behaviour_drives_the_observer():
+    session = Session(["dsnn"], behaviour="avoidance")
     hs(session, 20)
     assert any(robot == "observer" and (v or turn) for _, robot, v, turn in session.hand().commands)
-    session.behave("")
-    hs(session, 2)
-    last = [command for command in session.hand().commands if command[1] == "observer"][-1]
-    assert last[2:] == (0.0, 0.0)
 
 
 def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
-    session = ArenaSession(["dsnn"], experiment="general")
+    session = Session(["dsnn"], experiment="general")
     looped = []
     while not session.trial.drive.over:
         looped += hs(session, 1)
@@ -136,18 +125,16 @@ def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
     assert looped == run.frames.filter(pl.col("trial") == 0)["hs"].to_list()
 
 
-def test_the_world_goes_back_to_what_the_command_gave():
-    session = ArenaSession(["dsnn"], ["scene.light=0.7", "dsnn.w_i=0.5"])
+def test_the_world_returns_to_the_command_s_settings():
+    session = Session(["dsnn"], ["scene.light=0.7", "dsnn.w_i=0.5"])
     session.set("scene.light", "0.4")
     session.set("camera.read_noise", "3")
     session.reset_world()
     assert session.settings == {"scene.light": "0.7", "dsnn.w_i": "0.5"}
-    session.choose_models(["emd"])  # a parameter of a model that goes, goes with it
-    assert session.settings == {"scene.light": "0.7"}
 
 
 def test_robots_stop_before_the_wall_and_before_each_other():
-    session = ArenaSession(["dsnn"])
+    session = Session(["dsnn"])
     session.set_speed(30.0)
     session.begin({"stimulus": (12.0, 0.0, 180.0), "observer": (0.0, 0.0, 0.0)})
     session.drive("stimulus", 1.0)  # the observer is in the way
@@ -160,49 +147,3 @@ def test_robots_stop_before_the_wall_and_before_each_other():
     assert 0.35 < (stimulus.x**2 + stimulus.y**2) ** 0.5 < 0.45
     session.begin(START)
     assert session.number == 0 and session.poses["stimulus"].y == pytest.approx(0.11)
-
-
-@pytest.fixture(scope="module")
-def film(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return str(filmed(tmp_path_factory.mktemp("film") / "street.avi", street(), FRAMES))
-
-
-def test_the_answers_to_footage_are_those_of_colias_watch(film: str, tmp_path: Path):
-    session = FootageSession(film, ["dsnn", "emd"], ["dsnn.w_i=0.5"])
-    answers = hs(session, FRAMES)
-    assert hs(session, FRAMES) == answers, "it begins again"
-    session.change("dsnn", "t_sp", "0.9")
-    line = session.command().split()
-    assert command([*line[1:], "--no-view", "-q", "--out", str(tmp_path / "watched")]) == 0
-    run = experiments.load(tmp_path / "watched")
-    assert answers == run.frames.filter(pl.col("model") == "dsnn")["hs"].to_list()
-    assert (
-        run.description["models"][0]["network"] | {"w_i": 0.5, "t_sp": 0.9} == run.description["models"][0]["network"]
-    )
-
-
-def test_other_models_go_on_and_a_changed_parameter_stays_when_the_file_begins_again(film: str):
-    session = FootageSession(film, ["dsnn"], ["dsnn.w_i=0.5"])
-    session.change("dsnn", "t_sp", "0.9")
-    hs(session, FRAMES + 1)
-    assert session.runners[0].network.t_sp == 0.9 and session.number == 1
-    session.reset_parameters()
-    assert session.runners[0].network.t_sp == DSNNParams.offline().t_sp and not session.values
-    session.choose_models(["emd"])
-    assert session.step().time_s > 0.0, "the next frame, not the first"
-    assert "dsnn.w_i" not in session.command()
-    session.show_maps(True)
-    session.choose_models(["dsnn"])
-    session.step()
-    assert session.responses["dsnn"].maps is not None  # type: ignore[union-attr]
-    with pytest.raises(UsageError, match="colias watch"):
-        session.record()
-
-
-def test_a_model_that_breaks_is_told_and_the_session_lives(film: str, tmp_path: Path):
-    (tmp_path / "broken.py").write_text(BREAKS)
-    session = FootageSession(film, [str(tmp_path / "broken.py")])
-    with pytest.raises(TrialError, match="no answer"):
-        hs(session, 10, "broken")
-    session.choose_models(["dsnn"])
-    assert hs(session, 3)
