@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import pickle
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from experiments.bench import check
 from experiments.bench.check import try_laws
 from experiments.bench.cli.main import command
 from experiments.bench.run.models import ConfiguredModel, choose
-from experiments.bench.sources.clips import Clip, find_stimulus
 from scenes import ARENAS
 
 
@@ -197,40 +195,10 @@ def test_a_stimulus_s_mistake_breaks_its_law(flaw):
     assert expected <= found and bool(found) == bool(expected), found
 
 
-def test_the_command_ends_with_1_where_a_law_is_broken(tmp_path, capsys):
-    (tmp_path / "bad.py").write_text(
-        "from dataclasses import dataclass\nfrom dsnn import ModelEntry, Response\n\n\n"
-        "@dataclass(frozen=True)\nclass P:\n    t_sp: float = 0.2\n\n\n"
-        "class Bad:\n    def __init__(self, shape, p):\n        self.n = 0\n\n    def reset(self):\n        pass\n\n"
-        "    def step(self, frame, **of):\n        self.n += 1\n        return Response(hs=self.n / 1000)\n\n\n"
-        'MODEL = ModelEntry("bad", "counts frames", Bad, P())\n'
-    )
-    assert command(["check", "edge"]) == 0, "a stimulus that ships"
-    assert command(["check", "emd"]) == 0
-    assert command(["check", "drum"]) == 0
-    capsys.readouterr()
-    assert command(["check", str(tmp_path / "bad.py")]) == 1
-    assert "hs is" in capsys.readouterr().out
-
-
-OWN = """
-import numpy as np
-from dsnn.stimuli import ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth
-
-class Flicker(Stimulus[ClipParams]):
-    def __len__(self):
-        return 9
-
-    def frame(self, index):
-        return StimulusFrame(np.full(self.shape, 100 + index % 2, np.uint8), Truth("flickering"))
-
-STIMULUS = StimulusEntry("flicker", "grey that flickers", Flicker, ClipParams(rows=20, columns=30))
-"""
-
-
-def test_a_stimulus_of_one_s_own_keeps_the_laws_and_crosses_to_another_process(tmp_path):
-    (tmp_path / "flicker.py").write_text(OWN)
-    assert command(["check", str(tmp_path / "flicker.py")]) == 0
-    clip = Clip("one", find_stimulus(str(tmp_path / "flicker.py")), {"fps": 60.0})
-    there = pickle.loads(pickle.dumps(clip)).build(0)
-    assert (there.shape, there.fps, len(there)) == ((20, 30), 60.0, 9)
+def test_the_command_ends_with_1_where_a_law_is_broken(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert [command(["check", name]) for name in ("edge", "emd", "drum")] == [0, 0, 0]
+    assert command(["new", "model", "bad"]) == 0
+    text = (tmp_path / "bad.py").read_text()
+    (tmp_path / "bad.py").write_text(text.replace("    def reset(self)", "    def unused(self)"))
+    assert command(["check", "bad.py"]) == 1

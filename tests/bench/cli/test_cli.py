@@ -53,15 +53,6 @@ def test_tables_hold_every_trial_and_frame(finished):
     assert all(f"{mean:g}" in printed for mean in means) and "C15 not judged" in printed
 
 
-def test_summary_agrees_with_the_trials(finished):
-    run = experiments.load(finished[0])
-    rows = run.summary.filter(quantity="spikes").to_dicts()
-    assert len(rows) == 4
-    for row in rows:
-        spikes = run.trials.filter(direction=row["direction"], speed_cm_s=row["speed_cm_s"])["spikes"]
-        assert (row["n"], row["mean"], row["ci_low"]) == (2, spikes.mean(), None), "two trials have no interval"
-
-
 def test_run_json_holds_every_parameter_and_figures_note_its_code(finished):
     folder, _ = finished
     description = json.loads((folder / "run.json").read_text())
@@ -245,35 +236,6 @@ def test_a_run_is_never_overwritten(finished, colias):
     (copy / "run.json").unlink()
     before = files()
     assert colias("run", "speed", *QUICK, "--out", "copy").returncode == 2 and files() == before
-
-
-DESIGN = """from __future__ import annotations
-from dataclasses import dataclass
-from beside import SPEED
-from experiments import Condition, Experiment
-
-@dataclass(frozen=True)
-class Fast:
-    count: int = 1
-    pose_sd_mm: float = 1.0
-    heading_sd_deg: float = 1.0
-
-    def conditions(self):
-        return tuple(Condition("translation", "rightward", SPEED - i, 8.0) for i in range(self.count))
-
-EXPERIMENT = Experiment("mine", "fast", Fast(), "speed_cm_s", repeats=1)
-"""
-
-
-def test_an_experiment_of_one_s_own_runs_by_path(colias):
-    """Its design is a plain dataclass, beside another module of the user's; the folder's name looks like markup."""
-    (colias.folder / "beside.py").write_text("SPEED = 30.0\n")
-    (colias.folder / "mine.py").write_text(DESIGN)
-    done = colias("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
-    assert done.returncode == 0 and "[b]out: figure.png" in done.stdout, done.stderr
-    trials = pl.read_parquet(colias.folder / "[b]out" / "trials.parquet", glob=False)
-    assert trials["speed_cm_s"].to_list() == [30.0, 29.0]
-    assert "whole number" in colias("run", "mine.py", "--set", "experiment.count=two").stderr
 
 
 RUN_WITHOUT_GL = f"""{WITHOUT_GL}

@@ -34,6 +34,8 @@ REFUSALS = {
     "curve": (lambda name: main.command(["tune", "--curve", name]), "sped", "speed"),
     "behaviour": (lambda name: main.command(["behave", name]), "hybird", "hybrid"),
     "env": (lambda name: main.command(["behave", "escape", "--env", name]), "Avoidence-v0", "Avoidance-v0"),
+    "a key": (lambda name: main.command(["run", "speed", "--set", f"dsnn.{name}=1"]), "n_kon", "dsnn.n_con"),
+    "a section": (lambda name: main.command(["run", "speed", "--set", f"{name}.n_con=1"]), "dsn", "dsnn.n_con"),
     "a model's parameter": (lambda name: main.command(["run", "speed", "--model", f"dsnn:{name}=1"]), "n_kon", "n_con"),
     "an env's argument": (lambda name: avoidance(**{name: 1}), "robtos", "robots"),
     "factor": (lambda name: avoidance(randomise={name: (0.7, 1.3)}), "ligth", "light"),
@@ -52,24 +54,3 @@ def test_only_a_name_that_is_alike_is_named_as_the_nearest(refusal, tmp_path, mo
     with pytest.raises(ValueError, match=FAR) as caught:
         call(FAR)
     assert "nearest" not in str(caught.value) and "( " not in str(caught.value) and "()" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("typed", "meant"),
-    [
-        ("dsnn.n_kon", "dsnn.n_con"),
-        ("camra.fps", "camera.fps"),
-        ("n_con", "dsnn.n_con"),
-        (f"dsnn.{FAR}", ""),
-        (FAR, ""),
-    ],
-)
-def test_a_key_is_taken_for_one_of_like_name_not_of_like_section(typed, meant):
-    with pytest.raises(ValueError, match=f"no parameter '{typed}'") as caught:
-        main.command(["run", "speed", "--set", f"{typed}=1"])
-    message = str(caught.value)
-    assert message.count("nearest: ") == bool(meant) and f"(nearest: {meant}; " * bool(meant) in message, message
-    known = typed.partition(".")[0] in ("dsnn", "robot", "camera", "scene", "experiment")
-    assert known != ("sections here are dsnn, robot, camera, scene, experiment" in message) and "all: " in message, (
-        message
-    )

@@ -15,7 +15,6 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.calibrate import (
-    CalibrationError,
     exposure_loop,
     fixed_pattern,
     noise_levels,
@@ -119,11 +118,11 @@ def test_few_settlings_exclude_no_truth_unflagged():
     assert loop.certain  # of all of them
 
 
-def grey(count: int = 20, drift: float = 0.0, flicker: float = 0.0) -> np.ndarray:
-    """Frames of a scene of many greys, made by hand, (T, 40, 60); light drifts by a share, or flickers with an sd."""
+def grey(count: int, drift: float = 0.0) -> np.ndarray:
+    """Frames of a scene of many greys, made by hand, (T, 40, 60); light drifts by a share."""
     rng = np.random.default_rng(0)
     scene = np.linspace(40, 215, 40 * 60).reshape(40, 60)
-    light = 1.0 + drift * np.arange(count) / max(count - 1, 1) + flicker * rng.normal(size=count)
+    light = 1.0 + drift * np.arange(count) / (count - 1)
     frames = light[:, None, None] * scene
     noise = rng.normal(size=frames.shape) * np.sqrt(4.0 + 16.0 * scene / 255)
     return np.clip(np.rint(frames + noise), 0, 255).astype(np.uint8)
@@ -138,13 +137,12 @@ def test_unsteadiness_is_the_share_of_the_variance():
     assert unsteadiness(grey(60)) == 0.0 and unsteadiness(still(NOISY, 20)) == 0.0
 
 
-@pytest.mark.parametrize("share", [0.2, 0.8])
-def test_pixels_that_clip_at_times_are_left_out(share):
-    """However many do: what is clipped shows less noise, and the line would lean."""
-    rng = np.random.default_rng(0)
-    scene = np.tile(np.linspace(255 - 200 * (1 - share), 255 + 200 * share, 200), (40, 1))
-    frames = np.clip(np.rint(scene + rng.normal(0, 3.0, (60, *scene.shape))), 0, 255).astype(np.uint8)
-    assert photon_transfer([noise_levels(frames)]).dark_sd == pytest.approx(3.0, rel=0.15)
+def test_the_command_names_what_is_doubtful_and_gives_no_uncertain_setting(tmp_path, capsys):
+    write_pictures(tmp_path / "still", grey(60, drift=0.1), ".png")
+    for number in (0, 14):
+        write_pictures(tmp_path / f"loop{number}", settlings(LOOP)[number], ".pgm")
+    settings, notes = camera(tmp_path, capsys)
+    assert set(settings) == {"gain", "shot_noise", "read_noise"} and len(notes) == 2
 
 
 def test_a_fixed_pattern_is_told_from_temporal_noise_and_shading():
@@ -154,18 +152,6 @@ def test_a_fixed_pattern_is_told_from_temporal_noise_and_shading():
     for strength in (0.0, 1.5):
         frames = lit + rng.normal(0, strength, lit.shape) + rng.normal(0, 2.0, (100, *lit.shape))
         assert fixed_pattern(np.rint(frames).astype(np.uint8)) == pytest.approx(strength, rel=0.05, abs=0.1)
-
-
-def test_frames_that_show_something_else_are_refused():
-    flat = np.full((20, 10, 10), 100, np.uint8)
-    for measure, frames in ((noise_levels, flat[:3]), (noise_levels, np.full((20, 10, 10), 255, np.uint8)),
-                            (exposure_loop, [flat])):  # fmt: skip
-        with pytest.raises(CalibrationError):
-            measure(frames)
-    with pytest.raises(CalibrationError):
-        photon_transfer([noise_levels(flat)])
-    with pytest.raises(CalibrationError):
-        row_time_us([0.1], [0.0])
 
 
 def camera(folder, capsys, *options: str) -> tuple[dict[str, str], list[str]]:
@@ -190,15 +176,3 @@ def test_the_command_prints_settings_to_paste(tmp_path, capsys):
     assert not notes and CameraConfig(fps=5, **settings).ae_steps == 10
     assert float(settings["shot_noise"]) == pytest.approx(4.0, rel=0.1)
     assert float(settings["row_time_us"]) == pytest.approx(ROLLING.row_time_us, rel=0.05)
-
-
-def test_the_command_says_what_is_doubtful(tmp_path, capsys):
-    write_pictures(tmp_path / "steady" / "still", grey(60), ".png")
-    assert not camera(tmp_path / "steady", capsys)[1]
-    for change in ({"drift": 0.1}, {"flicker": 0.02}):
-        write_pictures(tmp_path / str(change) / "still", grey(60, **change), ".png")
-        assert len(camera(tmp_path / str(change), capsys)[1]) == 1
-    for number in (0, 14):
-        write_pictures(tmp_path / "few" / f"loop{number}", settlings(LOOP)[number], ".pgm")
-    settings, notes = camera(tmp_path / "few", capsys)
-    assert settings == {} and len(notes) == 1

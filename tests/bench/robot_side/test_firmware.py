@@ -81,17 +81,6 @@ def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_k
     assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
 
 
-def test_instructions_grow_with_the_pixels_of_the_frame():
-    """Taking luma out of a frame is one loop over its pixels: a count is a line, whose slope is that of a loop."""
-    luma = []
-    for rows in (16, 32, 48):
-        _, counts = firmware.measure(chip.program(["chip.columns=32", f"chip.rows={rows}"]), 2)
-        luma.append(counts["camera's luma"].max())
-        assert counts["camera's luma"].n_unique() == 1, "the same loop in every frame"
-    steps = np.diff(luma)
-    assert abs(steps[1] - steps[0]) <= 2 and 5 <= 4 * steps[0] / 512 <= 40, "instructions for four pixels"
-
-
 def test_a_budget_says_which_memory_is_too_small_and_by_how_much():
     network, settings = chip.program(SMALL)
     row, _ = firmware.measure((network, settings), 1)

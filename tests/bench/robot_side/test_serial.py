@@ -120,14 +120,6 @@ def test_what_was_sent_is_decoded():
     assert frames.rows() == EXPECTED
 
 
-@pytest.mark.parametrize(
-    "damaged", [b"\xff\x00\xfeboot\r\n", b"$frame,0,0,0,0,0,0,1*0000\r\n", b"$" + b"a" * 500 + b"\n"]
-)
-def test_a_damaged_line_costs_nothing_else(damaged):
-    frames, _, number = serial.decode(b"".join([*sent()[:1], damaged, *sent()[1:]]))
-    assert number == 1 and frames.rows() == EXPECTED
-
-
 @settings(deadline=None)  # no time is measured here
 @given(st.integers(0, TRIALS * FRAMES + 2), st.data())
 def test_a_flipped_bit_costs_its_own_record_alone(place, data):
@@ -152,15 +144,6 @@ def test_what_one_run_of_the_board_lost_another_has():
 def test_a_log_is_the_robots_only_where_a_board_says_so(lost, name, origin):
     frames, board, _ = serial.decode(b"".join(sent(name=name)[lost:]))
     assert set(serial.log(frames, board)["origin"]) == {origin}
-
-
-def test_the_command_counts_damaged_lines_and_writes_what_is_whole(tmp_path, capsys):
-    lines = sent()
-    lines[3] = lines[3].replace(b"frame", b"frbme")
-    (tmp_path / "serial.txt").write_bytes(b"".join(lines))
-    command = ["firmware", "decode", str(tmp_path / "serial.txt"), "--out", str(tmp_path / "out")]
-    assert main.command(command) == 1 and "1 damaged line, 1 missing frame" in capsys.readouterr().out
-    assert pl.read_csv(tmp_path / "out" / "log.csv").height == TRIALS * FRAMES - 1
 
 
 @needs_tools
