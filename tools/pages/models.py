@@ -1,4 +1,4 @@
-"""Pages: a page for each vision model: its answers to a clip, equations, class and parameters, and an index."""
+"""Pages: a page for each vision model: its response to a clip, equations, class and parameters, and an index."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def write(folder: Path) -> None:
     markdown.write(
         folder / "index.md",
         "# Models\n",
-        "Every model that ships: its equations, its parameters, and what it answers to one clip.\n"
+        "Every model that ships: its equations, its parameters, and its response to one clip.\n"
         "`--model NAME` shows it in every command that takes models, and `dsnn.MODELS[NAME]` is its entry.\n"
         "[Add a model](../../how-to/add-a-model.md) writes another,"
         " and [Looming detectors](../../results.md#looming-detectors) compares the looming detectors.\n",
@@ -57,7 +57,7 @@ def _write_page(folder: Path, entry: ModelEntry) -> None:
         folder / f"{entry.name}.md",
         f"# {entry.name}\n",
         f"{sentence(entry.summary)}\n",
-        "## Answer\n",
+        "## Response\n",
         *(_picture(folder, entry.name, channel) for channel in CLIPS if channel in entry.channels),
         "## Equations\n",
         (EQUATIONS / f"{entry.name}.md").read_text(encoding="utf-8"),
@@ -79,7 +79,7 @@ def _picture(folder: Path, name: str, channel: str) -> str:
     with style.look():
         drawn = clips.draw(Figure(), pl.DataFrame(shown.rows), shown.frames, {name: model.threshold}, title)
         drawn.savefig(folder / file, dpi=markdown.DPI)
-    return markdown.picture(file, f"The answers of {name} against time", f"The clip *{clip.name}* at 30 frames/s.")
+    return markdown.picture(file, f"The response of {name} over time", f"The clip *{clip.name}* at 30 frames/s.")
 
 
 def _presets(entry: ModelEntry, section: str) -> str:

@@ -1,4 +1,4 @@
-"""The playground, one file that opens from disk: the network as WebAssembly, and recorded trials it answers anew.
+"""The playground, one file that opens from disk: the network as WebAssembly, and recorded trials.
 
 Its HTML, style and JavaScript are in ``tools/playground/``. What depends on the code comes from here as data: the C
 compiled by Zig, the frames of runs that are made here, the ranges of parameters, the tables that need Python's
