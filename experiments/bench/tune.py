@@ -78,7 +78,7 @@ class Probe(NamedTuple):
 class Family(NamedTuple):
     """Tuning curves of one kind: the clips, the axes, how they are drawn.
 
-    A ``curve`` is the response along ``x``, a ``map`` over ``x`` and ``y``, a ``polar`` against the direction of
+    A ``curve`` is the response along ``x``, a ``map`` over ``x`` and ``y``, ``direction`` against the direction of
     motion. An ``approach`` is shown to looming models alone: their potential, spikes and time to contact along ``x``.
     """
 
@@ -120,8 +120,8 @@ FAMILIES: Mapping[str, Family] = {family.name: family for family in (
            CurveAxis("cycles_px", "spatial frequency", "cycles/px"),
            [_grating(f"grating {wave:g} px, {f:g} Hz", 1 / wave, f, period_px=wave, temporal_hz=f)
             for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], CurveAxis("temporal_hz", "temporal frequency", "Hz")),
-    Family("direction", "A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", "polar",
-           CurveAxis("direction_deg", "direction of motion", "degrees"),
+    Family("direction", "A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4",
+           "direction", CurveAxis("direction_deg", "direction of motion", "degrees"),
            [_grating(f"grating {d:g} deg", d, direction_deg=d)._replace(repeat=phase)
             for phase in range(PHASES) for d in DIRECTIONS_DEG]
            + [_object(f"object {d:g} deg", d, motion=motion)._replace(direction_deg=d)
@@ -263,17 +263,17 @@ def run(
     return points, rows, failures
 
 
-def draw(plan: Plan, folder: Path, points: pl.DataFrame, preferences: Sequence[Mapping[str, Any]]) -> dict[str, Path]:
-    """Write a figure for each family of which there are points; return the pictures by the families' names."""
-    from experiments.bench.report import style, tuning  # not before: a fit draws none of them
+def draw(plan: Plan, folder: Path, points: pl.DataFrame, preferences: Sequence[Mapping[str, Any]]) -> list[Path]:
+    """Write a figure for each family of which there are points; return the pictures."""
+    from experiments.bench.report import style, tuning  # not before: workers do without matplotlib
 
-    figures, changed = {}, differing(plan.models, offline=True)
-    for family in plan.families:
-        own = points.filter(pl.col("curve") == family.name)
-        if len(own):
-            figure = tuning.draw(family, own, preferences, changed)
-            figures[family.name] = style.save(figure, folder / family.name)
-    return figures
+    changed = differing(plan.models, offline=True)
+    own = [(family, points.filter(pl.col("curve") == family.name)) for family in plan.families]
+    return [
+        style.save(tuning.draw(family, table, preferences, changed), folder / family.name)
+        for family, table in own
+        if len(table)
+    ]
 
 
 def responses(plan: Plan, frames: pl.DataFrame) -> pl.DataFrame:

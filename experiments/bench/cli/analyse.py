@@ -277,7 +277,5 @@ def tune(
     figures = curves.draw(plan, folder, points, preferences)
     if not quiet:
         tuning.show(preferences)
-        show_files(
-            folder, ["tuning.csv", *(path.name for path in figures.values())], False, count(len(models), "model")
-        )
+        show_files(folder, ["tuning.csv", *(path.name for path in figures)], False, count(len(models), "model"))
     return options.EXIT_FAILED if failures else 0

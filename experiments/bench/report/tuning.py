@@ -1,4 +1,4 @@
-"""Tuning curves as figures, a panel for each model, and as a table on the terminal."""
+"""Tuning curves as figures, one for each family of clips, and on the terminal a line for each model."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import matplotlib as mpl
 import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
@@ -22,13 +21,12 @@ from experiments.bench.stats.curves import CurveAxis
 Row = Mapping[str, Any]
 """A model's preferences: `experiments.bench.tune.preferences`."""
 ACROSS = 4
-HEIGHTS = {"curve": 1.8, "map": 1.8, "polar": 2.0, "approach": 1.5}
-"""Kind of a figure -> the height of its panels with their titles, inches."""
+HEIGHT = 1.8
+"""Height of a panel with its title, inches."""
 CAPTIONS = {
     "curve": "Dots: one clip each, in the model's own unit.",
     "map": "One clip a cell. Circles: peaks of columns. Slope of best temporal over spatial frequency: 1 for speed.",
-    "polar": "Directions as in the image; radius: share of the largest. Filled: to gratings at one phase of five (HS"
-    " black, VS dotted). Squares: to the object. DSI: 1 one direction alone, 0.79 a cosine, 0 all alike.",
+    "direction": "Dots: one grating each; 0 rightward, 90 downward. DSI: 1 one direction, 0.79 a cosine, 0 all alike.",
     "approach": "Dots: one clip each. l / v: half the object's size over its speed. Angle: the full one it spans.",
 }
 """Kind of a figure -> n, and what its symbols mean."""
@@ -55,43 +53,68 @@ def draw(family: Any, points: pl.DataFrame, preferences: Sequence[Row], changed:
     """
     kind, x, y = family.kind, family.x, family.y
     rows = [row for row in preferences if row["model"] in points["model"]]
-    per_model = len(MEASURES) if kind == "approach" else 1
-    across = per_model if per_model > 1 else min(ACROSS, len(rows))
-    down = math.ceil(len(rows) * per_model / across)
-    height = min(HEIGHTS[kind] * (1.4 if len(rows) == 1 else 1.0), (style.PAGE - 0.8) / down)
+    columns = tuple(MEASURES) if kind == "approach" else ("response",)
+    across = len(columns) if kind == "approach" else min(ACROSS, len(rows))
+    down = math.ceil(len(rows) * len(columns) / across)
+    height = min(HEIGHT * (1.4 if len(rows) == 1 else 1.0), (style.PAGE - 0.8) / down)
+    angle = 2 * (pl.col("x") / pl.col("contact_s")).arctan().degrees()
     with style.look():
         figure = Figure((min(style.WIDTH, 4.4 * across), height * down + 0.8), layout="constrained")
-        looks = {"projection": "polar"} if kind == "polar" else {}
-        flat = style.grid(figure, len(rows) * per_model, across, sharex=per_model > 1, subplot_kw=looks)
-        panels = [flat[first : first + per_model] for first in range(0, len(flat), per_model)]
-        inches = figure.get_figwidth() / (across if per_model == 1 else 1) - 0.55
-        for group, row in zip(panels, rows, strict=True):
+        panels = style.grid(figure, len(rows) * len(columns), across, sharex=kind == "approach")
+        inches = figure.get_figwidth() / across - 0.55
+        for place, row in enumerate(rows):
             own = points.filter(pl.col("model") == row["model"], pl.col("repeat") == 0).sort("x", maintain_order=True)
-            finding = KINDS[kind](group, own, row, x)
-            title = style.wrapped(f"{row['model']}: {finding}", inches, style.BODY)
-            middle = group[per_model // 2]  # the layout makes room for the middle of a title
-            middle.set_title(title, loc="left" if per_model == 1 else "center", fontweight="bold")
-        for axes in flat[-across:]:
-            axes.set_xlabel("" if kind == "polar" else style.wrapped(x.label, inches / per_model))
+            if kind == "direction":
+                own = own.filter(line="grating")
+            if kind == "direction" and row["vs_dsi"] is not None:
+                both = own.select("x", "contact_s", "hs", "vs")
+                own = both.unpivot(["hs", "vs"], index=["x", "contact_s"], variable_name="line", value_name="response")
+            group = panels[place * len(columns) :][: len(columns)]
+            for axes, column in zip(group, columns, strict=True):
+                _map(axes, own, row) if y else _lines(axes, own.with_columns(angle_deg=angle), column)
+                axes.set_ylabel(MEASURES[column] if kind == "approach" else "")
+            title = f"{row['model']}: {finding(kind, own, row, x)}"
+            middle = group[len(group) // 2]  # the layout makes room for the middle of a title
+            middle.set_title(style.wrapped(title, inches * len(group), style.BODY), fontweight="bold",
+                             loc="left" if len(group) == 1 else "center")  # fmt: skip
+        for axes in panels[-across:]:
+            axes.set_xlabel(style.wrapped(x.label, inches))
         if y:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
-            figure.colorbar(scale, ax=flat, aspect=30, shrink=0.6).set_label("response (share of largest)")
-        figure.supylabel(y.label if y else "response" if kind == "curve" else "", fontsize=style.BODY)
+            figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
+        figure.supylabel(y.label if y else "" if kind == "approach" else "response", fontsize=style.BODY)
         style.caption(figure, f"{family.summary}{in_title(changed)}. {CAPTIONS[kind]}")
     return figure
 
 
-def peak_finding(x: Sequence[float], responses: Sequence[float], axis: CurveAxis) -> str:
-    """Say where a response is largest, or that no value of x can be called preferred."""
-    best = curves.preferred(x, responses)
-    if best is None:
-        return "no response" if np.abs(responses).max(initial=0.0) <= curves.NOTHING else "no response along the motion"
-    text = curves.range_text(x, best)
-    if text == "flat":
-        return "all responses are alike"
-    if curves.undefined_peak(responses):
+def finding(kind: str, own: pl.DataFrame, row: Row, axis: CurveAxis) -> str:
+    """Say what a model prefers along a curve, or that nothing can be called preferred."""
+    if kind == "approach" and "disc" in own["curve"]:
+        peak, spikes = (f"{row[f'looming_by_{name}'] or 0.0:.0%}" for name in ("potential", "spikes"))
+        return f"looming beats receding and crossing at {peak} of l / v by the peak, at {spikes} by spikes"
+    if kind == "approach":
+        fires = "no spike before contact" if row["fires_deg"] is None else f"first spike at {row['fires_deg']:.0f}°"
+        return f"{fires} of dark looming"
+    if kind == "direction":
+        if row["dsi"] is None:
+            return "preferred direction not defined" if "dsi: " in row["not_defined"] else "no response"
+        prefers = f"prefers {round(row['prefers_deg']) % 360}°" if row["dsi"] >= curves.SOME_DSI else "no preference"
+        return f"{prefers}, DSI {row['dsi']:.2f}"
+    if kind == "map":
+        if row["temporal_hz"] is None:
+            return "no peak" if "temporal_hz: " in row["not_defined"] else "no response"
+        if row["temporal_hz"] == row["wavelength_px"] == "flat":
+            return "all responses are alike"
+        slope = "" if row["slope"] is None else f", slope {row['slope']:z.2f}"
+        return f"largest at {row['temporal_hz']} Hz, {row['wavelength_px']} px{slope}"
+    first = own.filter(line=own["line"][0])
+    best = curves.preferred(first["x"], first["response"])
+    text = best and curves.range_text(first["x"], best)
+    if not text:
+        return "no response along the motion"
+    if text != "flat" and curves.undefined_peak(first["response"]):
         return f"no preferred {axis.noun}"
-    return f"largest response at {text} {axis.unit}".strip()
+    return "all responses are alike" if text == "flat" else f"largest response at {text} {axis.unit}".strip()
 
 
 def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
@@ -112,86 +135,27 @@ def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(3))
     heights = np.nan_to_num(own[column].to_numpy())
     axes.set_ylim(1.05 * min(heights.min(), 0.0), 1.05 * max(heights.max(), 0.0) or 1.0)
+    axes.axhline(0.0, color=style.GREY, lw=0.5)
     if own["line"].n_unique() > 1 and axes is axes.figure.axes[0]:
         style.label_ends(axes, ends)
 
 
-def _curve(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
-    """Draw the response along x; return the finding, that of the first line where lines differ."""
-    _lines(group[0], own, "response")
-    group[0].axhline(0.0, color=style.GREY, lw=0.5)
-    lines = own.partition_by("line", maintain_order=True)
-    findings = [peak_finding(line["x"].to_list(), line["response"].to_list(), x) for line in lines]
-    return findings[0] if len(set(findings)) == 1 else f"{findings[0]} ({own['line'][0]})"
-
-
-def _map(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
-    """Draw a heat map of responses with the best of each column; return where the largest is."""
+def _map(axes: Axes, own: pl.DataFrame, row: Row) -> None:
+    """Draw a map of responses with the best of each column."""
     places, rates, responses = curves.grid(own)
     largest = max(np.nanmax(np.abs(responses)), curves.NOTHING)
-    group[0].imshow(responses / largest, origin="lower", aspect="auto", cmap=style.DIVERGING, vmin=-1, vmax=1)
-    group[0].set_xticks(range(0, len(places), 2), [f"1/{1 / place:.0f}" for place in places[::2]])
-    group[0].set_yticks(range(0, len(rates), 3), [f"{rate:g}" for rate in rates[::3]])
-    if row["temporal_hz"] is None:
-        return (
-            "no peak, neighbours are no more alike than by chance"
-            if "temporal_hz: " in row["not_defined"]
-            else "no response"
-        )
-    best = np.interp(np.log(curves.best_rows(rates, responses)), np.log(rates), range(len(rates)))
-    group[0].plot(best, "o", ms=3.5, mfc="white", mec="black", mew=0.8)
-    rate, wave = (f"{row[name]} {unit}" for name, unit in (("temporal_hz", "Hz"), ("wavelength_px", "px")))
-    slope = "" if row["slope"] is None else f", slope {row['slope']:z.2f}"
-    return f"largest at {rate}, {wave}{slope}".replace("flat Hz", "any frequency").replace("flat px", "any wavelength")
-
-
-def _polar(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
-    """Draw the lobes of a response, and of HS and VS; return the preferred direction."""
-    axes, is_grating = group[0], pl.col("line") == "grating"
-    gratings, objects = own.filter(is_grating), own.filter(~is_grating)
-    directional = row["vs_dsi"] is not None
-    around, shown = (
-        np.radians([*gratings["x"], *gratings["x"][:1]]),
-        ("response", "hs", "vs")[: 3 if directional else 1],
-    )
-    lobes = np.maximum(gratings.select(shown).to_numpy(), 0.0)
-    shares = np.vstack([lobes, lobes[:1]]) / lobes.max(initial=curves.NOTHING)
-    axes.fill(around, shares[:, 0], fc=to_rgba(style.HUES[0], 0.15), ec=style.HUES[0], lw=1.3)
-    for share, look in zip(shares.T[1:], ("-", ":"), strict=False):
-        axes.plot(around, share, look, color="black", lw=0.9)
-    heights = objects["response"].to_numpy()
-    object_shares = np.maximum(heights, 0.0) / heights.max(initial=curves.NOTHING)
-    axes.plot(np.radians(objects["x"]), object_shares, "s", ms=4, mfc="white", mec=style.HUES[1], clip_on=False)
-    axes.set_xticks(np.arange(4) * np.pi / 2, [""] * 4)
-    axes.set(theta_direction=-1, ylim=(0, 1), yticks=[0.5], yticklabels=[""])
-    if row["dsi"] is None:
-        return "preferred direction not defined" if "dsi: " in row["not_defined"] else "no response"
-    if row["dsi"] < curves.SOME_DSI:
-        return f"no preferred direction, DSI {row['dsi']:.2f}"
-    return f"{'HS ' * directional}prefers {round(row['prefers_deg']) % 360}°, DSI {row['dsi']:.2f}"
-
-
-def _approach(group: Any, own: pl.DataFrame, row: Row, x: CurveAxis) -> str:
-    """Draw potential, spikes and the angle at the first spike against l / v; return what the model responds to."""
-    angle = 2 * (pl.col("x") / pl.col("contact_s")).arctan().degrees()
-    for axes, (column, label) in zip(group, MEASURES.items(), strict=True):
-        _lines(axes, own.with_columns(angle_deg=angle), column)
-        axes.set_ylabel(label)
-    if "disc" in own["curve"]:
-        peak, spikes = (f"{row[f'looming_by_{name}'] or 0.0:.0%}" for name in ("potential", "spikes"))
-        return f"looming beats receding and crossing at {peak} of l / v by the peak, at {spikes} by spikes"
-    fires = "no spike before contact" if row["fires_deg"] is None else f"first spike at {row['fires_deg']:.0f}°"
-    return f"{fires} of dark looming"
-
-
-KINDS = {"curve": _curve, "map": _map, "polar": _polar, "approach": _approach}
+    axes.imshow(responses / largest, origin="lower", aspect="auto", cmap=style.DIVERGING, vmin=-1, vmax=1)
+    axes.set_xticks(range(0, len(places), 2), [f"1/{1 / place:.0f}" for place in places[::2]])
+    axes.set_yticks(range(0, len(rates), 3), [f"{rate:g}" for rate in rates[::3]])
+    if row["temporal_hz"] is not None:
+        best = np.interp(np.log(curves.best_rows(rates, responses)), np.log(rates), range(len(rates)))
+        axes.plot(best, "o", ms=3.5, mfc="white", mec="black", mew=0.8)
 
 
 def show(preferences: Sequence[Row]) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
     cells = pl.DataFrame([{name: _cell(row, name) for name in row if not name.endswith(ENDS)} for row in preferences])
-    cells = cells.select(pl.col(name) for name in cells.columns if set(cells[name]) != {"-"})
-    terminal.show(cells)
+    terminal.show(cells.select(pl.col(name) for name in cells.columns if set(cells[name]) != {"-"}))
     terminal.show_line(NOTE)
     for row in preferences:
         if row["not_defined"]:
