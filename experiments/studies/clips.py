@@ -1,6 +1,6 @@
 """Studies and a fit of the claims about clips: the background's speed, other models' constants, the network's own."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +8,6 @@ import polars as pl
 
 from experiments import Check, Fit, Study
 from experiments.bench.stats.claim import DSNN, Claim, claims_on, find_claim
-from experiments.bench.stats.count import count_of
 from experiments.bench.stats.verdict import Outcome
 from experiments.claims.clips import ASSUMED, answer, levels, rises
 from experiments.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
@@ -52,26 +51,7 @@ def at_speed(claim: Claim, point: Mapping[str, str]) -> Claim:
     return replace(claim, conditions=conditions)
 
 
-def broken(result: Any) -> dict[str, list[dict[str, Any]]]:
-    """Return at which speeds each claim breaks, what decided at the lowest where it fails, and `answered`."""
-    speed = pl.col(BEHIND) / FPS
-    rows = []
-    for (claim,), table in result.counts.with_columns(speed).group_by("claim", maintain_order=True):
-        found = [(row[BEHIND], count_of(row), row["decided"]) for row in table.iter_rows(named=True)]
-        halves = [(at, counted.half or counted) for at, counted, _ in found]
-        failing = [(at, decided) for at, counted, decided in found if counted.fails]
-        half = any(counted.half for _, counted, _ in found)
-        rows.append({
-            "claim": f"{claim}, the DSNN's half" if half else claim,
-            "holds at (px a frame)": _listed(at for at, part in halves if part.holds == part.replicates),
-            "fails at": _listed(at for at, _ in failing),
-            "not judged at": _listed(at for at, part in halves if not part.judged),
-            "breaks first": "{:.2g} px a frame: {}".format(*min(failing)) if failing else "",
-        })  # fmt: skip
-    return {"Where each claim breaks": rows, "Crossings answered rightward": answered(result)}
-
-
-def answered(result: Any) -> list[dict[str, Any]]:
+def answered(result: Any) -> dict[str, list[dict[str, Any]]]:
     """Return in how many crossings the strongest of HS and VS is rightward, by model and the background's px a frame.
 
     The object moves rightward and the background leftward, in every replicate before another scene.
@@ -81,14 +61,11 @@ def answered(result: Any) -> list[dict[str, Any]]:
         if row["motion"] == "rightward" and row["object"] != "absent":
             column = f"{abs(row['background_speed']) / FPS:.2g}"
             found.setdefault(row["model"], {}).setdefault(column, []).append(answer(row) == "rightward")
-    return [
+    rows = [
         {"model": model, **{column: f"{sum(hits)}/{len(hits)}" for column, hits in columns.items()}}
         for model, columns in found.items()
     ]
-
-
-def _listed(speeds: Iterable[float]) -> str:
-    return ", ".join(f"{speed:.2g}" for speed in sorted(speeds)) or "-"
+    return {"Crossings answered rightward": rows}
 
 
 BACKGROUND = Study(
@@ -101,7 +78,7 @@ BACKGROUND = Study(
     repeats=None,
     replicates=1,
     claim_at=at_speed,
-    tables=broken,
+    tables=answered,
 )
 
 # Claims that compare the DSNN with another model, along that model's constants, which are not known: a claim is judged

@@ -33,13 +33,11 @@ PANEL = {
 EDGE = 15
 """Grey levels from one frame to the next, above which a cell counts as moving edge. In both arenas camera noise stays
 below 10, and the cells that the robot's edge passes change by more than 20."""
-EDGE_LEVELS = (10, 20, 40, 80, 160, 320)
-"""Cells of moving edge in a frame."""
 THRESHOLDS = tuple(round(0.52 + 0.02 * step, 2) for step in range(24))
 """Thresholds on the potential, 0.52 to 0.98, at which frames are counted."""
-COLUMNS = {"collision_frames": int, "edge_cells": int, "edge_frames": list[int], "frames_above": list[int]}
+COLUMNS = {"collision_frames": int, "edge_cells": int, "frames_above": list[int]}
 """The frames in which a detector announces a collision; the cells that changed by more than `EDGE`, over the trial; the
-frames with at least each of `EDGE_LEVELS` such cells; the frames whose potential reaches each of `THRESHOLDS`."""
+frames whose potential reaches each of `THRESHOLDS`."""
 
 
 def spikes_in_a_row(network: Any) -> int:
@@ -52,11 +50,10 @@ def spikes_in_a_row(network: Any) -> int:
 
 def columns(showings: Any) -> dict[str, dict[str, Any]]:
     """Return `COLUMNS` for each detector, of what a trial showed."""
-    cells = moving_edge(np.stack([sample.image for sample in showings[0].samples]))
-    edge = {"edge_cells": int(cells.sum()), "edge_frames": [int((cells >= level).sum()) for level in EDGE_LEVELS]}
+    cells = int(moving_edge(np.stack([sample.image for sample in showings[0].samples])).sum())
     return {
         model.label: {
-            "collision_frames": collisions(found.looming_spikes, spikes_in_a_row(model.network)), **edge,
+            "collision_frames": collisions(found.looming_spikes, spikes_in_a_row(model.network)), "edge_cells": cells,
             "frames_above": [int((found.looming >= threshold).sum()) for threshold in THRESHOLDS],
         }
         for showing in showings
@@ -114,12 +111,7 @@ def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
             "frames announced": means(rows, frames), "best threshold": THRESHOLDS[at.index(max(at))],
             "held there": max(at), "threshold from": PANEL[model][1],
         })  # fmt: skip
-        levels = {level: pl.col("edge_frames").list.get(index) for index, level in enumerate(EDGE_LEVELS)}
-        edges.setdefault(arena, {
-            "arena": arena, "cells at 0, 15, 30": means(rows, cells), "held": held(rows, cells),
-            **{f"frames with {level}": means(rows, number) for level, number in levels.items()},
-            **{f"held by {level}": held(rows, number) for level, number in levels.items()},
-        })  # fmt: skip
+        edges[arena] = {"arena": arena, "cells at 0, 15, 30": means(rows, cells), "held": held(rows, cells)}
     return {"Detectors": found, "Moving edge, counted as if it were a detector": list(edges.values())}
 
 

@@ -19,7 +19,7 @@ from experiments.bench.sweep_plan import EVERY_MODEL
 from experiments.clips import FASTER as SPEEDS
 from experiments.studies import onboard
 from experiments.studies.clips import BACKGROUND, BEHIND, at_speed
-from experiments.studies.detectors import EDGE, EDGE_LEVELS, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row
+from experiments.studies.detectors import EDGE, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row
 from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, distance
 from experiments.studies.robot import APPARATUS, DEFAULTS, EYES, NETWORK, READINGS
 from tests.bench.stats.test_replicates import rows_of
@@ -236,7 +236,6 @@ def detected(plan, *counts, edge=(100, 100, 120)):
         yield found | {
             "spikes": 99, "looming_spikes": spikes, "peak_looming": 0.69, "frames": 100, "drive": "feedback",
             "collision_frames": max(spikes - 4, 0), "edge_cells": cells[away],
-            "edge_frames": [cells[away]] * len(EDGE_LEVELS),
             "frames_above": [spikes * (threshold < 0.7) for threshold in THRESHOLDS],
         }  # fmt: skip
 
