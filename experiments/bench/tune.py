@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli import StimulusEntry
 from dsnn.stimuli.looming import Looming
 from experiments.bench.run import provenance, settings
 from experiments.bench.run.errors import UsageError
@@ -25,7 +24,7 @@ from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import TRIALS, Clip, place_of
+from experiments.bench.sources.clips import TRIALS, Clip
 from experiments.bench.stats import curves
 from experiments.bench.stats.curves import CurveAxis
 from scenes.hints import nearest
@@ -56,11 +55,9 @@ DARK, GRATINGS, LOOMING = "dark object", "grating", "dark looming"
 LOOMS, RECEDES, CROSSES = "dark disc looming", "dark disc receding", "dark disc crossing"
 """One disc at one speed. It crosses at the size at which the others end or begin."""
 L_OVER_V = CurveAxis("l_over_v_s", "l / v", "s")
-STIMULUS = "stimulus"
-"""Name of the curve that `of_stimulus` makes, and of the preference along it."""
 AXES = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
 """Columns of axes in ``tuning.csv``."""
-RANGES = ("speed_px_s", "size_px", "wavelength_px", "temporal_hz", STIMULUS)
+RANGES = ("speed_px_s", "size_px", "wavelength_px", "temporal_hz")
 
 
 class Probe(NamedTuple):
@@ -143,56 +140,6 @@ def families(names: Sequence[str]) -> tuple[Family, ...]:
     return tuple(family for family in FAMILIES.values() if not names or family.name in names)
 
 
-def of_stimulus(entry: StimulusEntry, assigned: Mapping[str, str], over: str, seed: int) -> Family:
-    """Return the curve of any stimulus along one of its parameters.
-
-    Parameters
-    ----------
-    entry
-        The stimulus, of a user's own file too.
-    assigned
-        Its other parameters, name -> text, as ``--set`` has them.
-    over
-        ``NAME.PARAM=V1,V2,...`` or ``PARAM=V1,V2,...``.
-    seed
-        Of the run: the direction of a clip's motion is read from its truth at this seed.
-
-    Raises
-    ------
-    UsageError
-        The parameter is unknown or no number, or a value is out of range.
-    """
-    key, _, text = over.partition("=")
-    name = key.removeprefix(f"{entry.name}.")
-    listed = f"colias list parameters {entry.name}"
-    settings.collect([f"{entry.name}.{name}={text}"], {entry.name: entry.params}, listed, "--over")
-    probes = []
-    for value in dict.fromkeys(text.split(",")):
-        typed = {**assigned, name: value.strip()}
-        params = settings.changed(entry.name, entry.params, typed, lambda name, text: f"--over {name}={text}")
-        try:
-            x = float(getattr(params, name))
-            clip = Clip(f"{name} {x:g}", entry, tuple((param, getattr(params, param)) for param in typed))
-            probes.append(Probe(clip, entry.name, x, direction_deg=direction_deg(clip, seed)))
-        except ValueError as error:
-            raise UsageError(f"--over {over}: {error}") from error
-    unit = settings.unit_of(entry.params, name)
-    noun = name.removesuffix(f"_{unit.replace('/', '_')}").replace("_", " ") if unit else name
-    return Family(STIMULUS, f"{entry.name}: {entry.summary}", "curve", CurveAxis(name, noun, unit), probes)
-
-
-def direction_deg(clip: Clip, seed: int) -> float:
-    """Return the direction of a clip's motion by its truth: that of the mean velocity of its moving frames, degrees.
-
-    The velocity is the object's, or the background's where there is no object. Rightward, 0, where the truth gives
-    none, or motions that cancel.
-    """
-    truths = [frame.truth for frame in clip.build(seed)]
-    velocities = [truth.velocity or truth.background_velocity for truth in truths if truth.motion != "still"]
-    x, y = (sum(velocity[axis] for velocity in velocities) for axis in (0, 1))
-    return math.degrees(math.atan2(y, x)) % 360.0 if math.hypot(x, y) > 1e-9 * max(len(velocities), 1) else 0.0
-
-
 class Plan(NamedTuple):
     """Curves to measure: everything that decides their numbers."""
 
@@ -212,21 +159,11 @@ class Plan(NamedTuple):
         ]
 
 
-def plan(
-    models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int,
-    stimulus: StimulusEntry | None = None, over: str = "",
-) -> Plan:  # fmt: skip
-    """Return a checked plan from what a person typed; `UsageError` for what cannot be run.
-
-    With a ``stimulus``, its curve along the parameter of ``over`` is measured, and the curves that are named. Without
-    one those that are named, or all.
-    """
+def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int) -> Plan:
+    """Return a checked plan of the curves that are named, or of all; `UsageError` for what cannot be run."""
     settings.check_counts(seed)
-    others = {} if stimulus is None else {stimulus.name: stimulus.params}
-    listed = ", ".join((*(f"colias list parameters {name}" for name in others), settings.LISTED_BY))
-    chosen, assigned = settings.watchers(models, assignments, others, listed)
-    along = [] if stimulus is None else [of_stimulus(stimulus, assigned.get(stimulus.name, {}), over, seed)]
-    planned = Plan((*along, *(families(names) if names or not along else ())), chosen, seed)
+    chosen, _ = settings.watchers(models, assignments)
+    planned = Plan(families(names), chosen, seed)
     if not planned.trials():
         raise UsageError(f"--curve {names[0]}: no model shown has a looming potential; add one by --model")
     return planned
@@ -244,13 +181,10 @@ def run(
     """
     changed = differing(plan.models, offline=True)
     trials = [trial for *_, trial in plan.trials()]
-    own = [probe.clip for family in plan.families if family.name == STIMULUS for probe in family.probes]
-    files = [place[0] for clip in own[:1] if (place := place_of(clip.entry))]
     description = {
         "kind": "tuning", "experiment": EXPERIMENT, "seed": plan.seed, "trials": len(trials), "models": plan.models,
         "changed": changed, "curves": [family.name for family in plan.families],
-        STIMULUS: {clip.name: clip.build(0).params for clip in own},
-        **provenance.of([model.source for model in plan.models] + files),
+        **provenance.of([model.source for model in plan.models]),
     }  # fmt: skip
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
     with batch.run(out, workers, resources) as folder:
@@ -296,7 +230,7 @@ def responses(plan: Plan, frames: pl.DataFrame) -> pl.DataFrame:
                     **curves.response(series, moving, probe.direction_deg, model.channels,
                                       approach=family.kind == "approach", contact_s=contact_s),
                 })  # fmt: skip
-    return pl.DataFrame(rows, curves.points_schema((*AXES, *(family.x.column for family in plan.families))))
+    return pl.DataFrame(rows, curves.points_schema(AXES))
 
 
 def preferences(points: pl.DataFrame, model: str, channels: Sequence[str]) -> dict[str, Any]:
@@ -328,7 +262,6 @@ def preferences(points: pl.DataFrame, model: str, channels: Sequence[str]) -> di
         "fires_deg": float(np.median(angles)) if len(angles) else None,
         "looming_by_potential": prefers_looming(own, "response"),
         "looming_by_spikes": prefers_looming(own, "spikes"),
-        **_range(STIMULUS, curves.line(own, STIMULUS), undefined),
         "not_defined": "; ".join(f"{name}: {why}" for name, why in undefined.items()),
     }
 

@@ -7,7 +7,6 @@ import polars as pl
 import pytest
 
 from dsnn import EMD, EMDParams
-from dsnn.stimuli import STIMULI
 from experiments.bench import tune
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import open_workers
@@ -82,15 +81,6 @@ def test_a_clip_is_one_point_and_moves_the_way_its_probe_says(family):
         truth = next(frame.truth for frame in probe.clip.build(0) if frame.truth.motion != "still")
         velocity, turn = truth.velocity or truth.background_velocity, math.radians(probe.direction_deg)
         assert velocity.x * math.cos(turn) + velocity.y * math.sin(turn) == pytest.approx(math.hypot(*velocity))
-
-
-def test_the_curve_of_a_stimulus_shows_the_clips_of_the_family_with_its_values(motion="downward", turn=90.0):
-    assigned = {name: str(value) for name, value in tune.SQUARE.items() if name != "speed"} | {"motion": motion}
-    own = tune.of_stimulus(STIMULI["plain"], assigned, "plain.speed=15,60", 0)
-    assert [(probe.x, probe.direction_deg) for probe in own.probes] == [(15.0, turn), (60.0, turn)]
-    declared = {probe.x: dict(probe.clip.changes) for probe in tune.FAMILIES["speed"].probes}
-    for probe in own.probes:
-        assert dict(probe.clip.changes) == declared[probe.x] | {"motion": motion}
 
 
 def test_approaches_are_shown_to_looming_models_alone():

@@ -242,8 +242,6 @@ def tune(
     curve: Annotated[
         list[str] | None, typer.Option(help="speed, size, contrast, frequency, direction, l-over-v or disc.")
     ] = None,
-    stimulus: Annotated[str | None, typer.Option(metavar="NAME|FILE", help="The stimulus of a curve --over.")] = None,
-    over: Annotated[str | None, typer.Option(metavar="NAME.PARAM=V1,V2", help="Its parameter and values.")] = None,
     seed: options.Seed = 0,
     out: options.Out = None,
     assignments: options.Assignments = None,
@@ -262,15 +260,10 @@ def tune(
     from experiments.bench import tune as curves
     from experiments.bench.report import tuning
     from experiments.bench.report.terminal import count, show_files
-    from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import COMPARED, shown_models
-    from experiments.bench.sources.clips import find_stimulus
 
-    if (stimulus is None) != (over is None):
-        raise UsageError(f"--stimulus and --over go together, got {stimulus or over} alone")
-    entry = None if stimulus is None else find_stimulus(stimulus)
     models = shown_models(COMPARED, model, only)
-    plan = curves.plan(models, curve or (), assignments or (), seed, entry, over or "")
+    plan = curves.plan(models, curve or (), assignments or (), seed)
     folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet)
     with means.pool(rendering=False) as pool:
         points, preferences, failures = curves.run(plan, folder, pool, means)
