@@ -29,7 +29,6 @@ from experiments.bench.run.play import ModelRunner
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
-from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.designs import Angular, Translation
@@ -51,13 +50,14 @@ from experiments.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
 """Board -> name of its table and its figure, without their endings."""
-TIMES: tuple[str, str] = ("us_99x72", "us_320x180")
+TIMES = {"us_99x72": (72, 99), "us_320x180": (180, 320)}
+"""Measure of time -> the shape of the frames, (R, C)."""
 PANELS: Mapping[str, Mapping[str, Sequence[str]]] = {
     DIRECTION: {
         "direction accuracy": ("direction_robot", "direction_clips"),
         "AUC, translation against depth": ("auc_robot", "auc_clips"),
         "background clips with spikes": ("false_alarms",),
-        "time (µs per frame)": TIMES,
+        "time (µs per frame)": tuple(TIMES),
     },
     LOOMING: {
         "AUC, looming against translation": ("auc_translation_robot", "auc_translation"),
@@ -66,7 +66,7 @@ PANELS: Mapping[str, Mapping[str, Sequence[str]]] = {
         "looming clips with spikes": ("answered",),
         "time to contact at the first spike (s)": ("contact_dark_s", "contact_light_s"),
         "false alarms per minute": ("alarms_translation", "alarms_gratings", "alarms_background"),
-        "time (µs per frame)": TIMES,
+        "time (µs per frame)": tuple(TIMES),
     },
 }
 """Board -> quantity -> its measures, which share a panel of the figure."""
@@ -240,37 +240,6 @@ def plan(models: Sequence[str], repeats: int | None, seed: int) -> Plan:
     return planned
 
 
-def play(
-    planned: Plan, folder: Path, pool: Workers, resources: Resources
-) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
-    """Run what ``folder`` lacks of a `plan`.
-
-    Returns
-    -------
-    responses, failures
-        Part of the plan -> a table of `RESPONSES`, and what failed.
-
-    Raises
-    ------
-    UsageError
-        The folder holds other trials.
-    """
-    begin_whole(folder, "leaderboard")
-    responses: dict[str, pl.DataFrame] = {}
-    failures: list[Failure] = []
-    for part, batches in planned.items():
-        rows: list[dict[str, Any]] = []
-        for batch in batches:
-            with batch.run(folder / batch.name, pool, resources) as run:
-                specs = {spec.index: spec for spec in batch.specs}
-                frames = run.table("frames").partition_by("trial", "model", as_dict=True)
-                table = run.table("trials").iter_rows(named=True)
-                rows += [response(row, specs[row["trial"]], frames.get((row["trial"], row["model"]))) for row in table]
-                failures += run.failures()
-        responses[part] = pl.DataFrame(rows, RESPONSES)
-    return responses, failures
-
-
 RESPONSES = pl.Schema({
     "model": pl.String, "condition": pl.String, "shown": pl.String, "right": pl.Boolean, "strength": pl.Float64,
     "looming": pl.Float64, "spiked": pl.Boolean, "seconds": pl.Float64, "alarms": pl.Int64, "contact_s": pl.Float64,
@@ -299,35 +268,24 @@ def response(row: Mapping[str, Any], trial: Any, frames: pl.DataFrame | None) ->
         Of clips the number of looming ``alarms`` in their ``seconds``, and the time to contact at the first, where one
         is approached.
     """
-    shown = _shown(row)
-    counts = [row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes") if row[name] is not None]
-    measured: dict[str, Any] = {"seconds": None, "alarms": None, "contact_s": None}
-    if frames is not None and row["looming_spikes"] is not None:
-        spikes = frames["looming_spikes"].to_numpy()
-        clip = trial.condition.build(trial.seed)
-        measured = {
-            "seconds": row["frames"] / row["fps"],
-            "alarms": alarm_count(spikes, row["fps"]),
-            "contact_s": first_alarm_s(spikes, clip.contact_s()) if isinstance(clip, Looming) else None,
-        }
-    return {
-        "model": row["model"],
-        "condition": f"{row['experiment']} {trial.condition.label()}",
-        "shown": shown,
-        "right": answer(row) == shown,
-        "strength": max(sign * row[column] for column, sign in SIGNED.values()),
-        "looming": row["peak_looming"],
-        "spiked": any(counts) if counts else None,
-        **measured,
-    }
-
-
-def _shown(row: Mapping[str, Any]) -> str:
     if "direction" in row:  # a robot's trial
-        return {"approach": "looming", "recession": "receding"}.get(row["motion"], str(row["direction"]))
-    if row["stimulus"] == "grating":
-        return "grating"
-    return "background" if row["object"] == "absent" or row["motion"] is None else str(row["motion"])
+        shown = {"approach": "looming", "recession": "receding"}.get(row["motion"], str(row["direction"]))
+    elif row["stimulus"] == "grating":
+        shown = "grating"
+    else:
+        shown = "background" if row["object"] == "absent" or row["motion"] is None else str(row["motion"])
+    counts = [row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes") if row[name] is not None]
+    found = {
+        "model": row["model"], "condition": f"{row['experiment']} {trial.condition.label()}", "shown": shown,
+        "right": answer(row) == shown, "strength": max(sign * row[column] for column, sign in SIGNED.values()),
+        "looming": row["peak_looming"], "spiked": any(counts) if counts else None,
+    }  # fmt: skip
+    if frames is None or row["looming_spikes"] is None:
+        return found | dict.fromkeys(("seconds", "alarms", "contact_s"))
+    spikes, clip = frames["looming_spikes"].to_numpy(), trial.condition.build(trial.seed)
+    contact_s = first_alarm_s(spikes, clip.contact_s()) if isinstance(clip, Looming) else None
+    alarms = alarm_count(spikes, row["fps"])
+    return found | {"seconds": row["frames"] / row["fps"], "alarms": alarms, "contact_s": contact_s}
 
 
 def share(table: pl.DataFrame, column: str) -> Score | None:
@@ -434,8 +392,9 @@ def rank(planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[st
             # A model without a potential, which says where motion is alone, has nothing that could be scored.
             label = model.label if model.counted else None
             own = (responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board))
-            rounds = {name: _of_rounds(times.get(name, {}).get(model.label)) for name in TIMES}
-            rows.append({"model": model.label, **_columns(scores(*own) | rounds)})
+            rounds = {name: us for name in TIMES if (us := times.get(name, {}).get(model.label))}
+            timed = {name: Score(float(np.median(us)), *median_interval(us), len(us)) for name, us in rounds.items()}
+            rows.append({"model": model.label, **_columns({**scores(*own), **dict.fromkeys(TIMES), **timed})})
         if rows:
             types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in rows[0] if name != "model"}
             table = pl.DataFrame(rows, {"model": pl.String, **types})
@@ -449,13 +408,8 @@ def _mean(board: str, start: str) -> pl.Expr:
     return pl.mean_horizontal(name for names in PANELS[board].values() for name in names if name.startswith(start))
 
 
-def _of_rounds(us: Sequence[float] | None) -> Score | None:
-    """Return the median of the times of rounds, its interval by order statistics."""
-    return Score(float(np.median(us)), *median_interval(us), len(us)) if us else None
-
-
-def _columns(scores: Mapping[str, Score | None]) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
+def _columns(scores: Mapping[str, Score | None]) -> dict[str, float | None]:
+    columns = {}
     for name, score in scores.items():
         for end, value in {"": "value", "_low": "low", "_high": "high", "_n": "n"}.items():
             number = getattr(score, value, None)
@@ -508,19 +462,26 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
     UsageError
         The folder holds other trials.
     """
-    from experiments.bench.report import scoreboard, style  # not before: a fit draws none
+    from experiments.bench.report import scoreboard, style  # not before: workers do without matplotlib
 
+    begin_whole(folder, "leaderboard")
+    responses: dict[str, pl.DataFrame] = {}
+    failures: list[Failure] = []
     with resources.pool() as pool:
-        responses, failures = play(planned, folder, pool, resources)
+        for part, batches in planned.items():
+            rows: list[dict[str, Any]] = []
+            for batch in batches:
+                with batch.run(folder / batch.name, pool, resources) as run:
+                    frames = run.table("frames").partition_by("trial", "model", as_dict=True)
+                    for row in run.table("trials").iter_rows(named=True):
+                        rows.append(response(row, batch.specs[row["trial"]], frames.get((row["trial"], row["model"]))))
+                    failures += run.failures()
+            responses[part] = pl.DataFrame(rows, RESPONSES)
     if not resources.quiet:
         error_console.print("timing: 99x72 and 320x180, in turns, one thread")
-    models = {part: batches[0].specs[0].models for part, batches in planned.items()}
-    clip_models = {model.label: model for part in models if part != ROBOT.name for model in models[part]}
     # After the workers have gone: nothing of this run's own competes for the processor.
-    times = {
-        "us_99x72": time_models(models[ROBOT.name], (72, 99)),
-        "us_320x180": time_models([*clip_models.values()], (180, 320)),
-    }
+    shown = {model.label: model for board in FILES if board in planned for model in planned[board][0].specs[0].models}
+    times = {name: time_models([*shown.values()], shape) for name, shape in TIMES.items()}
     boards = rank(planned, responses, times)
     for board, table in boards.items():
         Files(folder).write_rows(f"{FILES[board]}.csv", table.to_dicts())
