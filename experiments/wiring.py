@@ -25,15 +25,13 @@ class CheckedModel:
     def __init__(
         self, name: str, model: Any, channels: Sequence[str], thresholds: Mapping[str, float | None] | None = None
     ) -> None:
-        self.name, self.channels = name, tuple(channels)
+        self.name, self.inner, self.channels = name, model, tuple(channels)
         self.thresholds = dict(thresholds or {})
-        self.inner = model
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Answer the next frame (R, C)."""
-        answer = self.inner.step(frozen(frame))
         try:
-            return checked_response(answer, self.channels)
+            return checked_response(self.inner.step(frozen(frame)), self.channels)
         except ResponseError as error:
             raise ResponseError(f"model {self.name}: {error}") from None
 
@@ -56,22 +54,17 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     ValueError
         On an unknown name, naming the nearest; on a file that declares no model; on what is none of these.
     """
-    entry = _entry(model)
-    thresholds: dict[str, float | None] = {}
-    if entry is not None:
-        thresholds = {channel: entry.threshold(channel, entry.robot) for channel in entry.channels}
-        name, channels, built = entry.name, entry.channels, entry.build(shape, entry.robot)
-    elif callable(model):
-        name, channels = getattr(model, "__name__", type(model).__name__), CHANNELS
-        built = model(shape)
-    else:
+    if isinstance(model, str | Path):
+        model = load_model(str(model)) if is_file(str(model)) else model_entry(str(model))
+    if isinstance(model, ModelEntry):
+        thresholds = {channel: model.threshold(channel, model.robot) for channel in model.channels}
+        return CheckedModel(model.name, model.build(shape, model.robot), model.channels, thresholds)
+    if not callable(model):
         raise ValueError(
             f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
             " or a factory that takes one argument, the tuple (rows, columns)"
         )
-    if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
-        raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
-    return CheckedModel(name, built, channels, thresholds)
+    return CheckedModel(getattr(model, "__name__", type(model).__name__), model(shape), CHANNELS)
 
 
 def arena_text(path: Path) -> str:
@@ -80,7 +73,8 @@ def arena_text(path: Path) -> str:
     Parameters
     ----------
     path
-        The file, which is executed. Its ``ARENA`` is the MJCF, or a function without arguments that returns it.
+        The file, which is executed. Its ``ARENA`` is the MJCF, or a function without arguments that returns it, always
+        the same.
 
     Returns
     -------
@@ -90,27 +84,12 @@ def arena_text(path: Path) -> str:
     Raises
     ------
     ValueError
-        The file declares no ``ARENA``, or that is something else, or answers otherwise when it is called again.
+        The file declares no ``ARENA``, or that is something else.
     Exception
         Whatever the file raises.
     """
     arena = declared(path, "ARENA")
-    text, again = (arena(), arena()) if callable(arena) else (arena, arena)
+    text = arena() if callable(arena) else arena
     if not isinstance(text, str):
-        what = "ARENA returns" if callable(arena) else "ARENA is"
-        raise UsageError(f"{path}: {what} of the type {type(text).__name__}: expected MJCF, as a text")
-    if text != again:
-        raise UsageError(f"{path}: ARENA returns another text when it is called again: draw nothing at random in it")
+        raise UsageError(f"{path}: ARENA must be MJCF, as a text, got {type(text).__name__}")
     return text
-
-
-def _entry(model: Any) -> ModelEntry | None:
-    """Return the entry that a name, a path or an entry means; ``None`` for anything else."""
-    if isinstance(model, Path) or (isinstance(model, str) and is_file(model)):
-        try:
-            return load_model(str(model))
-        except UsageError as error:
-            raise ValueError(f"model={str(model)!r}: {error}") from None
-    if isinstance(model, str):
-        return model_entry(model)
-    return model if isinstance(model, ModelEntry) else None

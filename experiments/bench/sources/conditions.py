@@ -128,17 +128,9 @@ class Condition:
 
     @classmethod
     def along(
-        cls,
-        motion: str,
-        path: Path,
-        *,
-        direction: Direction | None = None,
-        observer: Path | None = None,
-        movers: Sequence[Path] = (),
-        shell_grey: float | None = None,
-        wall_contrast: float | None = None,
-        acceleration_cm_s2: float = START_CM_S2,
-    ) -> Condition:
+        cls, motion: str, path: Path, *, direction: Direction | None = None, observer: Path | None = None,
+        movers: Sequence[Path] = (), acceleration_cm_s2: float = START_CM_S2, **looks: float | None,
+    ) -> Condition:  # fmt: skip
         """Make a condition in which the stimulus takes a path of one's own.
 
         Parameters
@@ -151,10 +143,10 @@ class Condition:
             Of its image; left out, it is that from the bearing at its start to that at its end.
         observer, movers
             Paths of the observer and of further robots. All robots begin at the same time.
-        shell_grey, wall_contrast
-            As of a `Condition`.
         acceleration_cm_s2
             With which robots take a step of the speed: at the start, at the end, or between two legs.
+        **looks
+            ``shell_grey`` and ``wall_contrast``, as of a `Condition`.
 
         Returns
         -------
@@ -175,9 +167,7 @@ class Condition:
         'accelerating rightward, 12 cm/s at 8 cm'
         """
         if not path.length_cm:
-            raise ValueError(
-                f"condition {motion}: none of the legs of its path has a length_cm: the stimulus has to move"
-            )
+            raise ValueError(f"condition {motion}: the stimulus has to move: no leg of its path has a length_cm")
         start = acceleration_cm_s2 / 100
         route = path.stimulus_route(acceleration_cm_s2)
         speed = 100 * Schedule(route, start).speed_over(route.measured(start))
@@ -185,23 +175,19 @@ class Condition:
         places = [route.point(route.length - length * (1 - i / _PLACES)) for i in range(_PLACES + 1)]
         steps = [math.atan2(b.y, b.x) - math.atan2(a.y, a.x) for a, b in itertools.pairwise(places)]
         swept = math.degrees(sum(math.remainder(step, 2 * math.pi) for step in steps))
-        drive = turn = 0.0
-        if observer and observer.seconds:
-            drive = round(observer.length_cm / observer.seconds, 3)
-            turn = round(math.fsum(leg.turn_deg for leg in observer.legs) / observer.seconds, 3)
+        seconds = observer.seconds if observer else 0.0
         return cls(
             motion,
             direction or ("straight" if abs(swept) < 1.0 else "leftward" if swept > 0 else "rightward"),
             round(speed, 3),
             round(100 * min(math.hypot(place.x, place.y) for place in places), 3),
-            shell_grey=shell_grey,
-            wall_contrast=wall_contrast,
-            observer_speed_cm_s=drive,
-            observer_turn_deg_s=turn,
+            observer_speed_cm_s=round(observer.length_cm / seconds, 3) if observer and seconds else 0.0,
+            observer_turn_deg_s=round(observer.turn_deg / seconds, 3) if observer and seconds else 0.0,
             acceleration_cm_s2=acceleration_cm_s2,
             path=path,
             observer=observer,
             movers=tuple(movers),
+            **looks,
         )
 
     def columns(self) -> dict[str, Any]:
@@ -224,10 +210,8 @@ class Condition:
         """
         where = f"at {self.distance_cm:g} cm" if self.angle_deg is None else f"along {self.angle_deg:g} degrees"
         parts = [f"{self.motion} {self.direction}, {self.speed_cm_s:g} cm/s {where}"]
-        if self.shell_grey is not None:
-            parts.append(f"shell grey {self.shell_grey:g}")
-        if self.wall_contrast is not None:
-            parts.append(f"wall contrast {self.wall_contrast:g}")
+        looks = (("shell grey", self.shell_grey), ("wall contrast", self.wall_contrast))
+        parts += [f"{look} {value:g}" for look, value in looks if value is not None]
         if self.observer_speed_cm_s:
             parts.append(f"observer driving {self.observer_speed_cm_s:g} cm/s")
         if self.observer_turn_deg_s:

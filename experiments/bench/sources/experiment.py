@@ -102,27 +102,18 @@ class Experiment:
             raise ValueError(f"{where}: figure must be one of {', '.join(get_args(Drawing))}, got {short(self.figure)}")
         if self.figure == "excitation" and not set(NEEDED) <= set(self.models):
             raise ValueError(f"{where}: figure='excitation' needs the models {', '.join(NEEDED)}")
-        if not dataclasses.is_dataclass(self.design) or not hasattr(self.design, "conditions"):
-            raise ValueError(f"{where}: design must be a dataclass with conditions(), got {short(self.design)}")
-        for spread in (self.design.pose_sd_mm, self.design.heading_sd_deg):
-            if not 0 <= spread <= 100:
-                raise ValueError(f"{where}: pose_sd_mm and heading_sd_deg must be between 0 and 100, got {spread!r}")
-        self._check_conditions(where)
-
-    def _check_conditions(self, where: str) -> None:
         conditions = self.conditions()
-        if not conditions or not all(isinstance(condition, Condition) for condition in conditions):
-            raise ValueError(
-                f"{where}: conditions() of its design must return Condition objects, got {short(conditions)}"
-            )
+        if not conditions or self.varies not in CONDITION_COLUMNS or None in self._varied(conditions):
+            raise ValueError(f"{where}: varies must be a field that every condition sets, got {self.varies!r}")
         columns = [tuple(condition.columns().values()) for condition in conditions]
         if twice := [one.label() for index, one in enumerate(conditions) if columns[index] in columns[:index]]:
             raise ValueError(f"{where}: the condition '{twice[0]}' is there twice; give each path a motion of its own")
-        if self.varies not in CONDITION_COLUMNS or any(getattr(c, self.varies) is None for c in conditions):
-            raise ValueError(f"{where}: varies must be a field that every condition sets, got {self.varies!r}")
         crossings = all(condition.motion == "translation" for condition in conditions)
-        if self.figure == "mechanism" and not (crossings and isinstance(getattr(conditions[0], self.varies), float)):
+        if self.figure == "mechanism" and not (crossings and isinstance(self._varied(conditions)[0], float)):
             raise ValueError(f"{where}: figure='mechanism' needs translations alone, and varies to be a number")
+
+    def _varied(self, conditions: Iterable[Condition]) -> list[Any]:
+        return [getattr(condition, self.varies) for condition in conditions]
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions of its design, in order.

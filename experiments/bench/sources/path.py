@@ -8,6 +8,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import AfterValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
@@ -18,7 +20,7 @@ SAMPLES_PER_S = 100
 LONGEST_S = 120.0
 MOST_LEGS = 20_000
 _STANDING_CM = 1e-4
-"""Distance between two samples of a function of time below which it stands still: 0.01 cm/s."""
+"""Distance between two samples of a function of time below which it stands: 0.01 cm/s."""
 _WIDEST_DEG = 90.0
 """The largest angle of one arc: of a wider one it would not be clear where on it a robot is."""
 
@@ -159,9 +161,9 @@ class Path:
         Parameters
         ----------
         place
-            From the time in seconds to (x, y) in cm; where it does not move, the robot stands.
+            From the time in seconds to (x, y) in cm, which it never leaves alone: to stand is a `Leg`.
         seconds
-            Its duration, above 0 to 120.
+            Its duration, 0.02 to 120.
 
         Returns
         -------
@@ -171,7 +173,7 @@ class Path:
         Raises
         ------
         ValueError
-            The function returns something else than two finite numbers, or never moves.
+            The function returns something else than two finite numbers, or stands.
 
         Examples
         --------
@@ -179,14 +181,19 @@ class Path:
         >>> from experiments import Path
         >>> slalom = Path.of_time(lambda t: (9 + 2 * math.sin(2 * t), 8 - 4 * t), seconds=4)
         """
-        called = getattr(place, "__name__", type(place).__name__)
-        if not 2 / SAMPLES_PER_S <= seconds <= LONGEST_S:
-            raise ValueError(
-                f"path {called}: seconds must be between {2 / SAMPLES_PER_S} and {LONGEST_S:g}, got {seconds}"
-            )
         steps = max(round(seconds * SAMPLES_PER_S), 2)
-        points = [_point(place, called, seconds * step / steps) for step in range(steps + 1)]
-        return cls(*_traced(points, seconds / steps, called))
+        points = np.array([place(seconds * step / steps) for step in range(steps + 1)], float)
+        chords = np.diff(points, axis=0)
+        lengths = np.hypot(*chords.T)
+        if not (lengths > _STANDING_CM).all():  # nor NaN
+            raise ValueError("a path by a function of time must move, in cm, at all times; legs may stand")
+        headings = _at_knots(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
+        speeds, turns = _at_knots(lengths * steps / seconds), np.diff(headings)
+        arcs = lengths / np.sinc(turns / (2 * np.pi))  # longer than their chords
+        most = 2 * lengths * steps / seconds
+        ends = np.minimum(np.maximum([speeds[:-1], speeds[1:]], 0.0), most)
+        legs = [Leg(*leg) for leg in zip(arcs, *ends, np.degrees(turns), strict=True)]
+        return cls(legs, *points[0], math.degrees(math.remainder(headings[0], 2 * math.pi)))
 
     @property
     def seconds(self) -> float:
@@ -197,6 +204,11 @@ class Path:
     def length_cm(self) -> float:
         """Length of the path."""
         return math.fsum(leg.length_cm for leg in self.legs)
+
+    @property
+    def turn_deg(self) -> float:
+        """Angle by which the heading changes along it."""
+        return math.fsum(leg.turn_deg for leg in self.legs)
 
     def stimulus_route(self, acceleration_cm_s2: float, ahead_cm: float = 0.0) -> Route:
         """Return the route of a stimulus, with its run-up.
@@ -257,57 +269,7 @@ class Path:
         return Path(legs, self.x_cm, -self.y_cm, -self.heading_deg)
 
 
-def _point(place: Callable[[float], tuple[float, float]], called: str, time: float) -> tuple[float, float]:
-    x, y = (float(value) for value in place(time))
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(f"path {called}: x and y at {time:g} s must be finite numbers of cm, got ({x:g}, {y:g})")
-    return x, y
-
-
-def _traced(
-    points: list[tuple[float, float]], step_s: float, called: str
-) -> tuple[tuple[Leg, ...], float, float, float]:
-    """Return legs through points that are ``step_s`` apart in time, and where they begin."""
-    chords = [(x - u, y - v) for (u, v), (x, y) in itertools.pairwise(points)]
-    moving = [math.hypot(*chord) > _STANDING_CM for chord in chords]
-    if not any(moving):
-        raise ValueError(f"path {called}: it never moves; it is read in cm")
-    directions = [math.atan2(dy, dx) for dx, dy in chords]
-    legs: list[Leg] = []
-    heading = begin = 0.0
-    for run, (is_moving, indices) in enumerate(
-        (key, list(group)) for key, group in itertools.groupby(range(len(chords)), moving.__getitem__)
-    ):
-        if not is_moving:
-            legs.append(Leg(seconds=len(indices) * step_s))
-            continue
-        ways = [directions[i] for i in indices]
-        for i in range(1, len(ways)):  # not wrapped
-            ways[i] = ways[i - 1] + math.remainder(ways[i] - ways[i - 1], 2 * math.pi)
-        speeds = [math.hypot(*chords[i]) / step_s for i in indices]
-        turned, knots = _at_knots(ways), _at_knots(speeds)
-        before, after = run > 0, indices[-1] + 1 < len(chords)  # stands there
-        knots = [0.0 if (before and i == 0) or (after and i == len(ways)) else max(v, 0.0) for i, v in enumerate(knots)]
-        if not any(leg.length_cm for leg in legs):
-            heading = begin = turned[0]
-        corner = math.degrees(math.remainder(turned[0] - heading, 2 * math.pi))
-        if abs(corner) > 1e-6 and legs and not legs[-1].length_cm:  # it turns where it stands
-            legs[-1] = dataclasses.replace(legs[-1], turn_deg=corner)
-        for i, index in enumerate(indices):
-            turn = turned[i + 1] - turned[i]
-            bend = turn / 2 / math.sin(turn / 2) if abs(turn) > 1e-9 else 1.0  # arc over chord
-            speed, end_speed = (min(knots[k], 2 * speeds[i]) for k in (i, i + 1))
-            if not speed + end_speed:
-                speed = end_speed = speeds[i]
-            legs.append(Leg(math.hypot(*chords[index]) * bend, speed, end_speed, math.degrees(turn)))
-        heading = turned[-1]
-    x, y = points[0]
-    return tuple(legs), x, y, math.degrees(math.remainder(begin, 2 * math.pi))
-
-
-def _at_knots(values: list[float]) -> list[float]:
-    """Values between the middles of intervals, and beyond the first and last as the nearest two go on."""
-    if len(values) == 1:
-        return values * 2
-    between = [(one + other) / 2 for one, other in itertools.pairwise(values)]
-    return [(3 * values[0] - values[1]) / 2, *between, (3 * values[-1] - values[-2]) / 2]
+def _at_knots(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return values between the middles of intervals, and beyond the first and last as the nearest two go on."""
+    between = (values[:-1] + values[1:]) / 2
+    return np.concatenate([[2 * values[0] - between[0]], between, [2 * values[-1] - between[-1]]])
