@@ -129,7 +129,7 @@ class Condition:
     @classmethod
     def along(
         cls, motion: str, path: Path, *, direction: Direction | None = None, observer: Path | None = None,
-        movers: Sequence[Path] = (), acceleration_cm_s2: float = START_CM_S2, **looks: float | None,
+        movers: Sequence[Path] = (), acceleration_cm_s2: float = START_CM_S2, **looks: Any,
     ) -> Condition:  # fmt: skip
         """Make a condition in which the stimulus takes a path of one's own.
 

@@ -193,7 +193,8 @@ class Path:
         most = 2 * lengths * steps / seconds
         ends = np.minimum(np.maximum([speeds[:-1], speeds[1:]], 0.0), most)
         legs = [Leg(*leg) for leg in zip(arcs, *ends, np.degrees(turns), strict=True)]
-        return cls(legs, *points[0], math.degrees(math.remainder(headings[0], 2 * math.pi)))
+        x, y = points[0].tolist()
+        return cls(legs, x, y, math.degrees(math.remainder(headings[0], 2 * math.pi)))
 
     @property
     def seconds(self) -> float:
