@@ -14,7 +14,6 @@ def live(
         str,
         typer.Argument(
             help="Begin with its first condition in a loop: a name that colias list shows, or a .py file.",
-            autocompletion=options.experiment_names,
             show_default=False,
         ),
     ] = "",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from typer.core import TyperGroup
@@ -78,52 +78,15 @@ class _Commands(TyperGroup):
 
 
 app = typer.Typer(
-    cls=_Commands,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
+    cls=_Commands, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-def _register() -> None:
-    """Put every command into the app."""
-    for entries in GROUPS.values():
-        for name, (command, text) in entries.items():
-            if isinstance(command, typer.Typer):
-                app.add_typer(command, name=name, short_help=text)
-            else:
-                app.command(name, short_help=text)(command)
-    for old in RENAMED:
-        app.command(old, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
-            _renamed
-        )
-
-
-def _renamed(context: typer.Context) -> int:
-    from experiments.bench.run.errors import UsageError
-
-    raise UsageError(f"colias {context.info_name}: it is {RENAMED[str(context.info_name)]} now")
-
-
-_register()
-
-
-def _show_version(wanted: bool) -> None:
-    """Print the version; then there is nothing else to do."""
-    if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"colias-sim {version('colias-sim')}")
-        raise typer.Exit
-
-
-@app.callback()
-def _whole(
-    version: Annotated[
-        bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)
-    ] = False,
-) -> None:
-    """Take the options of ``colias`` itself."""
+)  # fmt: skip
+for _entries in GROUPS.values():
+    for _name, (_command, _text) in _entries.items():
+        if isinstance(_command, typer.Typer):
+            app.add_typer(_command, name=_name, short_help=_text)
+        else:
+            app.command(_name, short_help=_text)(_command)
 
 
 @cache
@@ -136,11 +99,20 @@ def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     from experiments.bench.run.command import begun_by
 
-    try:
-        # Not standalone, so that the parser's own complaints come out as one line too.
-        with begun_by({"line": list(arguments)}):
-            return int(parser()(args=arguments, standalone_mode=False) or 0)
-    except typer.TyperException as error:
-        from experiments.bench.run.errors import UsageError
+    first, problem = arguments[0], ""
+    if first == "--version":
+        from importlib.metadata import version
 
-        raise UsageError(" ".join(error.format_message().split())) from None
+        typer.echo(f"colias-sim {version('colias-sim')}")
+        return 0
+    try:
+        if first not in RENAMED:
+            # Not standalone, so that the parser's own complaints come out as one line too.
+            with begun_by({"line": list(arguments)}):
+                return int(parser()(args=arguments, standalone_mode=False) or 0)
+        problem = f"colias {first}: it is {RENAMED[first]} now"
+    except typer.TyperException as error:
+        problem = " ".join(error.format_message().split())
+    from experiments.bench.run.errors import UsageError
+
+    raise UsageError(problem)

@@ -25,13 +25,6 @@ def _figures_for(medium: str) -> str:
     return medium
 
 
-def experiment_names(incomplete: str) -> list[str]:
-    """Return the experiments whose names begin so, for the shell's completion."""
-    from experiments import NAMES, OFFLINE
-
-    return [name for name in (*NAMES, *OFFLINE) if name.startswith(incomplete)]
-
-
 Assignments = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter (colias list parameters).")
 ]

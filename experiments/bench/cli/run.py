@@ -19,12 +19,8 @@ NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "live": False, "view": False
 
 def run(
     context: typer.Context,
-    experiment: Annotated[
-        str | None, typer.Argument(help="A name, or a .py file.", autocompletion=options.experiment_names)
-    ] = None,
-    again: Annotated[
-        Path | None, typer.Option(metavar="RUN", help="Repeat this run instead, and compare every row.")
-    ] = None,
+    experiment: Annotated[str | None, typer.Argument(help="A name, or a .py file.")] = None,
+    again: Annotated[Path | None, typer.Option(metavar="RUN", help="Repeat this run, and compare every row.")] = None,
     repeats: options.Repeats = None,
     seed: options.Seed = 0,
     out: options.Out = None,

@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from experiments.bench.run.errors import UsageError
 from scenes.hints import nearest
 
 KINDS = {
@@ -47,6 +46,7 @@ def write(kind: str, name: str, folder: Path) -> Path:
     OSError
         The file cannot be written.
     """
+    from experiments.bench.run.errors import UsageError
     from experiments.bench.run.templates import render
 
     if kind not in KINDS:
