@@ -21,29 +21,22 @@ app = typer.Typer(
 
 
 @app.command(short_help="Measure RAM, flash and instructions on the chip.")
-def budget(
-    assignments: options.Assignments = None,
-    over: options.Over = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the whole table there too, as CSV.")] = None,
-) -> int:  # fmt: skip
+def budget(assignments: options.Assignments = None) -> int:
     """Build the chip's program, measure its memory, and count its instructions in QEMU.
 
     Bytes are those of the linked program. Instructions are those of the worst frame of clips with noise, flicker and
     motion.
 
-    colias firmware budget --over dsnn.n_con=4,6,8 --set chip.ring_frames=2
+    colias firmware budget --set dsnn-onboard.n_con=8 --set chip.ring_frames=2
     """
-    from experiments.bench.grid import levels_of, points_of
+    import polars as pl
+
     from experiments.bench.report.terminal import out_console, show
     from experiments.bench.robot_side import chip, firmware, qemu
 
-    points = points_of(levels_of(over, assignments or ()) if over else {})
-    sets = [[*(assignments or ()), *(f"{key}={value}" for key, value in point)] for point in points]
-    table = firmware.budget([chip.program(texts) for texts in sets])
-    if out is not None:
-        table.write_csv(out)
-    names = [", ".join(value for _, value in point) or "value" for point in points]
-    show(table.transpose(include_header=True, header_name=", ".join(key for key, _ in points[0]), column_names=names))
+    row, _ = firmware.measure(chip.program(assignments or ()))
+    show(pl.DataFrame({"budget": list(row), "": [f"{value:,}" if isinstance(value, int) else str(value)
+                                                 for value in row.values()]}))  # fmt: skip
     least, most = chip.CYCLES
     line = f"bytes; instructions and ms of the worst frame, at an assumed {least} to {most} cycles an instruction"
     out_console.print(f"{line}. {qemu.versions()}", soft_wrap=True)

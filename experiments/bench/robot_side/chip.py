@@ -12,8 +12,6 @@ from dsnn.onboard.params import OnboardParams
 from experiments.bench.run.settings import changed, collect
 
 MODEL, CHIP = "dsnn-onboard", "chip"
-ALIAS = "dsnn."
-"""``--set dsnn.n_con=4`` is short for ``dsnn-onboard.n_con=4`` here."""
 LISTED_BY = "colias list parameters firmware"
 CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
@@ -64,11 +62,6 @@ def sections() -> dict[str, Any]:
 def program(assignments: Iterable[str]) -> Program:
     """Return a program with ``SECTION.NAME=VALUE`` texts applied; `UsageError` for what is not legal."""
     values = sections()
-    collected = collect(map(full_key, assignments), values, LISTED_BY)
+    collected = collect(assignments, values, LISTED_BY)
     network, chip = (changed(name, value, collected.get(name, {})) for name, value in values.items())
     return network, chip
-
-
-def full_key(text: str) -> str:
-    """Return a text of ``--set`` with the short name of the section written out."""
-    return f"{MODEL}.{text.removeprefix(ALIAS)}" if text.startswith(ALIAS) else text

@@ -12,7 +12,7 @@ import numpy as np
 from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
 from experiments.bench.robot_side import firmware
-from experiments.bench.robot_side.chip import MODEL, Program, full_key
+from experiments.bench.robot_side.chip import MODEL, Program
 from experiments.bench.robot_side.import_log import FRAMES
 from experiments.bench.run.recordings import write_pictures
 from experiments.bench.run.templates import render
@@ -78,7 +78,7 @@ def _settings(program: Program, assignments: Sequence[str]) -> list[str]:
     """Return what ``colias import`` sets so that model and camera are as they are here."""
     network, chip = program
     camera, values = CameraConfig(), {"width": chip.columns, "height": chip.rows, "fps": network.fps}
-    of_model = [text for text in map(full_key, assignments) if text.startswith(f"{MODEL}.")]
+    of_model = [text for text in assignments if text.startswith(f"{MODEL}.")]
     return of_model + [f"camera.{name}={value:g}" for name, value in values.items() if value != getattr(camera, name)]
 
 

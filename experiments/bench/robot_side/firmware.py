@@ -7,7 +7,6 @@ import struct
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -207,18 +206,6 @@ def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object],
         "memory": f"lacks {', '.join(short)}" if short else "fits", **worst, "ms_least": least, "ms_most": most,
     }  # fmt: skip
     return row, table
-
-
-def budget(programs: Sequence[Program]) -> pl.DataFrame:
-    """Measure programs, a row each, in threads, as compiler and emulator are processes of their own.
-
-    Parameters
-    ----------
-    programs
-        The programs.
-    """
-    with ThreadPoolExecutor() as pool:
-        return pl.DataFrame([row for row, _ in pool.map(measure, programs)])
 
 
 def compare(program: Program, chip: Emulator, shown: Sequence[tuple[str, Frames]]) -> pl.DataFrame:

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 import pytest
 
 from experiments.bench.cli import main
@@ -66,7 +65,7 @@ def test_the_chip_responds_to_golden_clips_as_the_host_does_at_full_size():
 
 def test_a_wrong_response_of_the_chip_is_found():
     """The control: a network with another weight is not equal."""
-    with firmware.emulated(chip.program([*SMALL, "dsnn.w_i=0.8"])) as (running, _):
+    with firmware.emulated(chip.program([*SMALL, "dsnn-onboard.w_i=0.8"])) as (running, _):
         table = firmware.compare(chip.program(SMALL), running, list(firmware.clips((24, 33), 20).items()))
     first = firmware.differing(table).row(0, named=True)
     assert any(first[name] != first[f"{name}_host"] for name in firmware.CHANNELS)
@@ -74,8 +73,7 @@ def test_a_wrong_response_of_the_chip_is_found():
 
 def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_known():
     """Sizes and counts of instructions: none depends on the machine's load. The default has 2,808 B left, as ever."""
-    table = firmware.budget([chip.program(SMALL)] * 2)
-    assert table[0].equals(table[1])
+    assert firmware.measure(chip.program(SMALL))[0] == firmware.measure(chip.program(SMALL))[0]
     row, _ = firmware.measure(chip.program(()), 2)
     assert row["left"] - chip.ChipSettings().robot_ram == 2808 and row["memory"] == "fits"
     assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
@@ -93,11 +91,8 @@ def test_a_budget_says_which_memory_is_too_small_and_by_how_much():
     assert firmware.measure((network, tight), 1)[0]["memory"] == "lacks flash, stack"
 
 
-def test_the_commands(tmp_path, capsys):
+def test_the_commands(capsys):
     sets = [word for text in SMALL for word in ("--set", text)]
-    command = ["firmware", "budget", *sets, "--over", "dsnn.n_con=4,8", "--out", str(tmp_path / "budget.csv")]
-    assert main.command(command) == 0
-    rows = pl.read_csv(tmp_path / "budget.csv").to_dicts()
-    assert [row["n_con"] for row in rows] == [4, 8] and rows[0]["states"] < rows[1]["states"]
+    assert main.command(["firmware", "budget", *sets]) == 0
     assert main.command(["firmware", "check", *sets]) == 0
     assert "equal: 1,144 frames" in capsys.readouterr().out
