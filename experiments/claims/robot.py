@@ -6,25 +6,24 @@ words are read where they leave room.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from statistics import fmean
 from typing import Any
 
-import numpy as np
-
+from experiments.bench.run.rows import group
 from experiments.bench.sources.judge import Row, Rows, paper_trials
 from experiments.bench.stats.checks import Check, exceeds, is_number
 from experiments.bench.stats.claim import DSNN
 from experiments.bench.stats.claim import shipped as claim
-from experiments.bench.stats.tests import contrast, paired, proportion_interval, summarise, trend
+from experiments.bench.stats.tests import contrast, paired, summarise, trend
 from experiments.bench.stats.verdict import Outcome
 
 ByLevel = Mapping[float, Sequence[float]]
 """Level of a condition -> a value of each of its trials."""
-Curve = Mapping[float, Mapping[int, float]]
-"""Speed, cm/s -> trial -> its value."""
+Curves = Mapping[str, Mapping[float, Mapping[int, float]]]
+"""Name of a model -> speed, cm/s -> trial -> its value."""
 
 ACROSS = {"motion": ("translation",)}
 APPROACH = {"motion": ("approach",)}
@@ -75,21 +74,17 @@ def crossings_needed(speeds: Iterable[float]) -> Outcome:
 
 def means(groups: ByLevel) -> dict[float, float]:
     """Return level -> mean."""
-    return {level: float(np.mean(values)) for level, values in groups.items()}
-
-
-def mean_text(values: Sequence[float], digits: int = 1, lowest: float = -math.inf) -> str:
-    """Return a mean with its 95 % interval, if there is one, in words; it does not go below ``lowest``."""
-    summary = summarise(values, lowest)
-    low, high = f"{summary.ci_low:.{digits}f}", f"{summary.ci_high:.{digits}f}"
-    return f"{summary.mean:.{digits}f}" + (f" [{low}, {high}]" if is_number(summary.ci_low) else "")
+    return {level: fmean(values) for level, values in groups.items()}
 
 
 def means_text(groups: ByLevel, unit: str) -> str:
-    """Return mean spikes of each group with its 95 % interval, and how many trials each mean is of, in words."""
-    texts = [f"{level:g} {unit}: {mean_text(spikes, lowest=0.0)}" for level, spikes in groups.items()]
-    counts = sorted({len(spikes) for spikes in groups.values()})
-    return f"mean spikes at {', '.join(texts)} (n = {'..'.join(map(str, counts))} each)"
+    """Return the mean of each group with its 95 % interval, if there is one, in words."""
+    texts = []
+    for level, values in groups.items():
+        summary = summarise(values, 0.0)
+        interval = f" [{summary.ci_low:.1f}, {summary.ci_high:.1f}]" if is_number(summary.ci_low) else ""
+        texts.append(f"{level:g} {unit}: {summary.mean:.1f}{interval}")
+    return f"mean spikes at {', '.join(texts)}"
 
 
 def more_spikes(mean: Mapping[float, float], pairs: Iterable[tuple[float, float]], unit: str) -> list[Check]:
@@ -100,41 +95,39 @@ def more_spikes(mean: Mapping[float, float], pairs: Iterable[tuple[float, float]
     ]
 
 
-def outcome_of(checks: Sequence[Check], groups: Mapping[Any, Sequence[float]], measured: str, effect: str) -> Outcome:
-    """Return the outcome of checks on ``groups``, a value of each trial by condition."""
-    counts = [len(values) for values in groups.values()]
+def outcome_of(checks: Sequence[Check], groups: Iterable[Sequence[Any]], measured: str, effect: str) -> Outcome:
+    """Return the outcome of checks on ``groups``, the trials of each condition."""
+    counts = [len(trials) for trials in groups]
     return Outcome.of(checks, measured, effect, sum(counts), min(counts))
 
 
 def at_every_speed(
-    rows: Rows, motion: str, checks: Callable[[ByLevel], list[Check]], effect: Callable[[ByLevel], str]
+    rows: Rows, motion: str, judge: Callable[[Mapping[float, list[float]]], tuple[list[Check], str]]
 ) -> Outcome:
-    """Return the outcome of ``checks`` at each speed at which the motion was shown along all `ANGLES`."""
-    speeds = sorted({row["speed_cm_s"] for row in paper_trials(rows, motion=motion)})
-    by_speed = {speed: by_level(rows, "angle_deg", motion=motion, speed_cm_s=speed) for speed in speeds}
-    whole = {
-        speed: {a: groups[a] for a in ANGLES} for speed, groups in by_speed.items() if set(ANGLES) <= groups.keys()
-    }
-    if not whole:
+    """Return the outcome of what ``judge`` asks at each speed at which the motion was shown along all `ANGLES`."""
+    every, measured, effects, conditions = [], [], [], []
+    for speed in sorted({row["speed_cm_s"] for row in paper_trials(rows, motion=motion)}):
+        groups = by_level(rows, "angle_deg", motion=motion, speed_cm_s=speed)
+        if set(ANGLES) <= groups.keys():
+            groups = {angle: groups[angle] for angle in ANGLES}
+            checks, effect = judge(groups)
+            every += [replace(check, says=f"{speed:g} cm/s: {check.says}") for check in checks]
+            measured.append(f"{speed:g} cm/s: {means_text(groups, 'degrees')}")
+            effects.append(f"{speed:g} cm/s: {effect}")
+            conditions += groups.values()
+    if not every:
         return Outcome.unjudged(f"needs {motion} at -30, -15, 0, 15 and 30 degrees")
-    every, measured, effects = [], [], []
-    conditions: dict[str, Sequence[float]] = {}
-    for speed, groups in whole.items():
-        which = f"{speed:g} cm/s: " if len(whole) > 1 else ""
-        every += [replace(check, says=f"{which}{check.says}") for check in checks(groups)]
-        measured.append(f"{which}{means_text(groups, 'degrees')}")
-        effects.append(f"{which}{effect(groups)}")
-        conditions |= {f"{which}{angle}": spikes for angle, spikes in groups.items()}
     return outcome_of(every, conditions, "; ".join(measured), "; ".join(effects))
 
 
 def of_pairs(rows: Rows, motion: str, pairs: Sequence[tuple[float, float]]) -> Outcome:
     """Return the outcome of more spikes at the first angle of each pair than at the second, at every speed shown."""
 
-    def effect(groups: ByLevel) -> str:
-        return f"against |angle|: {trend([(abs(angle), groups[angle]) for angle in sorted(groups, key=abs)])}"
+    def judge(groups: Mapping[float, list[float]]) -> tuple[list[Check], str]:
+        test = trend([(abs(angle), groups[angle]) for angle in sorted(groups, key=abs)])
+        return more_spikes(means(groups), pairs, "degrees"), f"against |angle|: {test}"
 
-    return at_every_speed(rows, motion, lambda groups: more_spikes(means(groups), pairs, "degrees"), effect)
+    return at_every_speed(rows, motion, judge)
 
 
 FEWEST_AHEAD = (*((angle, 0.0) for angle in ANGLES if angle), (-30.0, -15.0), (30.0, 15.0))
@@ -144,57 +137,43 @@ FEWEST_AHEAD = (*((angle, 0.0) for angle in ANGLES if angle), (-30.0, -15.0), (3
 def more_on_one_side(rows: Rows, motion: str, more: float, name: str) -> Outcome:
     """Return the outcome of more spikes on the side of the sign ``more``, at 15 and 30 degrees together."""
 
-    def split(groups: ByLevel) -> tuple[list[float], list[float]]:
-        here, there = ([n for a in (15.0, 30.0) for n in groups[side * a]] for side in (more, -more))
-        return here, there
+    def judge(groups: Mapping[float, list[float]]) -> tuple[list[Check], str]:
+        here, there = (groups[side * 15.0] + groups[side * 30.0] for side in (more, -more))
+        text = f"{name}: {fmean(here):.1f} spikes a trial"
+        check = exceeds(text, fmean(here), fmean(there), "on the other side", "spikes")
+        return [check], f"{name}: {contrast(here, there)}"
 
-    def checks(groups: ByLevel) -> list[Check]:
-        here, there = (float(np.mean(side)) for side in split(groups))
-        return [exceeds(f"{name}: {here:.1f} spikes a trial", here, there, "on the other side", "spikes")]
-
-    def effect(groups: ByLevel) -> str:
-        here, there = split(groups)
-        here_text, there_text = mean_text(here, lowest=0.0), mean_text(there, lowest=0.0)
-        return f"{name}: {here_text} and {there_text} spikes a trial, {contrast(here, there)}"
-
-    return at_every_speed(rows, motion, checks, effect)
+    return at_every_speed(rows, motion, judge)
 
 
-class Curves(dict[str, Curve]):
-    """Values of a column in rightward crossings at 8 cm: name of a model -> speed -> trial -> value."""
-
-    def __init__(self, rows: Rows, labels: Mapping[str, str], column: str) -> None:
-        trials = paper_trials(rows, motion="translation", direction="rightward", distance_cm=8.0)
-        for name, label in labels.items():
-            values: dict[float, dict[int, float]] = {}
-            for row in (row for row in trials if row["model"] == label):
-                values.setdefault(row["speed_cm_s"], {})[row["trial"]] = float(row[column])
-            self[name] = values
-        self.speeds = sorted(set.intersection(*map(set, self.values())))
-        """The speeds at which every model has a value."""
-
-    def only(self, speeds: Sequence[float]) -> dict[str, dict[float, float]]:
-        """Keep these speeds, and return the means over trials: name -> speed -> mean."""
-        for name, curve in self.items():
-            self[name] = {speed: curve[speed] for speed in speeds}
-        self.speeds = list(speeds)
-        return {name: {s: float(np.mean(list(curve[s].values()))) for s in speeds} for name, curve in self.items()}
-
-    def paired(self, first: str, second: str) -> str:
-        """Return a paired test over all speeds, in words: the models saw the same frames."""
-        pairs = [(value, self[second][speed][trial]) for speed in self.speeds
-                 for trial, value in self[first][speed].items() if trial in self[second][speed]]  # fmt: skip
-        return str(paired([a for a, _ in pairs], [b for _, b in pairs]))
-
-    def outcome(self, checks: Sequence[Check], measured: str, effect: str) -> Outcome:
-        """Return the outcome; n counts the trials in which any of the models was judged, once each."""
-        trials = [curve[speed] for curve in self.values() for speed in self.speeds]
-        n, fewest = len({trial for values in trials for trial in values}), min(map(len, trials))
-        return Outcome.of(checks, measured, effect, n, fewest)
+def of_each_trial(checks: Sequence[Check], groups: Sequence[Rows], broken: int, threshold: float) -> Outcome:
+    """Return the outcome of a claim about every trial of two motions; of one alone it cannot hold."""
+    tested = [trials for trials in groups if trials]
+    outcome = outcome_of(checks, tested, "", "").noting([f"T = {threshold:g}"])
+    outcome = replace(outcome, broken=broken, effect=f"{broken} of {outcome.n} trials break it")
+    whole = len(tested) == len(groups) or outcome.verdict == "fails"
+    return outcome if whole else outcome.withheld("the other motion was not run")
 
 
-def higher(mean: Mapping[str, Mapping[float, float]], one: str, others: Iterable[str], what: str) -> list[Check]:
+def curves_of(rows: Rows, labels: Mapping[str, str], column: str) -> Curves:
+    """Return a column's values in rightward crossings at 8 cm, by name of a model, at the speeds that all have."""
+    trials = paper_trials(rows, motion="translation", direction="rightward", distance_cm=8.0)
+    found: dict[str, dict[float, dict[int, float]]] = {name: {} for name in labels}
+    for name, label in labels.items():
+        for row in (row for row in trials if row["model"] == label):
+            found[name].setdefault(row["speed_cm_s"], {})[row["trial"]] = row[column]
+    speeds = sorted(set.intersection(*map(set, found.values())))
+    return {name: {speed: curve[speed] for speed in speeds} for name, curve in found.items()}
+
+
+def mean_curves(curves: Curves) -> dict[str, dict[float, float]]:
+    """Return name -> speed -> mean over trials."""
+    return {name: {speed: fmean(at.values()) for speed, at in curve.items()} for name, curve in curves.items()}
+
+
+def higher(curves: Curves, one: str, others: Iterable[str], what: str) -> list[Check]:
     """Return the checks that a mean potential of ``one`` is above that of each of the ``others`` at every speed."""
+    mean = mean_curves(curves)
     return [
         exceeds(f"{what} of {one} {value:.3f} at {speed:g} cm/s", value, mean[other][speed], f"of {other}", "potential")
         for other in others
@@ -202,12 +181,24 @@ def higher(mean: Mapping[str, Mapping[float, float]], one: str, others: Iterable
     ]
 
 
-def potentials_text(mean: Mapping[str, Mapping[float, float]]) -> str:
-    """Return mean potentials by name and speed, in words."""
-    return "; ".join(
+def of_curves(checks: Sequence[Check], curves: Curves, what: str, first: str, others: Iterable[str]) -> Outcome:
+    """Return the outcome of checks on ``curves``, with a paired test of the first against each other over all speeds.
+
+    A trial in which several models were judged counts once.
+    """
+    trials = [at for curve in curves.values() for at in curve.values()]
+    texts = [
         f"{name}: {', '.join(f'{value:.2f} at {speed:g}' for speed, value in curve.items())} cm/s"
-        for name, curve in mean.items()
-    )
+        for name, curve in mean_curves(curves).items()
+    ]
+    effects = []
+    for other in others:
+        pairs = [(value, curves[other][speed][trial]) for speed, at in curves[first].items()
+                 for trial, value in at.items() if trial in curves[other][speed]]  # fmt: skip
+        effects.append(f"{first} against {other}: {paired(*zip(*pairs, strict=True))}" if pairs else "")
+    measured = f"rightward at 8 cm, {what}: {'; '.join(texts)}"
+    n, fewest = len({trial for at in trials for trial in at}), min(map(len, trials))
+    return Outcome.of(checks, measured, "; ".join(filter(None, effects)), n, fewest)
 
 
 # --- the judges -------------------------------------------------------------------------------------------------------
@@ -227,27 +218,18 @@ def c13(rows: Rows, threshold: float) -> Outcome:
     Of motions without a spike, the higher potential decides.
     """
     kinds = {kind: paper_trials(rows, motion=kind, angle_deg=0.0) for kind in DEPTH["motion"]}
-    tested = {kind: trials for kind, trials in kinds.items() if trials}
-    if not tested:
+    checks = {}
+    for kind, trials in kinds.items():
+        if trials:
+            firing = sum(row["spikes"] > 0 for row in trials)
+            peak = max(max(row["peak_hs"], -row["trough_hs"]) for row in trials)
+            text = f"{kind}: spikes in {firing} of {len(trials)} trials, |HS| up to {peak:.2f}"
+            checks[kind] = peak, Check(text, firing, 0.0, "at most", unit="trials")
+    if not checks:
         return Outcome.unjudged("needs straight approach and recession")
-    parts = []
-    checks: list[tuple[float, Check]] = []
-    for kind, trials in tested.items():
-        firing = sum(row["spikes"] > 0 for row in trials)
-        peak = max(max(row["peak_hs"], -row["trough_hs"]) for row in trials)
-        share = "[{:.0%}, {:.0%}]".format(*proportion_interval(firing, len(trials)))
-        parts.append(f"{kind}: spikes in {firing} of {len(trials)} trials {share}, |HS| up to {peak:.2f}")
-        text = f"{kind}: spikes in {firing} of {len(trials)} trials"
-        checks.append((peak, Check(text, float(firing), 0.0, "at most", unit="trials", asks="0")))
-    spikes = {kind: [row["spikes"] for row in trials] for kind, trials in tested.items()}
-    counts = [count for of_kind in spikes.values() for count in of_kind]
-    measured = f"{'; '.join(parts)} (T = {threshold:g})"
-    highest_first = [check for _, check in sorted(checks, key=lambda pair: -pair[0])]
-    outcome = outcome_of(highest_first, spikes, measured, f"{mean_text(counts, lowest=0.0)} spikes a trial")
-    outcome = replace(outcome, broken=sum(count > 0 for count in counts))
-    if outcome.verdict == "holds" and len(tested) < len(kinds):
-        return outcome.withheld("the other motion was not run")
-    return outcome
+    highest_first = [check for _, check in sorted(checks.values(), key=lambda pair: -pair[0])]
+    broken = sum(int(check.reading) for check in highest_first)
+    return of_each_trial(highest_first, [*kinds.values()], broken, threshold)
 
 
 WAYS = {1.0: "rightward", -1.0: "leftward"}
@@ -261,49 +243,28 @@ def c14(rows: Rows, threshold: float) -> Outcome:
     A trial passes if HS goes past the threshold of its own direction and not past that of the other: a potential
     that passes both tells no direction.
     """
-    crossings = paper_trials(rows, motion="translation")
-    ways = {sign: [row for row in crossings if row["direction"] == way] for sign, way in WAYS.items()}
-    tested = {sign: trials for sign, trials in ways.items() if trials}
-    if not tested:
+
+    def reached(row: Row, sign: float) -> float:
+        return float(row["peak_hs"] if sign > 0 else -row["trough_hs"])
+
+    ways = {sign: paper_trials(rows, motion="translation", direction=way) for sign, way in WAYS.items()}
+    checks = []
+    for sign, trials in ways.items():
+        for side, needs, extreme in ((sign, "above", min), (-sign, "at most", max)) if trials else ():
+            row = extreme(trials, key=lambda row, side=side: reached(row, side))
+            where = f"{row['speed_cm_s']:g} cm/s, {row['distance_cm']:g} cm"
+            text = f"{WAYS[sign]}: HS reaches {side * reached(row, side):+.3f} at {where}"
+            asks = f"{'to' if side == sign else 'not to'} pass {side * threshold:+g}"
+            checks.append(Check(text, reached(row, side), threshold, needs, asks=asks))
+    if not checks:
         return Outcome.unjudged("needs translations")
-    parts, checks = [], []
-    conditions: dict[str, list[float]] = {}
-    for sign, trials in tested.items():
-        right, wrong = ([_reached(row, end * sign) for row in trials] for end in (1.0, -1.0))
-        weak, stray = trials[int(np.argmin(right))], trials[int(np.argmax(wrong))]
-        reaches = f"HS reaches {sign * min(right):+.3f} at {_where(weak)}"
-        strays = f"the other way it reaches {-sign * max(wrong):+.3f} at {_where(stray)}"
-        way, mean = WAYS[sign], mean_text([sign * value for value in right], 2)
-        parts.append(f"{way}, worst of {len(trials)}: {reaches}, mean {mean}; {strays}")
-        passes, strays_not = f"to pass {sign * threshold:+g}", f"not to pass {-sign * threshold:+g}"
-        checks += [
-            Check(f"{way}: {reaches}", min(right), threshold, asks=passes),
-            Check(f"{way}: {strays}", max(wrong), threshold, "at most", asks=strays_not),
-        ]
-        for row, value in zip(trials, right, strict=True):
-            conditions.setdefault(f"{way}, {_where(row)}", []).append(value)
     good = sum(
-        _reached(row, sign) > threshold and _reached(row, -sign) <= threshold for sign in tested for row in tested[sign]
+        reached(row, sign) > threshold >= reached(row, -sign) for sign, trials in ways.items() for row in trials
     )
-    effect = f"{good} of {sum(map(len, tested.values()))} trials pass"
-    outcome = outcome_of(checks, conditions, f"{'; '.join(parts)} (T = {threshold:g})", effect)
-    outcome = replace(outcome, broken=outcome.n - good)
-    if outcome.verdict == "holds" and len(tested) < len(ways):
-        return outcome.withheld("the other direction was not run")
-    return outcome
-
-
-def _reached(row: Row, sign: float) -> float:
-    """Return how far HS goes from 0 to the side of ``sign``."""
-    return float(row["peak_hs"] if sign > 0 else -row["trough_hs"])
-
-
-def _where(row: Row) -> str:
-    return f"{row['speed_cm_s']:g} cm/s, {row['distance_cm']:g} cm"
-
-
-PAIRS = ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0))
-"""Speeds in cm/s: more spikes are asked for at the first than at the second."""
+    broken = sum(map(len, ways.values())) - good
+    outcome = of_each_trial(checks, [*ways.values()], broken, threshold)
+    conditions = group([row for trials in ways.values() for row in trials], "direction", "speed_cm_s", "distance_cm")
+    return replace(outcome, fewest=min(map(len, conditions.values())))
 
 
 PAIRS = ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0))
@@ -319,7 +280,7 @@ def c15(rows: Rows, threshold: float) -> Outcome:
     rise = trend([(speed, groups[speed]) for speed in (2.0, 4.0, 6.0)])
     effect = f"2 to 6 cm/s: {rise}; 10 against 6: {contrast(groups[10.0], groups[6.0])}"
     checks = more_spikes(means(groups), PAIRS, "cm/s")
-    return outcome_of(checks, groups, f"rightward at 8 cm: {means_text(groups, 'cm/s')}", effect)
+    return outcome_of(checks, groups.values(), f"rightward at 8 cm: {means_text(groups, 'cm/s')}", effect)
 
 
 @claim("C16", conditions=ACROSS)
@@ -335,8 +296,8 @@ def c16(rows: Rows, threshold: float) -> Outcome:
         *more_spikes(mean, ((5.0, 10.0), (10.0, 15.0)), "cm"),
         Check(text, mean[15.0], half, "at most", unit="spikes", asks=asks),
     ]
-    effect = str(trend([(d, groups[d]) for d in (5.0, 10.0, 15.0)]))
-    return outcome_of(checks, groups, f"rightward at 6 cm/s: {means_text(groups, 'cm')}", effect)
+    effect = str(trend([(distance, groups[distance]) for distance in (5.0, 10.0, 15.0)]))
+    return outcome_of(checks, groups.values(), f"rightward at 6 cm/s: {means_text(groups, 'cm')}", effect)
 
 
 @claim("C17", conditions=APPROACH)
@@ -381,21 +342,15 @@ def c24(rows: Rows, threshold: float) -> Outcome:
 
     The peak passes T at a speed if its mean does.
     """
-    curves = Curves(rows, {f"N_con = {n}": CONNECTIONS[n] for n in (1, 2, 8)}, "peak_hs")
-    if not set(ROBOT_SPEEDS) <= set(curves.speeds):
-        return crossings_needed(ROBOT_SPEEDS)
+    curves = curves_of(rows, {f"N_con = {n}": CONNECTIONS[n] for n in (1, 2, 8)}, "peak_hs")
     *fewer, usual = curves
-    mean = curves.only(curves.speeds)
-    past = {name: sum(peak > threshold for peak in curve.values()) for name, curve in mean.items()}
-    text = f"{usual} passes T = {threshold:g} at {past[usual]} of {len(mean[usual])} speeds"
-    checks = higher(mean, usual, fewer, "peak HS")
-    checks += [
-        Check(text, float(past[usual]), float(past[n]), unit="speeds", asks=f"more than {n}: {past[n]}") for n in fewer
-    ]
-    effect = "; ".join(f"{usual} against {n}: {curves.paired(usual, n)}" for n in fewer)
-    passing = ", ".join(f"{number} of {name}" for name, number in past.items())
-    measured = f"robot, rightward at 8 cm, mean peak HS: {potentials_text(mean)}; past T at {passing}"
-    return curves.outcome(checks, measured, effect)
+    if not set(ROBOT_SPEEDS) <= curves[usual].keys():
+        return crossings_needed(ROBOT_SPEEDS)
+    past = {name: sum(peak > threshold for peak in curve.values()) for name, curve in mean_curves(curves).items()}
+    text = f"{usual} passes T = {threshold:g} at {past[usual]} of {len(curves[usual])} speeds"
+    checks = higher(curves, usual, fewer, "peak HS")
+    checks += [Check(text, past[usual], past[n], unit="speeds", asks=f"more than {n}: {past[n]}") for n in fewer]
+    return of_curves(checks, curves, "mean peak HS", usual, fewer)
 
 
 DELAY_SPEEDS = (4.0, 6.0, 8.0, 10.0)
@@ -407,17 +362,13 @@ def c25(rows: Rows, threshold: float) -> Outcome:
 
     Delays that fall with spacing are the other reading; their numbers stand beside and decide nothing.
     """
-    rising, falling = "rising delays", "falling delays, the other reading"
     fixed = {f"{delay} ms": label for delay, label in FIXED.items()}
-    curves = Curves(rows, {rising: DSNN, **fixed, falling: FALLING}, POTENTIAL)
-    if not set(DELAY_SPEEDS) <= set(curves.speeds):
+    labels = {"rising delays": DSNN, **fixed, "falling delays, the other reading": FALLING}
+    curves = curves_of([row for row in rows if row["speed_cm_s"] in DELAY_SPEEDS], labels, POTENTIAL)
+    if set(DELAY_SPEEDS) != curves["rising delays"].keys():
         return crossings_needed(DELAY_SPEEDS)
-    mean = curves.only(DELAY_SPEEDS)
-    checks = higher(mean, rising, fixed, "mean HS")
-    won = sum(check.passes for check in checks)
-    effect = "; ".join(f"against {delay}: {curves.paired(rising, delay)}" for delay in fixed)
-    where = f"higher in {won} of {len(checks)} comparisons; rightward at 8 cm, mean HS near the axis"
-    return curves.outcome(checks, f"{where}, {potentials_text(mean)}", effect)
+    checks = higher(curves, "rising delays", fixed, "mean HS")
+    return of_curves(checks, curves, "mean HS near the axis", "rising delays", fixed)
 
 
 COLUMNS = ("spikes_in_window", "spikes_in_inner_window", "mean_hs_near_axis")
@@ -435,16 +386,16 @@ def c29(rows: Rows, threshold: float) -> Outcome:
     groups, inner, potential = (at_8_cm(rows, column) for column in COLUMNS)
     if not set(ROBOT_SPEEDS) <= groups.keys():
         return crossings_needed(ROBOT_SPEEDS)
-    parts, effects = [], []
+    measured, effects = ["rightward at 8 cm"], []
     checks: list[Check] = []
     for name, counts in (("edge to edge", groups), ("centre to centre", inner)):
         steps = more_spikes(means(counts), PAIRS, "cm/s")
         checks += [replace(check, says=f"window from {name}: {check.says}") for check in steps]
-        parts.append(f"window from {name}: {means_text(counts, 'cm/s')}")
+        measured.append(f"window from {name}: {means_text(counts, 'cm/s')}")
         effects.append(f"{name}, 10 against 6 cm/s: {contrast(counts[10.0], counts[6.0])}")
-    why = ", ".join(f"{speed:g} cm/s: {mean_text(values, 2)}" for speed, values in potential.items())
-    measured = f"rightward at 8 cm, {'; '.join(parts)}; mean HS near the axis at {why}"
-    return outcome_of(checks, {speed: groups[speed] for speed in ROBOT_SPEEDS}, measured, "; ".join(effects))
+    near = ", ".join(f"{speed:g} cm/s: {value:.2f}" for speed, value in means(potential).items())
+    measured.append(f"mean HS near the axis at {near}")
+    return outcome_of(checks, [groups[speed] for speed in ROBOT_SPEEDS], "; ".join(measured), "; ".join(effects))
 
 
 USUAL = "d = 1, N_con = 8"
@@ -460,11 +411,11 @@ def c30(rows: Rows, threshold: float) -> Outcome:
     Of two speeds each has to be that of a larger potential in its own case, by the margin of potentials.
     """
     labels = {USUAL: DSNN, "d = 2": WIDER, **{f"N_con = {n}": CONNECTIONS[n] for n in (1, 2, 4)}}
-    curves = Curves(rows, labels, POTENTIAL)
-    if not set(ROBOT_SPEEDS) < set(curves.speeds):
-        return crossings_needed(ROBOT_SPEEDS).noting(["and at others"])
-    means = curves.only(curves.speeds)
-    top = {name: max(mean, key=lambda speed: mean[speed]) for name, mean in means.items()}
+    curves = curves_of(rows, labels, POTENTIAL)
+    if not set(ROBOT_SPEEDS) < curves[USUAL].keys():
+        return crossings_needed(ROBOT_SPEEDS)
+    means = mean_curves(curves)
+    top = {name: max(mean, key=lambda speed, mean=mean: mean[speed]) for name, mean in means.items()}
     usual, wide = top[USUAL], top["d = 2"]
     over = [*(top[f"N_con = {n}"] for n in (1, 2, 4)), usual]
     steps = [after - before for before, after in pairwise(over)]
@@ -478,14 +429,7 @@ def c30(rows: Rows, threshold: float) -> Outcome:
               asks="to go one way, and to end elsewhere"),
         *(_leads(means, top, *pair) for pair in (("d = 2", USUAL), ("N_con = 1", USUAL)) if top[pair[0]] != usual),
     ]  # fmt: skip
-    texts = "; ".join(
-        f"{name}: largest at {top[name]:g} cm/s ({mean[top[name]]:.2f}), at 6 cm/s {mean[6.0]:.2f}"
-        for name, mean in means.items()
-    )
-    measured = (
-        f"rightward at 8 cm, {', '.join(f'{speed:g}' for speed in curves.speeds)} cm/s, mean HS near the axis, {texts}"
-    )
-    return curves.outcome(checks, measured, "")
+    return of_curves(checks, curves, "mean HS near the axis", USUAL, ())
 
 
 def _leads(means: Mapping[str, Mapping[float, float]], top: Mapping[str, float], one: str, other: str) -> Check:
@@ -516,4 +460,4 @@ def c31(rows: Rows, threshold: float) -> Outcome:
     second = max(others, key=lambda speed: mean[speed])
     checks = more_spikes(mean, [(top, speed) for speed in others], "cm/s")
     effect = f"{top:g} against {second:g} cm/s: {contrast(named[top], named[second])}"
-    return outcome_of(checks, named, f"rightward at 8 cm: {means_text(named, 'cm/s')}", effect)
+    return outcome_of(checks, named.values(), f"rightward at 8 cm: {means_text(named, 'cm/s')}", effect)
