@@ -62,12 +62,12 @@ def reproduce(
     result = whole.reproduce(
         folder, whole.planned(scale, seed, models, experiment or (), robot_only, only, walls), means
     )
-    report = page.write(result)
+    page.write(result)
     if not quiet:
         for verdict in (*result.claims, *result.own_claims):
             show_verdict(verdict, model=False)
         out_console.print(f"\n{'; '.join(totals([(verdict.id, verdict.count) for verdict in result.claims]))}\n")
-        show_files(folder, [report.name, "claims.json"], False, "reproduction")
+        show_files(folder, "reproduction")
     return options.EXIT_FAILED if any(result.failures.values()) else 0
 
 
@@ -144,7 +144,7 @@ def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -
     if not means.quiet:
         for verdict in verdicts:
             show_verdict(verdict, model=True)
-        show_files(folder, ["model_claims.json"], False, count(len(verdicts), "claim"))
+        show_files(folder, count(len(verdicts), "claim"))
     return options.EXIT_FAILED if failures else 0
 
 
@@ -231,8 +231,7 @@ def leaderboard(
         for name, table in boards.items():
             scoreboard.show(table, board.PANELS[name], board.finding(name, table))
             show_line(f"{board.NOTE} Empty: does not apply, or no response.")
-        files = [f"{board.FILES[name]}.{ending}" for name in boards for ending in ("png", "csv")]
-        show_files(folder, files, False, count(sum(table.height for table in boards.values()), "model"))
+        show_files(folder, count(sum(table.height for table in boards.values()), "model"))
     return options.EXIT_FAILED if failures else 0
 
 
@@ -267,8 +266,8 @@ def tune(
     folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet)
     with means.pool(rendering=False) as pool:
         points, preferences, failures = curves.run(plan, folder, pool, means)
-    figures = curves.draw(plan, folder, points, preferences)
+    curves.draw(plan, folder, points, preferences)
     if not quiet:
         tuning.show(preferences)
-        show_files(folder, ["tuning.csv", *(path.name for path in figures)], False, count(len(models), "model"))
+        show_files(folder, count(len(models), "model"))
     return options.EXIT_FAILED if failures else 0

@@ -162,8 +162,7 @@ def behave(
         if note := ENVS[plan.env].note:
             show_line(note)
         show_verdicts(report.verdicts, model=False)
-        files = ["figure.png", "summary.csv", "trials.parquet", "claims.json"]
-        show_files(folder, files, bool(report.recordings), count(report.trials.height, "episode"))
+        show_files(folder, count(report.trials.height, "episode"))
     return options.EXIT_FAILED if report.failures.height else 0
 
 
@@ -196,6 +195,5 @@ def train(
     if not quiet and report.done:
         title = training.described(abouts)
         behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)
-        files = ["figure.png", "summary.csv", *(["policies.csv"] if seeds > 1 else [])]
-        show_files(folder, files, False, count(seeds, "training seed"))
+        show_files(folder, count(seeds, "training seed"))
     return options.EXIT_FAILED if report.failures.height else 0

@@ -21,8 +21,6 @@ SPIKES = ("spikes", "firing_rate_hz")
 MECHANISM = ("spikes", "seconds_in_view", "rate_in_view_hz", "mean_hs_near_axis")
 DRIVEN = ("achieved_speed_cm_s", "drift_mm", "path_error_mm")
 """Means that the table of conditions has; of figures about mechanism; of an open loop."""
-FILES = ("figure.png", "trials.parquet", "claims.json", "failures.json")
-"""The files that are named, as far as they are there."""
 
 
 def show(run: Run) -> None:
@@ -49,9 +47,7 @@ def show(run: Run) -> None:
         terminal.show(run.comparisons.select(columns), title)
     if rows and not clips and (beware := flaws(run.trials.to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")
-    names = [name for name in FILES if (run.folder / name).is_file()]
-    done = count(len({row["trial"] for row in rows}), "clip" if clips else "trial")
-    show_files(run.folder, names, bool(run.recordings), done)
+    show_files(run.folder, count(len({row["trial"] for row in rows}), "clip" if clips else "trial"))
 
 
 def conditions(run: Run, rows: Sequence[Mapping[str, Any]]) -> pl.DataFrame:

@@ -106,8 +106,7 @@ def show(plan: WatchPlan, run: Run) -> None:
     if grades:
         terminal.show(pl.DataFrame(grades), "HS and optical flow, with 95 % intervals")
     show_verdicts(run.verdicts, model=len(models) > 1)
-    names = ["summary.csv", "trials.parquet", "frames.parquet", *(["claims.json"] if run.verdicts else [])]
-    show_files(run.folder, names, bool(run.recordings), count(frames, "frame"))
+    show_files(run.folder, count(frames, "frame"))
 
 
 def _interval(row: Mapping[str, float], name: str, form: str) -> str:

@@ -188,24 +188,20 @@ def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
     return bool(lines)
 
 
-def show_files(folder: Path, names: Iterable[str], recordings: bool, done: str) -> None:
-    """Print the command that shows a run's recordings, then what was done, in what time, and where it is.
+def show_files(folder: Path, done: str) -> None:
+    """Print the command that shows a run's recordings, then what was done, in what time, and the files of its folder.
 
     Parameters
     ----------
     folder
         Of the run.
-    names
-        Of files in it.
-    recordings
-        Whether it has any.
     done
         What was done: ``4 trials``.
     """
-    if recordings:
+    if any(folder.glob("recordings/*.rrd")):
         show_places({"recordings": f"colias view {shlex.quote(str(folder))}"})
-    took = f"{done} in {time.monotonic() - BEGAN:.0f} s"
-    out_console.print(f"{took}, in {folder}: {', '.join(names)}", soft_wrap=True, markup=False)
+    names = sorted(path.name for path in folder.iterdir() if path.suffix and not path.name.startswith("."))
+    out_console.print(f"{done} in {time.monotonic() - BEGAN:.0f} s, in {folder}: {', '.join(names)}", soft_wrap=True)
 
 
 def show_places(places: Mapping[str, object]) -> None:
