@@ -5,9 +5,9 @@ The docstring of a judge says how the words are read where they leave room.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain, pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,14 +89,26 @@ def rows_of(clips: pl.DataFrame, model: str = DSNN, **fixed: Any) -> list[dict[s
     return clips.filter(model=model, **fixed).rows(named=True)
 
 
+def beside(clips: pl.DataFrame, *models: str) -> Iterator[tuple[dict[str, Any], list[dict[str, Any]]]]:
+    """Yield the DSNN's row of each clip, with those of the ``models`` in the same clip."""
+    rows = {(row["model"], row["clip"]): row for row in clips.rows(named=True)}
+    for whole in rows_of(clips):
+        yield whole, [rows[model, whole["clip"]] for model in models]
+
+
 def levels(clips: pl.DataFrame, name: str) -> list[float]:
     """Return the values of a column, each once, from the lowest up."""
     return clips[name].drop_nulls().unique().sort().to_list()
 
 
-def strongest(row: Row, system: str) -> float:
-    """Return the largest absolute potential of ``hs`` or ``vs`` in a clip."""
-    return float(max(row[f"peak_{system}"], -row[f"trough_{system}"]))
+def strongest(row: Row, *systems: str) -> float:
+    """Return the largest absolute potential of ``hs``, ``vs``, or both, in a clip."""
+    return float(max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for system in systems))
+
+
+def share_of(part: float, whole: float) -> float:
+    """Return ``part`` over ``whole``; NaN of nothing, which no check passes."""
+    return part / whole if whole else float("nan")
 
 
 def passes(row: Row, name: str, sign: float, threshold: float) -> Check:
@@ -105,18 +117,26 @@ def passes(row: Row, name: str, sign: float, threshold: float) -> Check:
     return Check(f"{row['clip']}: {name} {row[name]:+.3f}", row[name], sign * threshold, side, scale=threshold)
 
 
-def inside(row: Row, what: str, value: float, threshold: float, needs: Needs = "at most") -> Check:
-    """Return the check that a potential of a clip stays inside +-T, or has what it ``needs`` otherwise."""
-    return Check(f"{row['clip']}: {row['model']} {what} {value:.3f}", value, threshold, needs, scale=threshold)
+def stays(row: Row, threshold: float, *systems: str, needs: Needs = "at most") -> Check:
+    """Return the check that the strongest potential of a clip stays inside +-T, or has what it ``needs`` otherwise."""
+    value, names = strongest(row, *systems), " and ".join(f"|{system.upper()}|" for system in systems)
+    return Check(f"{row['clip']}: {row['model']} {names} {value:.3f}", value, threshold, needs, scale=threshold)
 
 
-def rises(clips: pl.DataFrame, threshold: float, what: str) -> list[Check]:
-    """Return the checks of more peak HS at each speed than at the next lower one."""
-    return [
-        exceeds(f"{what}: peak HS {more:.3f} at {fast:g} px/s", more, less, f"at {slow:g}", "potential",
-                scale=threshold)
-        for (slow, less), (fast, more) in pairwise(clips.sort("speed").select("speed", "peak_hs").rows())
-    ]  # fmt: skip
+def more_hs(text: str, value: float, less: float, than: str, threshold: float) -> Check:
+    """Return the check that a peak of HS is more than another."""
+    return exceeds(f"{text} {value:.3f}", value, less, than, "potential", scale=threshold)
+
+
+def rises(clips: pl.DataFrame, threshold: float, *apart: str) -> list[Check]:
+    """Return the checks of more peak HS at each speed than at the next lower one, for clips ``apart`` in columns."""
+    checks = []
+    shown = clips.drop_nulls(apart).sort(*apart, "speed", maintain_order=True)
+    for values, group in shown.group_by(apart, maintain_order=True):
+        where = ", ".join(f"{name} {value:g}" for name, value in zip(apart, values, strict=True))
+        for (slow, less), (fast, more) in pairwise(group.select("speed", "peak_hs").rows()):
+            checks.append(more_hs(f"{where}, {fast:g} px/s: peak HS", more, less, f"at {slow:g}", threshold))
+    return checks
 
 
 def compared(of_dsnn: Sequence[Check], of_other: Sequence[Check], model: str) -> Outcome:
@@ -138,20 +158,14 @@ def compared(of_dsnn: Sequence[Check], of_other: Sequence[Check], model: str) ->
         way the other half comes out with the constants assumed; `Outcome.settled` is the outcome with them.
     """
     whole = Outcome.of([*of_dsnn, *of_other])
-    alone, decided = decide(of_dsnn)
+    (alone, decided), (rest, by) = decide(of_dsnn), decide(of_other)
     if not alone:
-        return Outcome("fails", whole.measured, decided=decided, checks=whole.checks)
-    rest, by = decide(of_other)
+        return replace(whole, verdict="fails", decided=decided)
     why = (
         f"the DSNN's half holds: {decided}; the rest hangs on constants of {model} that are not known, and with those "
         f"assumed {'holds' if rest else 'fails'}: {by}"
     )
-    return Outcome("unknown constants", whole.measured, decided=why, checks=whole.checks)
-
-
-def both(row: Row) -> float:
-    """Return the largest absolute potential of both systems in a clip."""
-    return max(strongest(row, "hs"), strongest(row, "vs"))
+    return replace(whole, verdict="unknown constants", decided=why)
 
 
 @claim("C1", conditions={"motion": tuple(SIGNED), "shade": SHADES}, of_each=True)
@@ -163,16 +177,13 @@ def c1(clips: pl.DataFrame, threshold: float) -> list[Check]:
 @claim("C2", conditions={"motion": tuple(SIGNED), "shade": SHADES}, of_each=True, silent_passes=True)
 def c2(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge HS of vertical translations, and VS of horizontal ones."""
-    others = {motion: "vs" if motion in WAYS else "hs" for motion in SIGNED}
-    return [
-        inside(row, others[row["motion"]], strongest(row, others[row["motion"]]), threshold) for row in rows_of(clips)
-    ]
+    return [stays(row, threshold, "vs" if row["motion"] in WAYS else "hs") for row in rows_of(clips)]
 
 
 @claim("C3", conditions={"motion": ("looming", "receding"), "shade": SHADES}, of_each=True, silent_passes=True)
 def c3(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge both systems, over the whole of each clip."""
-    return [inside(row, "HS and VS", both(row), threshold) for row in rows_of(clips)]
+    return [stays(row, threshold, "hs", "vs") for row in rows_of(clips)]
 
 
 HALF = (0.4, 0.6)
@@ -184,14 +195,13 @@ SUM_TOLERANCE = 1e-3
 def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge that each pathway alone leaves its share of the intact peak, and that both add up to the whole."""
     checks = []
-    for whole in rows_of(clips):
+    for whole, parts in beside(clips, *BLOCKED):
         clip, name = whole["clip"], SIGNED[whole["motion"]][0]
-        intact = whole[name]
-        peaks = [rows_of(clips, model, clip=clip)[0][name] for model in BLOCKED]
-        for model, peak in zip(BLOCKED, peaks, strict=True):
-            share = peak / intact if intact else float("nan")
-            checks.append(Check(f"{clip}: {model} leaves {share:.1%}", share, HALF, "within", scale=HALF[1] - HALF[0]))
-        rest = abs(sum(peaks) - intact)
+        for part in parts:
+            share = share_of(part[name], whole[name])
+            text = f"{clip}: {part['model']} leaves {share:.1%}"
+            checks.append(Check(text, share, HALF, "within", scale=HALF[1] - HALF[0]))
+        rest = abs(sum(part[name] for part in parts) - whole[name])
         adds = f"{clip}: ON and OFF alone differ from the whole by {rest:.1e}"
         checks.append(Check(adds, rest, SUM_TOLERANCE, "below", scale=SUM_TOLERANCE))
     return checks
@@ -201,8 +211,8 @@ def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
        of_each=True, silent_passes=True)  # fmt: skip
 def c5(clips: pl.DataFrame, threshold: float) -> Outcome:
     """Judge both systems of the DSNN in every clip; of the 2017 model one of both passes T in every clip."""
-    checks = [inside(row, "HS and VS", both(row), threshold) for row in rows_of(clips)]
-    of_other = [inside(row, "HS or VS", both(row), threshold, "above") for row in rows_of(clips, EARLIER)]
+    checks = [stays(row, threshold, "hs", "vs") for row in rows_of(clips)]
+    of_other = [stays(row, threshold, "hs", "vs", needs="above") for row in rows_of(clips, EARLIER)]
     return compared(checks, of_other, EARLIER)
 
 
@@ -211,8 +221,8 @@ def c6(clips: pl.DataFrame, threshold: float) -> Outcome:
     """Judge HS and VS of the DSNN in every clip; of the 2017 model VS passes T in every clip."""
     rows = rows_of(clips)
     checks = [passes(row, "peak_hs", 1.0, threshold) for row in rows]
-    checks += [inside(row, "|VS|", strongest(row, "vs"), threshold) for row in rows]
-    of_other = [inside(row, "|VS|", strongest(row, "vs"), threshold, "above") for row in rows_of(clips, EARLIER)]
+    checks += [stays(row, threshold, "vs") for row in rows]
+    of_other = [stays(row, threshold, "vs", needs="above") for row in rows_of(clips, EARLIER)]
     return compared(checks, of_other, EARLIER)
 
 
@@ -222,29 +232,16 @@ def c6(clips: pl.DataFrame, threshold: float) -> Outcome:
 )  # fmt: skip
 def c7(clips: pl.DataFrame, threshold: float) -> Outcome:
     """Judge every step of speed, and the spread over background speeds: largest peak less smallest, meaned."""
-    of_dsnn = clips.filter(model=DSNN)
-    checks = [
-        check
-        for grey in levels(of_dsnn, "grey")
-        for behind in levels(of_dsnn, "background_speed")
-        for check in rises(
-            of_dsnn.filter(grey=grey, background_speed=behind), threshold, f"grey {grey:g} before {behind:g}"
-        )
-    ]
     spreads = {model: _spread(clips.filter(model=model)) for model in (DSNN, EARLIER)}
-    text = f"over background speeds {EARLIER}'s peak HS varies by {spreads[EARLIER]:.4f}"
-    more = exceeds(text, spreads[EARLIER], spreads[DSNN], "of the DSNN", "potential", scale=threshold)
-    return compared(checks, [more], EARLIER)
+    text = f"over background speeds {EARLIER}'s peak HS varies by"
+    more = more_hs(text, spreads[EARLIER], spreads[DSNN], "of the DSNN", threshold)
+    return compared(rises(clips.filter(model=DSNN), threshold, "grey", "background_speed"), [more], EARLIER)
 
 
 def _spread(clips: pl.DataFrame) -> float:
     """Return the spread of peak HS over what else differs than object and speed, meaned over these."""
-    peaks = [
-        clips.filter(grey=grey, speed=speed)["peak_hs"].to_numpy()
-        for grey in levels(clips, "grey")
-        for speed in levels(clips, "speed")
-    ]
-    return float(np.mean([np.ptp(group) for group in peaks]))
+    alike = clips.drop_nulls(["grey", "speed"]).group_by("grey", "speed", maintain_order=True)
+    return float(np.mean([np.ptp(part["peak_hs"].to_numpy()) for _, part in alike]))
 
 
 @claim(
@@ -253,23 +250,20 @@ def _spread(clips: pl.DataFrame) -> float:
 )  # fmt: skip
 def c8(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge VS to either side: its trough as well as its peak."""
-    return [inside(row, "|VS|", strongest(row, "vs"), threshold, "below") for row in rows_of(clips)]
+    return [stays(row, threshold, "vs", needs="below") for row in rows_of(clips)]
 
 
 @claim("C9", conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)
 def c9(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge every step of speed."""
-    shown = clips.filter(model=DSNN, object="present")
-    greys = levels(shown, "grey")
-    return [check for grey in greys for check in rises(shown.filter(grey=grey), threshold, f"grey {grey:g}")]
+    return rises(clips.filter(model=DSNN, object="present"), threshold, "grey")
 
 
 @claim("C10", conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)
 def c10(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
     """Judge at each speed by itself; the background's mean is that of the rows that the object passes."""
     shown = clips.filter(model=DSNN, object="present")
-    greys = levels(shown, "grey")
-    ground = float(np.mean(shown["background_mean"].to_numpy()))
+    greys, ground = levels(shown, "grey"), float(np.mean(shown["background_mean"].to_numpy()))
     nearest = min(greys, key=lambda grey: abs(grey - ground))
     if nearest in (greys[0], greys[-1]):
         return Outcome.unjudged(f"needs greys on both sides of the background's mean, {ground:.0f}")
@@ -278,8 +272,8 @@ def c10(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
         peak = {row["grey"]: row["peak_hs"] for row in reversed(rows_of(shown, speed=speed))}  # of two the first
         for low, high in pairwise(greys):
             more, less = (low, high) if high <= nearest else (high, low)
-            text = f"{speed:g} px/s: peak HS {peak[more]:.3f} at grey {more:g}"
-            checks.append(exceeds(text, peak[more], peak[less], f"at {less:g}", "potential", scale=threshold))
+            text = f"{speed:g} px/s, grey {more:g}: peak HS"
+            checks.append(more_hs(text, peak[more], peak[less], f"at {less:g}", threshold))
     return checks
 
 
@@ -294,9 +288,8 @@ def c11(clips: pl.DataFrame, threshold: float) -> Outcome:
     for model, slow in ((EMD, (40.0, 60.0)), (DSNN, None)):
         behind = max(strongest(row, "hs") for row in rows_of(clips, model, object="absent"))
         shown = [row for row in rows_of(clips, model, object="present") if slow is None or row["speed"] in slow]
-        weakest = min(strongest(row, "hs") for row in shown)
-        text = f"{model}: weakest |HS| to an object {weakest:.3f}"
-        checks[model] = exceeds(text, weakest, behind, "without", "potential", scale=max(behind, threshold))
+        text, weakest = f"{model}: weakest |HS| to an object", min(strongest(row, "hs") for row in shown)
+        checks[model] = replace(more_hs(text, weakest, behind, "without", threshold), scale=max(behind, threshold))
     not_more = replace(checks[EMD], needs="below", asks=f"below {MARGIN['potential']:+g}")
     return compared([checks[DSNN]], [not_more], EMD)
 
@@ -309,13 +302,14 @@ def c22(clips: pl.DataFrame, threshold: float) -> list[Check]:
     An OFF edge is the leading one of a dark object and the trailing one of a light object, an ON edge the reverse.
     """
     checks = []
-    bounds: tuple[tuple[float, Needs], ...] = ((MOST_OF_DRIVEN, "below"), (LEAST_OF_OTHER, "above"))
-    for whole in rows_of(clips):
-        clip, intact = whole["clip"], strongest(whole, "hs")
-        driven_first = BLOCKED if whole["polarity"] == "on" else BLOCKED[::-1]
-        for model, (bound, side) in zip(driven_first, bounds, strict=True):
-            left = strongest(rows_of(clips, model, clip=clip)[0], "hs") / intact if intact else float("nan")
-            checks.append(Check(f"{clip}: {model} leaves {left:.1%} of |HS| {intact:.3f}", left, bound, side))
+    for whole, (on_blocked, off_blocked) in beside(clips, *BLOCKED):
+        driven, other = (on_blocked, off_blocked) if whole["polarity"] == "on" else (off_blocked, on_blocked)
+        intact = strongest(whole, "hs")
+        bounds: tuple[tuple[float, Needs], ...] = ((MOST_OF_DRIVEN, "below"), (LEAST_OF_OTHER, "above"))
+        for row, (bound, side) in zip((driven, other), bounds, strict=True):
+            left = share_of(strongest(row, "hs"), intact)
+            text = f"{whole['clip']}: {row['model']} leaves {left:.1%} of |HS| {intact:.3f}"
+            checks.append(Check(text, left, bound, side))
     return checks
 
 
@@ -332,47 +326,41 @@ def c23(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
     """
     clips = clips.sort("clip")  # those of one delay have one place in every pair
     hs = {
-        (motion, pair): [_signed(row) for row in rows_of(clips, motion=motion, polarity=pair)]
+        (motion, pair): [
+            max((row["peak_hs"], row["trough_hs"]), key=abs) for row in rows_of(clips, motion=motion, polarity=pair)
+        ]
         for motion in WAYS
         for pair in (*SAME, *OPPOSITE)
     }
     if len({len(answers) for answers in hs.values()}) > 1:
         return Outcome.unjudged("needs as many clips of every pair of steps in both directions")
     checks = []
-    sides: tuple[tuple[str, Needs], ...] = (("rightward", "above"), ("leftward", "below"))
-    for motion, side in sides:
-        for pair in SAME:
-            for value in hs[motion, pair]:
+    for (motion, pair), values in hs.items():
+        for index, value in enumerate(values):
+            if pair in SAME:
+                side: Needs = "above" if motion == "rightward" else "below"
                 checks.append(Check(f"{motion} {pair}: strongest HS {value:+.3f}", value, 0.0, side, scale=threshold))
-        for pair in OPPOSITE:
-            for index, value in enumerate(hs[motion, pair]):
+            else:
                 least = min(abs(hs[motion, same][index]) for same in SAME)
-                share = abs(value) / least if least else float("nan")
+                share = share_of(abs(value), least)
                 text = f"{motion} {pair}: |HS| {abs(value):.3f}, {share:.0%} of {least:.3f} for one sign"
                 checks.append(Check(text, share, MOST_OF_OPPOSITE, "below"))
     return checks
-
-
-def _signed(row: Row) -> float:
-    """Return the HS of largest size, with its sign."""
-    return float(row["peak_hs"] if row["peak_hs"] >= -row["trough_hs"] else row["trough_hs"])
 
 
 @claim("C24", models={DSNN, *FEWER}, equal_terms={CONNECTIONS[n]: PER_CORRELATOR[n] for n in (1, 2)},
        conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)  # fmt: skip
 def c24(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge the off-line part: every clip of the contrast grid."""
-    shown = clips.filter(object="present")
-    peaks = {model: {row["clip"]: row["peak_hs"] for row in rows_of(shown, model)} for model in (DSNN, *FEWER)}
-    checks = [
-        exceeds(f"{clip}: peak HS {peak:.3f}", peak, peaks[model][clip], f"of {model}", "potential", scale=threshold)
-        for model in FEWER
-        for clip, peak in peaks[DSNN].items()
-    ]
-    past = {model: float(sum(peak > threshold for peak in of_model.values())) for model, of_model in peaks.items()}
+    checks = []
     for model in FEWER:
-        text, asks = f"passes T in {past[DSNN]:g} clips", f"more than {past[model]:g} of {model}"
-        checks.append(Check(text, past[DSNN], past[model], unit="clips", asks=asks))
+        past = [0, 0]
+        for whole, (fewer,) in beside(clips.filter(object="present"), model):
+            peak, less = whole["peak_hs"], fewer["peak_hs"]
+            checks.append(more_hs(f"{whole['clip']}: peak HS", peak, less, f"of {model}", threshold))
+            past = [past[0] + (peak > threshold), past[1] + (less > threshold)]
+        asks = f"more than {past[1]} of {model}"
+        checks.append(Check(f"passes T in {past[0]} clips", past[0], past[1], unit="clips", asks=asks))
     return checks
 
 
@@ -386,16 +374,14 @@ def c26(clips: pl.DataFrame, threshold: float) -> Outcome:
 
     shown = clips.filter(object="present")
     of_emd = shown.filter(model=EMD).with_columns(peak_hs=pl.max_horizontal("peak_hs", -pl.col("trough_hs")))
-    greys = levels(shown.filter(model=DSNN), "grey")
-    of_dsnn, of_other = (
-        {grey: rises(peaks.filter(grey=grey), threshold, f"{model}, grey {grey:g}") for grey in greys}
-        for model, peaks in ((DSNN, shown.filter(model=DSNN)), (f"{EMD}, of |HS|", of_emd))
-    )
-    for grey in greys[1:-1]:
-        least, bound = min(step.reading for step in of_other[grey]), MARGIN["potential"]
-        text = f"{EMD}, grey {grey:g}: least step of the peak with speed {least:+.4f}"
-        of_other[grey] = [Check(text, least, bound, "below", scale=threshold)]
-    return compared([*chain(*of_dsnn.values())], [*chain(*of_other.values())], EMD)
+    of_dsnn = shown.filter(model=DSNN)
+    first, *middle, last = levels(of_dsnn, "grey")
+    of_other = rises(of_emd.filter(pl.col("grey").is_in([first, last])), threshold, "grey")
+    for grey in middle:
+        least = min(step.reading for step in rises(of_emd.filter(grey=grey), threshold, "grey"))
+        text = f"{EMD}, grey {grey:g}: least step of the peak of |HS| with speed {least:+.4f}"
+        of_other.append(Check(text, least, MARGIN["potential"], "below", scale=threshold))
+    return compared(rises(of_dsnn, threshold, "grey"), of_other, EMD)
 
 
 LEAST_FACTOR = 2.0
@@ -406,14 +392,12 @@ LEAST_FACTOR = 2.0
 def c27(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge each of |HS| and |VS|, without the one and without the other, in every clip of the background alone."""
     checks = []
-    for whole in rows_of(clips):
-        for model in WITHOUT:
-            for system in ("hs", "vs"):
-                intact = strongest(whole, system)
-                left = strongest(rows_of(clips, model, clip=whole["clip"])[0], system)
-                factor = left / intact if intact else float("nan")
-                text = f"{whole['clip']}: |{system.upper()}| {left:.4f} of {model}, {factor:.2f} times {intact:.4f}"
-                checks.append(Check(text, factor, LEAST_FACTOR, "at least"))
+    for whole, others in beside(clips, *WITHOUT):
+        for other, system in product(others, ("hs", "vs")):
+            intact, left = strongest(whole, system), strongest(other, system)
+            where = f"{whole['clip']}: |{system.upper()}| {left:.4f} of {other['model']}"
+            factor = share_of(left, intact)
+            checks.append(Check(f"{where}, {factor:.2f} times {intact:.4f}", factor, LEAST_FACTOR, "at least"))
     return checks
 
 
@@ -430,15 +414,14 @@ def c28(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
     """
     checks = []
     for row in rows_of(clips):
+        checks.append(stays(row, threshold, "vs"))
         if row["object"] == "absent":
-            checks += [inside(row, f"|{system.upper()}|", strongest(row, system), threshold) for system in ("hs", "vs")]
+            checks.append(stays(row, threshold, "hs"))
             continue
         ways = WAYS if row["movers"] == "opposite" else (row["motion"],)
         if lacking := unreadable([row], [*(f"hs_{way}" for way in ways), "hs_against"]):
             return Outcome.unjudged(f"{row['clip']}: {lacking}")
-        checks += [
-            inside(row, "HS against who moves", row["hs_against"], threshold),
-            inside(row, "|VS|", strongest(row, "vs"), threshold),
-            *(passes(row, f"hs_{way}", SIGNED[way][1], threshold) for way in ways),
-        ]
+        text = f"{row['clip']}: HS against who moves {row['hs_against']:.3f}"
+        checks.append(Check(text, row["hs_against"], threshold, "at most", scale=threshold))
+        checks += [passes(row, f"hs_{way}", SIGNED[way][1], threshold) for way in ways]
     return checks

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from statistics import fmean
 from typing import Any
 
 from experiments.bench.run.rows import group
 from experiments.bench.sources.judge import Row, Rows, paper_trials
-from experiments.bench.stats.checks import Check, exceeds, is_number
+from experiments.bench.stats.checks import Check, Needs, exceeds, is_number
 from experiments.bench.stats.claim import DSNN
 from experiments.bench.stats.claim import shipped as claim
 from experiments.bench.stats.tests import contrast, paired, summarise, trend
@@ -105,7 +106,8 @@ def at_every_speed(
     rows: Rows, motion: str, judge: Callable[[Mapping[float, list[float]]], tuple[list[Check], str]]
 ) -> Outcome:
     """Return the outcome of what ``judge`` asks at each speed at which the motion was shown along all `ANGLES`."""
-    every, measured, effects, conditions = [], [], [], []
+    every, measured, effects = [], [], []
+    conditions: list[list[float]] = []
     for speed in sorted({row["speed_cm_s"] for row in paper_trials(rows, motion=motion)}):
         groups = by_level(rows, "angle_deg", motion=motion, speed_cm_s=speed)
         if set(ANGLES) <= groups.keys():
@@ -244,23 +246,22 @@ def c14(rows: Rows, threshold: float) -> Outcome:
     that passes both tells no direction.
     """
 
-    def reached(row: Row, sign: float) -> float:
+    def reached(sign: float, row: Row) -> float:
         return float(row["peak_hs"] if sign > 0 else -row["trough_hs"])
 
     ways = {sign: paper_trials(rows, motion="translation", direction=way) for sign, way in WAYS.items()}
     checks = []
     for sign, trials in ways.items():
-        for side, needs, extreme in ((sign, "above", min), (-sign, "at most", max)) if trials else ():
-            row = extreme(trials, key=lambda row, side=side: reached(row, side))
+        sides: tuple[tuple[float, Needs, Any], ...] = ((sign, "above", min), (-sign, "at most", max))
+        for side, needs, extreme in sides if trials else ():
+            row = extreme(trials, key=partial(reached, side))
             where = f"{row['speed_cm_s']:g} cm/s, {row['distance_cm']:g} cm"
-            text = f"{WAYS[sign]}: HS reaches {side * reached(row, side):+.3f} at {where}"
+            text = f"{WAYS[sign]}: HS reaches {side * reached(side, row):+.3f} at {where}"
             asks = f"{'to' if side == sign else 'not to'} pass {side * threshold:+g}"
-            checks.append(Check(text, reached(row, side), threshold, needs, asks=asks))
+            checks.append(Check(text, reached(side, row), threshold, needs, asks=asks))
     if not checks:
         return Outcome.unjudged("needs translations")
-    good = sum(
-        reached(row, sign) > threshold >= reached(row, -sign) for sign, trials in ways.items() for row in trials
-    )
+    good = sum(reached(sign, row) > threshold >= reached(-sign, row) for sign, trials in ways.items() for row in trials)
     broken = sum(map(len, ways.values())) - good
     outcome = of_each_trial(checks, [*ways.values()], broken, threshold)
     conditions = group([row for trials in ways.values() for row in trials], "direction", "speed_cm_s", "distance_cm")
@@ -415,7 +416,7 @@ def c30(rows: Rows, threshold: float) -> Outcome:
     if not set(ROBOT_SPEEDS) < curves[USUAL].keys():
         return crossings_needed(ROBOT_SPEEDS)
     means = mean_curves(curves)
-    top = {name: max(mean, key=lambda speed, mean=mean: mean[speed]) for name, mean in means.items()}
+    top = {name: max(mean, key=mean.__getitem__) for name, mean in means.items()}
     usual, wide = top[USUAL], top["d = 2"]
     over = [*(top[f"N_con = {n}"] for n in (1, 2, 4)), usual]
     steps = [after - before for before, after in pairwise(over)]

@@ -9,7 +9,7 @@ import polars as pl
 from experiments import Check, Fit, Study
 from experiments.bench.stats.claim import DSNN, Claim, claims_on, find_claim
 from experiments.bench.stats.verdict import Outcome
-from experiments.claims.clips import ASSUMED, answer, levels, rises
+from experiments.claims.clips import ASSUMED, answer, rises
 from experiments.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
 from experiments.studies.robot import DEFAULTS, NETWORK, READINGS
 
@@ -26,9 +26,7 @@ BESIDE = ("emd-normalised", "three-arm", "three-arm-4q", "t4t5")
 
 def c7_rises(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge whether peak HS rises with the object's speed, at one speed of the background."""
-    shown = clips.filter(model=DSNN)
-    greys = levels(shown, "grey")
-    return [check for grey in greys for check in rises(shown.filter(grey=grey), threshold, f"grey {grey:g}")]
+    return rises(clips.filter(model=DSNN), threshold, "grey")
 
 
 C7_RISES = replace(
