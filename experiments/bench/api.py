@@ -13,9 +13,8 @@ from experiments.bench import fit as fits
 from experiments.bench import registry
 from experiments.bench.offline import OfflinePlan
 from experiments.bench.offline import plan as clips_plan
-from experiments.bench.report.terminal import error_console, tell_troubles
+from experiments.bench.report.terminal import tell_troubles
 from experiments.bench.result import Run
-from experiments.bench.run import viewer
 from experiments.bench.run.command import begun_by
 from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError, short
@@ -81,7 +80,7 @@ def planned(
 
 def perform(
     experiment: Experiment | OfflineExperiment, folder: Path, resources: Resources, *, recordings: bool = True,
-    live: bool | str = False, **asked: Any,
+    **asked: Any,
 ) -> Run:  # fmt: skip
     """Run an experiment of either kind into a folder, and judge its claims.
 
@@ -91,9 +90,6 @@ def perform(
         What to run, into which folder, on what.
     recordings
         Whether to write a recording of each trial.
-    live
-        The address of a viewer that trials are streamed to, HOST:PORT; true for the one at Rerun's own port, or a new
-        one.
     **asked
         As of `planned`.
 
@@ -106,32 +102,11 @@ def perform(
     if isinstance(plan, OfflinePlan):
         from experiments.bench import offline  # not before: it draws, and a wrong use should be quick
 
-        if live:
-            raise UsageError(f"--live: {experiment.name} shows clips; it needs an experiment with the robot")
         with resources.pool(rendering=False) as pool:
             return offline.run(plan, folder, pool, resources, recordings=recordings and plan.experiment.recorded)
     from experiments.bench import trials as robot_run
 
-    address = _viewer_for(live, resources)
-    return robot_run.run(plan, folder, resources, recordings=recordings, viewer=address)
-
-
-def _viewer_for(live: bool | str, resources: Resources) -> str | None:
-    """Return the address of the viewer that trials are streamed to, which is opened where none listens."""
-    if live is False:
-        return None
-    if resources.cluster is not None:
-        raise UsageError("--live: a viewer listens on this machine alone: use --workers, not --cluster")
-    address = f"{viewer.HOST}:{viewer.PORT}" if live is True else viewer.parsed(live)
-    if not viewer.listens(address):
-        instead = "leave --live out and use colias view RUN --web, or give experiments.run the address of one elsewhere"
-        if live is not True:
-            raise UsageError(f"live={address}: no Rerun viewer listens there; start one with: rerun --bind HOST")
-        viewer.require_screen("--live: ", instead)
-        _, address = viewer.opened(f"--live: Rerun's viewer did not open on this screen: {instead}")
-    if not resources.quiet:
-        error_console.print(f"live: each trial is a recording of the viewer at {address}", soft_wrap=True)
-    return address
+    return robot_run.run(plan, folder, resources, recordings=recordings)
 
 
 def run(
@@ -146,7 +121,6 @@ def run(
     pictures: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
-    live: bool | str = False,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -182,8 +156,6 @@ def run(
         is missing is done.
     recordings
         Whether to write a Rerun recording of each trial.
-    live
-        Whether to stream trials into a Rerun viewer while they run; or the viewer's address, ``"127.0.0.1:9876"``.
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
@@ -227,7 +199,7 @@ def run(
     }  # fmt: skip
     resources = Resources(worker_count(workers), cluster, quiet)
     with begun_by({"call": "experiments.run", "arguments": arguments}):
-        done = perform(declared, place, resources, recordings=recordings, live=live, **asked)
+        done = perform(declared, place, resources, recordings=recordings, **asked)
     tell_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
     return done
 

@@ -15,7 +15,7 @@ from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import Parameters, differing
-from experiments.bench.run.play import FRAMES, Showing, Trial, play
+from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import check_counts, watchers
@@ -124,14 +124,9 @@ def plan(
     return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
 
 
-def record_clip(trial: Trial, showings: Sequence[Showing], _rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Write the recording of a clip that was shown in a trial."""
-    return record(showings[0], trial.condition.name, f"{trial.experiment}-{trial.index}-{trial.seed}")
-
-
 def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) -> TrialRecord:
     """Play a clip. With ``recordings`` it is recorded at the first seed; ``frames`` keeps a row per frame."""
-    return play(trial, record_clip if recordings and not trial.repeat else None, frames=frames)
+    return play(trial, record if recordings and not trial.repeat else None, frames=frames)
 
 
 def batch(plan: OfflinePlan, *, recordings: bool = False, frames: bool = True) -> Batch[Trial]:

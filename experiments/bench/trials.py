@@ -242,24 +242,13 @@ def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parame
     return described(sections(experiment, models))
 
 
-def work(
-    trial: RobotTrial, *, recordings: bool = False, frames: bool = False, viewer: str | None = None
-) -> TrialRecord:
-    """Play one trial in a worker, with a row per frame and its recording as far as they are wanted.
-
-    ``viewer`` is the address, HOST:PORT, of a viewer that the trial is streamed to while it runs.
-    """
-    if not recordings and viewer is None:
+def work(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -> TrialRecord:
+    """Play one trial in a worker, with a row per frame and its recording as far as they are wanted."""
+    if not recordings:
         return drawn_here(play(trial, frames=frames))
-    from experiments.bench.sources import recording  # not before: Rerun takes its time to load
+    from experiments.bench.sources.recording import record  # not before: Rerun takes its time to load
 
-    record = recording.record if recordings else None
-    live = None if viewer is None else recording.LiveTrial(trial, viewer)
-    try:
-        return drawn_here(play(trial, record, frames=frames, maps=True, watch=live.see if live else None))
-    finally:
-        if live:
-            live.close()
+    return drawn_here(play(trial, record, frames=frames, maps=True))
 
 
 def seconds(trial: RobotTrial) -> float:
@@ -267,15 +256,13 @@ def seconds(trial: RobotTrial) -> float:
     return nominal(trial.condition, trial.settings).stimulus.seconds
 
 
-def batch(
-    plan: Plan, *, recordings: bool = False, frames: bool = False, viewer: str | None = None
-) -> Batch[RobotTrial]:
+def batch(plan: Plan, *, recordings: bool = False, frames: bool = False) -> Batch[RobotTrial]:
     """Return the trials of a checked plan as a batch; the options are those of `work`."""
     specs = plan.specs()
     return Batch(
         name=plan.experiment.name,
         specs=specs,
-        work=partial(work, recordings=recordings, frames=frames, viewer=viewer),
+        work=partial(work, recordings=recordings, frames=frames),
         description={**describe(plan), "recordings": recordings},
         schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
         parameters=plan.changed(),
@@ -284,9 +271,7 @@ def batch(
     )
 
 
-def run(
-    plan: Plan, out: Path, resources: Resources, *, recordings: bool, viewer: str | None = None
-) -> Run:  # fmt: skip
+def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Run:
     """Run a checked plan's trials with a pool of its own.
 
     Parameters
@@ -299,15 +284,13 @@ def run(
         Workers, or a cluster.
     recordings
         Whether to record each trial for Rerun.
-    viewer
-        Address, HOST:PORT, of a viewer that trials are streamed to while they run.
 
     Returns
     -------
     Run
         The run as its files have it.
     """
-    trials = batch(plan, recordings=recordings, frames=True, viewer=viewer)
+    trials = batch(plan, recordings=recordings, frames=True)
     with resources.pool() as pool, trials.run(out, pool, resources) as folder:
         return conclude(plan, folder)
 

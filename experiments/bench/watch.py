@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import polars as pl
 
 from dsnn import Response, ResponseSeries, forms
@@ -32,13 +31,11 @@ from experiments.bench.run.runs import tell
 from experiments.bench.run.settings import assignments, changed, check_counts, collect, watchers
 from experiments.bench.run.user_code import is_own
 from experiments.bench.sources import motion
-from experiments.bench.sources.clips import Clip, find_stimulus, outline
+from experiments.bench.sources.clips import Clip, find_stimulus, recorded
 from experiments.bench.sources.video import TRIALS, VideoSource
 from experiments.bench.stats import stored
 from experiments.claims import footage
 
-QUALITY = 80
-"""JPEG quality of recorded frames."""
 BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
 REAL = "real"
@@ -126,31 +123,28 @@ class Recorder:
 
     Parameters
     ----------
-    streams
-        A file and a viewer, as far as they are wanted.
     models
         The models.
-    live
-        Whether one of the streams is a viewer's.
+    stream
+        Where they are sent, a `rerun.RecordingStream`; otherwise nowhere.
+    every_s
+        Time after which a block is sent that is not full.
     """
 
-    def __init__(self, streams: Sequence[Any], models: Sequence[ConfiguredModel], *, live: bool) -> None:
-        self._streams, self._models, self._live = streams, models, live
+    def __init__(self, models: Sequence[ConfiguredModel], stream: Any = None, every_s: float = math.inf) -> None:
+        self._models, self._stream, self._every_s = models, stream, every_s
         self._block: list[tuple[Sample, list[Response | None]]] = []
-        self.showing: Showing | None = None
         self._frames, self._sent_s = 0, 0.0
 
     def see(self, showing: Showing) -> None:
         """Take the last frame."""
         assert showing.sample is not None
-        self.showing = showing
         if not any(showing.responses):
             showing.source.stop()
-        if not self._streams:
+        if self._stream is None:
             return
         self._block.append((showing.sample, showing.responses))
-        due = self._live and time.monotonic() - self._sent_s >= EVERY_S
-        if due or len(self._block) >= BLOCK_FRAMES:
+        if len(self._block) >= BLOCK_FRAMES or time.monotonic() - self._sent_s >= self._every_s:
             self.send()
 
     def send(self) -> None:
@@ -160,45 +154,40 @@ class Recorder:
         if not self._block:
             return
         samples, responses = zip(*self._block, strict=True)
-        numbers = np.arange(self._frames, self._frames + len(samples))
-        time_s = np.array([sample.time_s for sample in samples])
-        series = {
-            model.label: ResponseSeries.from_responses(of_model)
-            for model, of_model in zip(self._models, zip(*responses, strict=True), strict=True) if None not in of_model
-        }  # fmt: skip
-        images = rerun.jpegs([sample.image for sample in samples], QUALITY)
-        frames = rerun.Frames(time_s, numbers, series, {"": images})
-        boxes = outline([sample.truth for sample in samples], rerun.times(time_s, numbers))
-        for stream in self._streams:
-            stream.send(frames, boxes)
+        by_model = dict(zip((model.label for model in self._models), zip(*responses, strict=True), strict=True))
+        series = {label: ResponseSeries.from_responses(given) for label, given in by_model.items() if None not in given}
+        frames, boxes = recorded(samples, series, self._frames)
+        self._stream.send_chunks([*rerun.moving(content_of(self._models), frames), *boxes])
         self._block, self._frames, self._sent_s = [], self._frames + len(samples), time.monotonic()
+
+
+def content_of(models: Sequence[ConfiguredModel]) -> Any:
+    """Return what the recording of footage has."""
+    from experiments.bench.run import record as rerun
+
+    return rerun.Content(tuple(map(rerun.Model.of, models)), eyes=("",))
 
 
 @contextmanager
 def _recorder(plan: WatchPlan, file: Path | None, *, view: bool) -> Iterator[Recorder]:
     """Open the recording ``file`` and a viewer, as far as they are wanted; the file has its name once it is whole."""
     if file is None and not view:
-        yield Recorder((), plan.models, live=False)
+        yield Recorder(plan.models)
         return
     os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")  # a viewer that was closed is not missed
-    from experiments.bench.run.record import Content, Model, Stream
+    from experiments.bench.run import record as rerun
 
-    content = Content(tuple(map(Model.of, plan.models)), eyes=("",))
-    shown: list[tuple[Stream, float]] = []
-    if view:
-        _, address = viewer.opened("the Rerun viewer did not open on this screen: give --no-view")
-        shown.append((Stream.to_viewer(content, viewer.url(address), plan.source.label()), 5.0))
-    if file is not None:
-        shown.append((Stream.to_file(content, part(file)), math.inf))
-    recorder = Recorder([stream for stream, _ in shown], plan.models, live=view)
+    url = viewer.opened("the Rerun viewer did not open on this screen: give --no-view") if view else None
+    stream = rerun.stream(content_of(plan.models), plan.source.label(), part(file) if file else None, url)
+    recorder = Recorder(plan.models, stream, EVERY_S if view else math.inf)
     try:
         yield recorder
         recorder.send()
     finally:
-        troubles = [stream.close(patience_s=patience_s) for stream, patience_s in shown]
+        trouble = rerun.end(stream, 5.0 if view else math.inf)
         if file is not None:
             part(file).replace(file)
-    for trouble in filter(None, troubles):
+    if trouble:
         error_console.print(f"note: not everything was shown or recorded: {trouble}", soft_wrap=True, markup=False)
 
 

@@ -13,7 +13,7 @@ from experiments.bench.cli import options
 
 REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
 """Commands and calls whose runs can be repeated."""
-NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "live": False, "view": False}
+NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "view": False}
 """Options that say nothing of a run's numbers."""
 
 
@@ -30,7 +30,6 @@ def run(
     eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
-    live: Annotated[bool, typer.Option("--live", help="Show trials in a Rerun viewer while they run.")] = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     medium: options.For = "web",
@@ -58,7 +57,7 @@ def run(
     declared = registry.find(experiment)
     means = options.resources(workers, cluster, quiet)
     done = perform(
-        declared, options.run_folder(out, declared.name), means, recordings=recordings, live=live,
+        declared, options.run_folder(out, declared.name), means, recordings=recordings,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
         pictures=options.own_pictures(pictures),
     )  # fmt: skip

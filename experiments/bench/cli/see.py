@@ -5,7 +5,6 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,8 +23,7 @@ KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimu
 
 
 def view(
-    first: Annotated[Path, typer.Argument(metavar="RUN", help="A run, an .rrd file, a scene or an arena.")],
-    second: Annotated[Path | None, typer.Argument(metavar="RUN", help="A run beside the first.")] = None,
+    source: Annotated[Path, typer.Argument(metavar="RUN", help="A run, an .rrd file, a scene or an arena.")],
     trial: options.Trial = None,
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
     screenshot: Annotated[
@@ -34,35 +32,26 @@ def view(
 ) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
 
-    A trial of a run stands beside that of the same number of a second one, on one timeline. The viewer ends with this
-    command. --screenshot shows the middle of the recording, and needs no screen.
+    The viewer ends with this command. --screenshot shows the middle of the recording, and needs no screen.
     """
-    from experiments.bench.cli.beside import side_by_side
-    from experiments.bench.report.terminal import error_console
     from experiments.bench.run import interrupts, viewer
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.recordings import recording, recordings_in
     from scenes import ARENA_ENDINGS, ARENAS
 
-    if (str(first) in ARENAS and not first.exists()) or first.suffix in ARENA_ENDINGS:
-        return _view_scene(str(first))
+    if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
+        return _view_scene(str(source))
+    one = source.is_file() or trial is not None or screenshot is not None
+    files = [recording(source, trial)] if one else recordings_in(source)
+    if not files:
+        raise UsageError(f"{source}: no such file, or no .rrd recordings in it")
+    if screenshot is not None and screenshot.suffix != ".png":
+        raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
     if not web and screenshot is None:
-        viewer.require_screen(f"view {first}: ", "use --web")
-    with interrupts.once(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
-        if second is not None:
-            title, data = side_by_side(first, second, trial)
-            error_console.print(title, soft_wrap=True)
-            files = [Path(folder) / "both.rrd"]
-            files[0].write_bytes(data)
-        else:
-            files = [recording(first, trial)] if trial is not None or screenshot else recordings_in(first)
-            files = [first] if first.is_file() else files
-        if not files:
-            raise UsageError(f"{first}: no such file, or no .rrd recordings in it")
+        viewer.require_screen(f"view {source}: ", "use --web")
+    with interrupts.once():
         if screenshot is None:
             return viewer.show(files, web=web)
-        if screenshot.suffix != ".png":
-            raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
         viewer.screenshot(files[0], screenshot)
     return 0
 
@@ -70,20 +59,19 @@ def view(
 def _view_scene(arena: str) -> int:
     """Show both robots in the arena, live, in MuJoCo's viewer."""
     import mujoco.viewer
-    from pydantic import ValidationError
 
     from colias_sim import CameraConfig, RobotConfig, SceneConfig
     from colias_sim.gl import has_screen
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
-    from experiments.bench.run.errors import UsageError, explain
+    from experiments.bench.run.errors import UsageError
 
     if not has_screen():
         raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")
     try:
         spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
-    except ValueError as error:  # a pydantic.ValidationError too
-        raise UsageError(explain(error) if isinstance(error, ValidationError) else str(error)) from None
+    except ValueError as error:
+        raise UsageError(str(error)) from None
     spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
     mujoco.viewer.launch(spec.compile())
     return 0

@@ -314,9 +314,9 @@ class Showing:
         """Return the label of each model that raised, with its traceback."""
         return {runner.label: runner.trouble for runner in self.runners if runner.trouble}
 
-    def truth(self, first: int = 0) -> pl.DataFrame:
-        """Return what is true of the frames from the ``first`` on, a row each."""
-        shown = self.samples[first:]
+    def truth(self) -> pl.DataFrame:
+        """Return what is true of the frames, a row each."""
+        shown = self.samples
         return pl.DataFrame({name: [sample.truth[name] for sample in shown] for name in shown[0].truth}, strict=False)
 
 

@@ -372,8 +372,8 @@ def _paths(frames: Frames) -> list[Chunk]:
     return [fixed("world/path", rr.LineStrips3D(lines, colors=[GREY] * len(lines), radii=0.1))] if lines else []
 
 
-def jpegs(images: Iterable[Images], quality: int) -> list[bytes]:
-    """Return grey images as JPEG files of a ``quality`` up to 100."""
+def jpegs(images: Iterable[Images], quality: int = 85) -> list[bytes]:
+    """Return grey images as JPEG files of a ``quality`` up to 100: exact ones are ten times as large."""
     return [cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes() for image in images]
 
 
@@ -437,30 +437,18 @@ def _solids(variant: str, scene: SceneConfig) -> tuple[rr.AsComponents, ...]:
     return tuple(solids)
 
 
-def views(content: Content, root: str = "", prefix: str = "") -> list[tuple[float, Any]]:
-    """Return what a viewer opens with, from top to bottom: shares of the height, and views or rows of them.
-
-    Parameters
-    ----------
-    content
-        What the recording has.
-    root
-        The path below which it is, such as ``/run``.
-    prefix
-        What headings begin with.
-    """
+def views(content: Content) -> list[tuple[float, Any]]:
+    """Return what a viewer opens with, from top to bottom: shares of the height, and views or rows of them."""
     top: list[tuple[float, Any]] = []
     if content.scene is not None:
-        top.append((5.0, _world(content, root, prefix)))
+        top.append((5.0, _world(content)))
     for eye in content.eyes:
-        name = f"{prefix}what is seen{f' ({eye})' if eye else ''}"
-        top.append((4.0, rrb.Spatial2DView(origin=f"{root}/{camera_entity(eye)}", name=name)))
+        name = f"what is seen{f' ({eye})' if eye else ''}"
+        top.append((4.0, rrb.Spatial2DView(origin=f"/{camera_entity(eye)}", name=name)))
     if content.maps:
         label = content.models[0].label
         maps = [
-            rrb.Spatial2DView(
-                origin=f"{root}/{model_entity(label)}/maps/{name}", name=f"{prefix}{label}: {LAYERS.get(name, name)}"
-            )
+            rrb.Spatial2DView(origin=f"/{model_entity(label)}/maps/{name}", name=f"{label}: {LAYERS.get(name, name)}")
             for name, _ in content.maps
         ]
         top.append((5.0, rrb.Grid(*maps, grid_columns=2)))
@@ -468,10 +456,10 @@ def views(content: Content, root: str = "", prefix: str = "") -> list[tuple[floa
     if top:
         rows.append((4.0, rrb.Horizontal(*(view for _, view in top), column_shares=[share for share, _ in top])))
     if content.models:
-        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, _lanes(content.models, root, prefix)))
+        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, _lanes(content.models)))
     if content.plots:
         plots = [
-            _plot(f"{root}/{entity}", [f"{root}/{entity}"], prefix + heading, legend=len(names) > 1)
+            _plot(f"/{entity}", [f"/{entity}"], heading, legend=len(names) > 1)
             for entity, names, heading in content.plots
         ]
         rows.append((1.2, rrb.Horizontal(*plots)))
@@ -487,34 +475,34 @@ def page(rows: Sequence[tuple[float, Any]]) -> rrb.Blueprint:
     )
 
 
-def _world(content: Content, root: str, prefix: str) -> rrb.Spatial3DView:
+def _world(content: Content) -> rrb.Spatial3DView:
     """Return the view of the arena: from behind the observer, or the whole from above."""
     if content.above:
         eye = rrb.EyeControls3D(position=(0, 0, 105), look_target=(0, 0, 0), eye_up=(0, 1, 0))
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
-    hidden = [f"- {root}/{camera_entity(other)}/**" for other in content.eyes[1:]]
-    hidden += [f"- {root}/world/arena/wall"] if content.above else []  # the outer circle is its foot
+    hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
+    hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
-        origin=f"{root}/world", contents=[f"+ {root}/world/**", *hidden], background=(206, 206, 202),
-        name=f"{prefix}arena{' from above' if content.above else ''} (circles: 10, 20 and 45 cm)",
+        origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),
+        name=f"arena{' from above' if content.above else ''} (circles: 10, 20 and 45 cm)",
         eye_controls=eye, line_grid=False,
     )  # fmt: skip
 
 
-def _lanes(models: Sequence[Model], root: str, prefix: str) -> Any:
+def _lanes(models: Sequence[Model]) -> Any:
     """Return a lane for each model: potentials above their spikes, the azimuth beside them; in columns if many."""
     columns = -(-len(models) // MOST_LANES)
-    lanes = [_lane(model, root, prefix, narrow=columns > 2) for model in models]
+    lanes = [_lane(model, narrow=columns > 2) for model in models]
     stacks = np.array_split(np.arange(len(lanes)), columns)
     return rrb.Horizontal(*(rrb.Vertical(*(lanes[place] for place in stack)) for stack in stacks))
 
 
-def _lane(model: Model, root: str, prefix: str, *, narrow: bool) -> Any:
-    place, name = f"{root}/{model_entity(model.label)}", prefix + model.label
+def _lane(model: Model, *, narrow: bool) -> Any:
+    place, name = f"/{model_entity(model.label)}", model.label
     potentials = [f"{place}/{channel}" for channel in model.spiking]
     lowest = -0.05 if model.spiking == ["looming"] else -1.05
-    lane = _plot(place, [*potentials, f"{place}/threshold"], prefix + heading(model, narrow=narrow), (lowest, 1.05))
+    lane = _plot(place, [*potentials, f"{place}/threshold"], heading(model, narrow=narrow), (lowest, 1.05))
     row = [(3.0, lane)]
     if model.levels():
         told = "spikes" if narrow else f"{name}: spikes; {_signs(model)}"
@@ -596,53 +584,23 @@ def mixed(colour: Colour, other: Colour, share: float) -> Colour:
     return red, green, blue
 
 
-class Stream:
-    """A recording that is sent while it grows: make it by `to_file` or `to_viewer`, and close it."""
-
-    def __init__(self, stream: rr.RecordingStream, content: Content) -> None:
-        self._stream, self._content = stream, content
-        stream.send_chunks(static(content))
-
-    @classmethod
-    def to_file(cls, content: Content, path: Path) -> Stream:
-        """Write into an .rrd file."""
-        stream = rr.RecordingStream(APPLICATION)
-        stream.save(path)
-        send_layout(stream, layout_chunks(content))
-        return cls(stream, content)
-
-    @classmethod
-    def to_viewer(cls, content: Content, url: str, name: str = "") -> Stream:
-        """Send to the viewer at a URL."""
-        stream = rr.RecordingStream(APPLICATION)
-        if url in _LAID_OUT:
-            stream.connect_grpc(url)
-            send_layout(stream, layout_chunks(content))
-        else:
-            # Before anything else arrives: the viewer would make up a layout of its own, and keep that. A stream of the
-            # layout's own stays alive after this, with its threads, so that the process does it once.
-            stream.connect_grpc(url, default_blueprint=page(views(content)))
-            _LAID_OUT.add(url)
-        if name:
-            stream.send_recording_name(name)
-        return cls(stream, content)
-
-    def send(self, frames: Frames, more: Iterable[Chunk] = ()) -> None:
-        """Send frames, and further chunks."""
-        self._stream.send_chunks([*moving(self._content, frames), *more])
-
-    def close(self, *, flush: bool = True, patience_s: float = 5.0) -> str:
-        """End the stream; return why not all of it was taken in ``patience_s`` seconds, empty if it was."""
-        try:
-            if flush:
-                self._stream.flush(timeout_sec=patience_s)
-        except RuntimeError as error:
-            return str(error)
-        finally:
-            self._stream.disconnect()
-            rr.init(APPLICATION, init_logging=False)  # or the stream's threads stay: see `packed`
-        return ""
+def stream(content: Content, name: str, file: Path | None, url: str | None) -> rr.RecordingStream:
+    """Begin a recording that is sent while it grows: into a file, to the viewer at a URL, or to both."""
+    sinks: list[Any] = ([rr.FileSink(file)] if file else []) + ([rr.GrpcSink(url)] if url else [])
+    growing = rr.RecordingStream(APPLICATION)
+    growing.set_sinks(*sinks, default_blueprint=page(views(content)))
+    growing.send_recording_name(name)
+    growing.send_chunks(static(content))
+    return growing
 
 
-_LAID_OUT: set[str] = set()
-"""URLs of the viewers that this process has sent a layout to."""
+def end(growing: rr.RecordingStream, patience_s: float) -> str:
+    """End a recording; return why not all of it was taken in ``patience_s`` seconds, empty if it was."""
+    try:
+        growing.flush(timeout_sec=patience_s)
+    except RuntimeError as error:
+        return str(error)
+    finally:
+        growing.disconnect()
+        rr.init(APPLICATION, init_logging=False)  # or the stream's threads stay: see `packed`
+    return ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import re
 import socket
 import subprocess
 import sys
@@ -14,13 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colias_sim.gl import has_screen
-from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.errors import UsageError
 
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient
 
-HOST, PORT = "127.0.0.1", 9876
-"""Where Rerun's viewer listens unless it is told otherwise."""
+HOST = "127.0.0.1"
 START_S, SETTLES_S, ANSWERS_S = 20.0, 1.0, 2.0
 """How long a viewer may take to listen, to find that it has no window, and to answer."""
 MEMORY = "1GB"
@@ -46,14 +44,6 @@ def url(address: str) -> str:
     return f"rerun+http://{address}/proxy"
 
 
-def parsed(text: str) -> str:
-    """Check the address of a viewer, HOST:PORT or the URL that it prints; return HOST:PORT."""
-    match = re.fullmatch(r"(?:rerun\+http://)?([A-Za-z0-9.\-]+):(\d{1,5})(?:/proxy)?", text)
-    if match is None or not 0 < int(match[2]) < 2**16:
-        raise UsageError(f"live must be HOST:PORT, such as {HOST}:{PORT}, got {short(text)}")
-    return f"{match[1]}:{match[2]}"
-
-
 def listens(address: str) -> bool:
     """Tell whether something listens at an address, HOST:PORT."""
     host, _, port = address.rpartition(":")
@@ -64,44 +54,20 @@ def listens(address: str) -> bool:
         return False
 
 
-def opened(instead: str) -> tuple[subprocess.Popen[bytes], str]:
-    """Open a viewer of its own that listens on this machine alone, and stays open when this process is over.
-
-    Parameters
-    ----------
-    instead
-        What to do where none can open.
-
-    Returns
-    -------
-    subprocess.Popen
-        The viewer.
-    str
-        Its address, HOST:PORT.
-
-    Raises
-    ------
-    UsageError
-        It does not open.
-    """
+def opened(instead: str) -> str:
+    """Open a viewer that stays open when this process is over; return its URL, or raise `UsageError` (``instead``)."""
     port = free_port()
     command = [*program(), "--bind", HOST, "--port", f"{port}"]
     command += ["--memory-limit", MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
     # A session of its own: Ctrl-C is meant for the command, not for the viewer.
     quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
     viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
-    _await(viewer, port, instead)
-    return viewer, f"{HOST}:{port}"
-
-
-def _await(viewer: subprocess.Popen[bytes], port: int, instead: str) -> None:
-    """Wait until the viewer listens, and a moment longer: it listens before it finds that it has no window."""
     deadline = time.monotonic() + START_S
     while viewer.poll() is None and time.monotonic() < deadline:
         listening = listens(f"{HOST}:{port}")
-        time.sleep(SETTLES_S if listening else 0.05)
+        time.sleep(SETTLES_S if listening else 0.05)  # it listens before it finds that it has no window
         if listening and viewer.poll() is None:
-            return
+            return url(f"{HOST}:{port}")
     viewer.terminate()
     raise UsageError(instead)
 

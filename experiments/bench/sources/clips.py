@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -22,13 +23,14 @@ from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats.claim import Claim, check_claims
 
 if TYPE_CHECKING:
-    import rerun as rr
     from rerun.chunk import Chunk
+
+    from dsnn import ResponseSeries
+    from experiments.bench.run.record import Frames
 
 BACKGROUND = "background"
 """The parameter that names what is behind an object."""
-JPEG_QUALITY = 85
-"""JPEG quality of recorded frames: exact ones are ten times as large; ``colias video STIMULUS`` writes them."""
+BOX = ("left_px", "top_px", "width_px", "height_px")
 BOX_COLOUR = (214, 39, 40)
 
 
@@ -187,8 +189,7 @@ class ClipSource:
         for index, frame in enumerate(self.stimulus):
             box = frame.truth.box
             outline = (None,) * 4 if box is None else (box.left, box.top, box.width, box.height)
-            names = ("left_px", "top_px", "width_px", "height_px")
-            truth = {"motion": frame.truth.motion, **dict(zip(names, outline, strict=True))}
+            truth = {"motion": frame.truth.motion, **dict(zip(BOX, outline, strict=True))}
             yield Sample(index / self.fps, frame.luma, truth)
 
     def columns(self) -> dict[str, Any]:
@@ -237,54 +238,43 @@ def _beside_object(frame: StimulusFrame) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return beside if beside.size else frame.luma
 
 
-def record(showing: Showing, name: str, identity: str | None = None, *, exact: bool = False) -> bytes:
-    """Return the recording of a clip, as the bytes of an .rrd file.
-
-    Parameters
-    ----------
-    showing
-        The clip that was shown, and the models' responses.
-    name
-        The recording's name.
-    identity
-        Tells the recording from others in a viewer; otherwise it is its own.
-    exact
-        Whether the frames are exact; otherwise they are JPEG.
-    """
+def record(trial: Trial, showings: Sequence[Showing], _rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return the recording of a clip that was shown in a trial, as the bytes of an .rrd file."""
     import rerun as rr  # not before: it takes its time to load, and declarations need this file
 
     from experiments.bench.run import record as rerun
 
-    images = np.stack([sample.image for sample in showing.samples])
-    time_s = np.array([sample.time_s for sample in showing.samples])
+    (showing,), stimulus = showings, showings[0].source.stimulus
     responses = {model.label: series for model, series in showing.series()}
-    shown_images = images if exact else rerun.jpegs(images, JPEG_QUALITY)
-    frames = rerun.Frames(time_s, np.arange(len(time_s)), responses, {"": shown_images})
+    frames, boxes = recorded(showing.samples, responses)
     # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
-    stimulus = showing.source.stimulus
     settings = {**asdict(stimulus.params), "seed": stimulus.seed}
     shown = rr.DynamicArchetype(type(stimulus.params).__name__, components=settings)
-    models = tuple(rerun.Model.of(model) for model, _ in showing.series())
-    boxes = outline([sample.truth for sample in showing.samples], rerun.times(frames.time_s, frames.frame))
-    return rerun.write(rerun.Content(models, eyes=("",)), frames, name, identity, {"stimulus": shown}, boxes)
+    content = rerun.Content(tuple(rerun.Model.of(model) for model, _ in showing.series()), eyes=("",))
+    identity = f"{trial.experiment}-{trial.index}-{trial.seed}"
+    return rerun.write(content, frames, trial.condition.name, identity, {"stimulus": shown}, boxes)
 
 
-def outline(truth: Sequence[Mapping[str, Any]], times: list[rr.TimeColumn]) -> list[Chunk]:
-    """Return the object's outline; no box where there is none, or the last would stay."""
+def recorded(
+    samples: Sequence[Sample], responses: Mapping[str, ResponseSeries], first: int = 0
+) -> tuple[Frames, list[Chunk]]:
+    """Return frames from number ``first`` on as a recording has them, and the outline of their object."""
     import rerun as rr
 
     from experiments.bench.run import record as rerun
 
-    present = [frame for frame in truth if frame.get("left_px") is not None]
-    if not present:
-        return []
-    halves = np.array([(frame["width_px"] / 2, frame["height_px"] / 2) for frame in present])
-    corners = np.array([(frame["left_px"], frame["top_px"]) for frame in present])
-    columns = rr.Boxes2D.columns(centers=corners + halves, half_sizes=halves)
-    boxes = [int(frame["left_px"] is not None) for frame in truth]
+    time_s, numbers = np.array([sample.time_s for sample in samples]), first + np.arange(len(samples))
+    frames = rerun.Frames(time_s, numbers, responses, {"": rerun.jpegs(sample.image for sample in samples)})
+    there = [sample.truth.get(BOX[0]) is not None for sample in samples]
+    if not any(there):
+        return frames, []
+    shown = itertools.compress(samples, there)
+    boxes = np.array([[sample.truth[name] for name in BOX] for sample in shown])
+    columns = rr.Boxes2D.columns(centers=boxes[:, :2] + boxes[:, 2:] / 2, half_sizes=boxes[:, 2:] / 2)
     place = f"{rerun.CAMERA}/stimulus"
-    look = rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5])
-    return [rerun.fixed(place, look), rerun.chunk(place, times, columns.partition(boxes))]
+    look = rerun.fixed(place, rr.Boxes2D.from_fields(colors=[BOX_COLOUR], radii=[0.5]))
+    # No box where there is no object, or the last would stay.
+    return frames, [look, rerun.chunk(place, rerun.times(time_s, numbers), columns.partition(there))]
 
 
 Kind = Literal["traces", "peaks", "background", "edges", "ranges", "contrast"]

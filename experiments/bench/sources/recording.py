@@ -1,9 +1,8 @@
-"""Recordings of trials with the robot: whole when a trial is over, or streamed to a viewer while it runs."""
+"""Recordings of trials with the robot."""
 
 from __future__ import annotations
 
 import hashlib
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
@@ -14,17 +13,14 @@ from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import MAP_SCALES
 from experiments.bench.run import record as rerun
-from experiments.bench.run import viewer
 from experiments.bench.run.play import Showing
-from experiments.bench.run.record import Colour, Content, Frames, Model, Stream
+from experiments.bench.run.record import Colour, Content, Frames, Model
 from experiments.bench.sources.robot import RobotTrial, scene_of
 from experiments.bench.sources.room import obstacles
 from scenes import ARENAS
 
 MAP_FULL = {"p": 40.0, "la": 40.0, "f_on": 1.0, "f_off": 1.0}
 """Layer -> the value, in its own unit, that has the full colour."""
-EVERY_S = 0.1
-"""Seconds between two parts of a running trial that are sent to a viewer."""
 
 
 def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mapping[str, Any]]) -> bytes:
@@ -71,21 +67,21 @@ def content(spec: RobotTrial, seen: Frames, models: Iterable[Model]) -> Content:
     )  # fmt: skip
 
 
-def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries], first: int = 0) -> Frames:
-    """Stack a trial's frames of each eye from the ``first`` on, the first model's layer maps, poses and responses.
+def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries]) -> Frames:
+    """Stack a trial's frames of each eye, the first model's layer maps, poses and responses.
 
     The exposure is recorded of an eye with a rolling shutter, or an exposure that changes.
     """
-    truth, samples = showings[0].truth(first), {showing.eye: showing.samples[first:] for showing in showings}
+    truth, samples = showings[0].truth(), {showing.eye: showing.samples for showing in showings}
     runners = (runner for showing in showings for runner in showing.runners if not runner.trouble)
-    layers = next((runner.pictures[first:] for runner in runners if runner.pictures), [])
+    layers = next((runner.pictures for runner in runners if runner.pictures), [])
     poses = {
         robot: np.column_stack([truth[f"{robot}_{name}"] for name in ("x_cm", "y_cm", "heading_deg")])
         for robot in TRIAL_ROBOTS
     }
     exposure = {eye: np.array([sample.truth["exposure_ms"] for sample in of_eye]) for eye, of_eye in samples.items()}
     return Frames(
-        truth["sim_time_s"].to_numpy(), np.arange(first, first + truth.height), responses,
+        truth["sim_time_s"].to_numpy(), np.arange(truth.height), responses,
         {eye: np.stack([sample.image for sample in of_eye]) for eye, of_eye in samples.items()}, poses,
         dict(zip(MAP_SCALES, np.stack(layers, axis=1), strict=True)) if layers else {},
         {_exposure(eye): values for eye, values in exposure.items()
@@ -109,56 +105,3 @@ def map_colours(name: str) -> tuple[Colour, ...]:
     return tuple(
         rerun.mixed(rerun.STILL, rerun.ON if share > 0 else rerun.OFF, min(abs(share), 1.0)) for share in strength
     )
-
-
-class LiveTrial:
-    """The stream of one trial to a viewer: frames of its first eye, and the responses of the models that see by it.
-
-    It changes nothing of the trial. The viewer may be closed at any time: the trial goes on.
-
-    Parameters
-    ----------
-    spec
-        The trial.
-    address
-        Where the viewer listens, HOST:PORT.
-    """
-
-    def __init__(self, spec: RobotTrial, address: str) -> None:
-        self._spec, self._address = spec, address
-        self._stream: Stream | None = None
-        self._eye: str | None = None
-        self._sent, self._sent_at = 0, time.monotonic()
-        self._gone = not viewer.listens(address)
-
-    def see(self, showing: Showing) -> None:
-        """Take a trial after each of its frames, and send what is new at times."""
-        if self._eye is None:
-            self._eye = showing.eye
-        due = showing.source.drive.over or time.monotonic() - self._sent_at >= EVERY_S
-        if self._gone or showing.eye != self._eye or not due:
-            return
-        try:
-            self._send(showing)
-        except RuntimeError:  # the viewer was closed meanwhile
-            self._gone = True
-        self._sent_at = time.monotonic()
-
-    def close(self) -> None:
-        """End the stream; what the viewer does not take in time is dropped."""
-        if self._stream is not None:
-            self._stream.close(flush=not self._gone)
-
-    def _send(self, showing: Showing) -> None:
-        first, self._sent = self._sent, len(showing.samples)
-        responses = {
-            runner.label: ResponseSeries.from_responses(runner.responses[first:])
-            for runner in showing.runners
-            if not runner.trouble
-        }
-        seen = frames([showing], responses, first)
-        if self._stream is None:
-            models = [Model.of(runner.chosen) for runner in showing.runners]
-            whole = content(self._spec, seen, models)
-            self._stream = Stream.to_viewer(whole, viewer.url(self._address), title(self._spec))
-        self._stream.send(seen)

@@ -20,14 +20,9 @@ from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.cli.main import command
 from experiments.bench.run.models import choose
-from experiments.bench.sources.recording import LiveTrial
-from tests.bench.robot.test_live import ended
-from tests.bench.robot.test_trial import spec
 from tests.helpers.answering import write_model
 from tests.helpers.envs import end_after
 from tests.helpers.footage import write
-from tests.helpers.played import Played
-from tests.helpers.rerun_viewer import listening
 
 FRAMES = 12
 ANSWER = """Response(
@@ -111,18 +106,7 @@ def log(folder: Path) -> tuple[Path, Table]:
     return run(folder)
 
 
-def streamed(folder: Path) -> tuple[Path, Table]:
-    asked = spec(speed=30.0, models=(choose("both.py"),))
-    with listening("--save", str(folder / "live.rrd")) as (address, process):
-        live = LiveTrial(asked, address)
-        (answer,) = Played(asked, watch=live.see).answers
-        live.close()
-        everything = [f"/models/both/spikes/{channel}" for channel in SPIKING]
-        path = ended(process, folder / "live.rrd", everything, len(answer.series.hs))
-    return path, {name: getattr(answer.series, name).tolist() for name in SPIKES}
-
-
-KINDS = (RobotTrial, clip, footage, episode, recorded_env, log, streamed)
+KINDS = (RobotTrial, clip, footage, episode, recorded_env, log)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
