@@ -344,38 +344,31 @@ def conclude(
     failures: Sequence[Failure],
 ) -> Fitted:  # fmt: skip
     """Return the result of a fit, from its tables."""
-    keys = [text.partition("=")[0] for text in fit.over]
-    first, last = anew.row(0, named=True), anew.row(-1, named=True)
-    winner = {key: first[key] for key in keys}
+    first, even = anew.row(0, named=True), settings.filter(of="sample")
+    winner = {key: first[key] for key in (text.partition("=")[0] for text in fit.over)}
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
     before, after = first["in the search"], first["anew"]
     luck = None if before is None or after is None else before - after
-    luck = 0.0 if luck is not None and math.isclose(before, after, rel_tol=1e-12) else luck
-    even = settings.filter(of="sample")
     share, word = None, ""
     if fit.of_claims:
         own = settings.row(first["number"], named=True)
         counted = Count(first["kept"], first["replicates"] - first["kept"])
         kept = even.filter(pl.col("kept") == pl.col("claims")).height
         share = Count(kept, even.height - kept)
-        few = own["kept"] == own["claims"] and counted.kind == "counted" and not counted.fails
-        word = (
-            "fitted" if own["kept"] == own["claims"] and counted.word == "holds" else "no word" if few else "not fitted"
-        )
         low, high = share.interval or (0.0, 1.0)
-        lines = [
-            f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
-            f" {counted} replicates that it never saw",
-            f"{kept} of {even.height} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to"
-            f" {high:.3g} of the box",
-        ]
+        few = counted.kind == "counted" and not counted.fails
+        word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
+        word = word if own["kept"] == own["claims"] else "not fitted"
+        lines = [f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
+                 f" {counted} replicates that it never saw",
+                 f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
+                 " the box"]  # fmt: skip
     else:
-        lines = [
-            f"{fit.maximise}: {named} has {_number(after)} in the mean of {first['replicates']} replicates anew, the"
-            f" model {AS_IS} {_number(last['anew'])}; best of {even.height} settings that fill the box evenly:"
-            f" {_number(even[fit.maximise].fill_nan(None).max())}"
-        ]
-    lines.append(f"luck of the search: {_number(luck)}; its seeds of the judging anew were looked at {looks} times")
+        best = even[fit.maximise].fill_nan(None).max()
+        lines = [f"{fit.maximise}: {named} has {_number(after)} in the mean of {first['replicates']} replicates anew,"
+                 f" the model {AS_IS} {_number(anew['anew'][-1])}; best of {even.height} settings that fill the box"
+                 f" evenly: {_number(best)}"]  # fmt: skip
+    lines.append(f"luck of the search: {_number(luck)}; its fresh seeds were looked at {looks} times")
     return Fitted(fit, settings, anew, winner, word, share, luck, shares, looks, lines, failures)
 
 
@@ -431,6 +424,9 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
     UsageError
         Something is not legal, or there is another run.
     """
+    from experiments.bench.report import fit as report  # not before: workers do without matplotlib
+    from experiments.bench.report import style
+
     box, outside = planned(fit, seed)
     import optuna
 
@@ -473,23 +469,15 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
     looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
     tables = pl.concat([found, table("sample", even, sample)]), again_table(settings, best, searched, anew)
     fitted = conclude(fit, *tables, importance(search), looks, failures)
-    write(fitted, out)
-    return fitted
-
-
-def write(fitted: Fitted, folder: Path) -> None:
-    """Write ``fit.csv``, ``anew.csv``, ``fit.json``, ``fit.svg`` and ``fit.png``."""
-    from experiments.bench.report import fit as report  # not before: workers do without matplotlib
-    from experiments.bench.report import style
-
-    files, study, share = Files(folder), fitted.fit.study, fitted.share
-    low, high = (share.interval if share else None) or (None, None)
+    low, high = (fitted.share.interval if fitted.share else None) or (None, None)
+    counted = fitted.share and {"kept": fitted.share.holds, "of": fitted.share.replicates, "low": low, "high": high}
+    named = ("sentences", "winner", "word", "luck", "looks", "importance", "failures")
+    files = Files(out)
     files.write_rows("fit.csv", fitted.settings.to_dicts())
     files.write_rows("anew.csv", fitted.anew.to_dicts())
     files.write_json("fit.json", {
-        "fit": study.name, "summary": study.summary, "sentences": fitted.sentences, "winner": fitted.winner,
-        "word": fitted.word, "luck": fitted.luck, "looks": fitted.looks, "importance": fitted.importance,
-        "failures": fitted.failures,
-        "share": share and {"kept": share.holds, "of": share.replicates, "low": low, "high": high},
+        "fit": fit.study.name, "summary": fit.study.summary, "share": counted,
+        **{name: getattr(fitted, name) for name in named},
     })  # fmt: skip
-    style.save(report.draw(fitted), folder / "fit")
+    style.save(report.draw(fitted), out / "fit")
+    return fitted

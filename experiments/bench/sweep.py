@@ -18,7 +18,6 @@ import polars as pl
 from experiments.bench import offline, trials
 from experiments.bench.grid import Point, values_of
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
-from experiments.bench.report import terminal
 from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, new_folder
@@ -224,10 +223,6 @@ def batch(plan: Plan, name: str = "") -> Batch[Any]:
         else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         parameters=plan.parameters,
         things=plan.things,
-        amount=lambda: (
-            f"{len(plan.points)} points, {terminal.count(plan.study.replicates, 'replicate')},"
-            f" {len(plan.specs)} {plan.things}"
-        ),
         size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
 
@@ -280,28 +275,29 @@ def write(result: Sweep, folder: Path) -> None:
         style.save(report.draw(result), folder / name)
 
 
-def typed(
-    experiments: str, over: Sequence[str], claims: Sequence[str], measures: Sequence[str], models: Sequence[str],
-    assignments: Sequence[str], repeats: int | None, replicates: int,
-) -> Study:  # fmt: skip
-    """Return the study of experiments, joined by commas, that no file declares; the rest is as of `Study`."""
-    names = tuple(name for name in experiments.split(",") if name)
-    if not names:
-        raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
-    return Study(
-        NAME, "claims and numbers over a grid of parameters", tuple(claims), tuple(measures), names, over=tuple(over),
-        models=tuple(dict.fromkeys(models)), assignments=tuple(assignments), repeats=repeats, replicates=replicates,
-    )  # fmt: skip
+def typed(experiment: str, over: Sequence[str] = (), **given: Any) -> Study:
+    """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
+
+    ``given`` are fields of `Study` in place of its own, but for those that are ``None``.
+    """
+    study = None if over else called(experiment)
+    if study is None:
+        names = tuple(name for name in experiment.split(",") if name)
+        if not names:
+            raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
+        summary = "claims and numbers over a grid of parameters"
+        study = Study(NAME, summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+    return dataclasses.replace(study, **{name: value for name, value in given.items() if value is not None})
 
 
 def sweep(
     experiment: str | Study,
     over: Sequence[str] = (),
-    models: Sequence[str] = ("dsnn",),
-    seeds: range = range(1),
+    models: Sequence[str] | None = None,
+    seeds: range | None = None,
     *,
-    claims: Sequence[str] = (),
-    measures: Sequence[str] = (),
+    claims: Sequence[str] | None = None,
+    measures: Sequence[str] | None = None,
     repeats: int | None = None,
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
@@ -318,11 +314,11 @@ def sweep(
     over
         Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them. A study has its own.
     models
-        The models judged, one by one.
+        The models judged, one by one; ``None``: those of the study, or the DSNN.
     seeds
-        The seed of each replicate. A study has its own number of replicates; only the first seed counts.
+        The seed of each replicate; ``None``: from 0, as many as the study has, or one.
     claims, measures
-        Ids of claims, and names of measures; without both, all claims that are declared about the models.
+        Ids of claims, and names of measures; ``None``: the study's own, or all claims declared about the models.
     repeats
         Trials of each condition in a replicate; ``None``: the experiment's own number.
     out
@@ -351,11 +347,13 @@ def sweep(
     >>> table.select("dsnn.t_sp", "verdict").rows()
     [(0.1, 'holds'), (0.2, 'holds')]
     """
-    if not isinstance(seeds, range) or seeds.step != 1 or not seeds:
+    if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    named = experiment if isinstance(experiment, Study) else None if over else called(experiment)
-    study = named or typed(str(experiment), over, claims, measures, models, (), repeats, len(seeds))
+    given = {"models": models, "claims": claims, "measures": measures, "repeats": repeats,
+             "replicates": seeds and len(seeds)}  # fmt: skip
+    study = experiment if isinstance(experiment, Study) else typed(experiment, over, **given)
     place = new_folder(study.name) if out is None else Path(out)
     check_own(place, f"out={place}")
-    result = run(planned(study, seeds.start), place, Resources(worker_count(workers), quiet=quiet))
-    return result.table if result.plan.claims else result.numbers
+    plan = planned(study, seeds.start if seeds else 0)
+    result = run(plan, place, Resources(worker_count(workers), quiet=quiet))
+    return result.table if plan.claims else result.numbers

@@ -242,6 +242,8 @@ def planned(
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
         raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not on_robot and study.over and study.repeats is not None:
+        raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))

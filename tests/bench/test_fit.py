@@ -1,15 +1,13 @@
-"""Fits: what is planted is found, luck is exposed, kills change nothing; measures, and the box."""
+"""Fits: what is planted is found, luck is exposed, a fit resumes; measures, and the box."""
 
 from __future__ import annotations
 
 import json
-import signal
 
 import numpy as np
 import polars as pl
 import pytest
 
-import experiments
 from experiments.bench.cli import main
 from experiments.bench.fit import RESULTS, Fit, at, box_of, planned, scored, spread, study_of
 from experiments.bench.run.errors import UsageError
@@ -19,7 +17,6 @@ from experiments.bench.stats.verdict import Outcome
 from experiments.bench.study import Study, shipped
 from experiments.bench.sweep import MOST_SLACK, slack
 from experiments.studies import FITS
-from tests.helpers.processes import CLI, start, wait_until
 
 pytest.importorskip("optuna")
 
@@ -175,21 +172,6 @@ def undisturbed(folder):
     return folder / "whole"
 
 
-def same(one, other):
-    return all((one / name).read_bytes() == (other / name).read_bytes() for name in ("fit.csv", "anew.csv", "fit.json"))
-
-
-def test_a_kill_changes_nothing_whatever_the_workers(folder, undisturbed):
-    out = "killed"
-    process = start(folder, *CLI, *arguments(folder, out, "hill,luck", *SMALL, "--workers", "1"))
-    assert wait_until(lambda: (folder / out / "search-0001").exists() or process.poll() is not None)
-    process.send_signal(signal.SIGKILL)
-    process.communicate(timeout=20)
-    assert not (folder / out / "fit.json").exists(), "it was killed before its end"
-    fit(folder, out, "hill,luck", *SMALL)
-    assert same(folder / out, undisturbed)
-
-
 def test_more_settings_go_on_from_fewer(folder, undisturbed):
     first = fit(folder, "more", "hill,luck", *SMALL[:5], "8", *SMALL[6:])
     assert first["looks"] == 1
@@ -199,23 +181,9 @@ def test_more_settings_go_on_from_fewer(folder, undisturbed):
         fit(folder, "more", "hill,luck", "--over", "planted.a=0..2", *SMALL[2:])
 
 
-CROSSING = """
-from experiments import Check, Claim, Experiment, Translation
-CLAIM = Claim(id="fires", says="it fires", judge=lambda rows, threshold: [Check("spikes", rows[0]["spikes"], 0)])
-EXPERIMENT = Experiment("few", "crossings", Translation((30,), (6,)), "speed_cm_s", repeats=6, claims=(CLAIM,))
-"""
-
-
-def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeats(tmp_path):
-    (tmp_path / "few.py").write_text(CROSSING)
-    words = ["fit", str(tmp_path / "few.py"), "--claims", "fires", "--over", "dsnn.t_sp=0.1..0.2", "--repeats", "4"]
-    small = ["--trials", "1", "--share", "1", "--sample", "1", "--held-out", "1", "--out", str(tmp_path / "few")]
-    assert main.command([*words, *small, "-q", "--workers", "0"]) == 0
-    trials = [
-        json.loads((tmp_path / "few" / part / "run.json").read_text())["trials"]
-        for part in ("search-0000", "sample-1", "held-out-2")
-    ]
-    assert trials == [4, 4, 6], "four repeats, and then all six"
+def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeats():
+    fit = Fit(Study("few", "few", claims=("C15",), repeats=10), over=("dsnn.t_sp=0.1..0.2",), search_repeats=4)
+    assert [study_of(fit, [{}], again=again).repeats for again in (False, True)] == [4, 10]
 
 
 def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
@@ -237,19 +205,6 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
 def test_the_fits_that_ship_can_be_made():
     rendered = {name for name in FITS if planned(shipped(name))[1]}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
-
-
-def test_from_python_it_is_the_same_fit(folder, undisturbed):
-    file = str(folder / "planted.py")
-    study = Study(
-        "fit-planted", "claims and numbers over a grid of parameters", claims=("hill", "luck"),
-        experiments=(file,), models=(file,), repeats=None, replicates=1,
-    )  # fmt: skip
-    over = ("planted.a=0..1", "dots.speed=30..90")
-    asked = Fit(study, over, trials=24, share=4, sample=4, held_out=3)
-    fitted = experiments.fit(asked, out=folder / "python", workers=0, quiet=True)
-    assert same(folder / "python", undisturbed)
-    assert fitted.winner == json.loads((undisturbed / "fit.json").read_text())["winner"]
 
 
 # --- measures ---------------------------------------------------------------------------------------------------------

@@ -221,12 +221,6 @@ def test_clips_have_the_network_s_own_responses_and_share_what_no_point_changes(
         (claim,) = counts.filter(pl.col("claim") == "passes", pl.col("cluttered.grey") == grey,
                                  pl.col("cluttered.start") == start)["holds"]  # fmt: skip
         assert claim == (peak > network.t_sp), "the claim's rows are both models', under their own names"
-    plan = planned([file], "dsnn.n_con=4,8", "cluttered.start=0,540", claims=["passes"], replicates=2, seed=3)
-    assert len(plan.specs) == 2 * 2 * 2  # two clips at two places, twice
-    assert {(spec.repeat, spec.seed) for spec in plan.specs} == {(0, 3), (1, 4)}
-    for spec in plan.specs:
-        assert len(spec.models) == 3  # two networks, and the 2017 model, which is not moved, once
-        assert sorted(model.network.n_con for model in spec.models if model.source == "dsnn") == [4, 8]
 
 
 # --- a user's own files, and Python -----------------------------------------------------------------------------------

@@ -99,40 +99,27 @@ def sweep(
     reproduction the next report shows a study. The exit status is 0 whatever the counts are, and 1 if trials failed.
     """
     from experiments.bench import sweep as sweeps
-    from experiments.bench import sweep_plan
     from experiments.bench.report.sweep import show
     from experiments.bench.report.terminal import tell_troubles
-    from experiments.bench.run.errors import UsageError
-    from experiments.bench.study import called
+    from experiments.bench.sweep_plan import planned
 
     means = options.resources(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
         return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, means)
-    study = None if over else called(experiment)
-    if study is None:
-        study = sweeps.typed(
-            experiment, over or (), _names(claims), _names(measure), model or ("dsnn",), assignments or (), repeats,
-            1 if replicates is None else replicates,
-        )  # fmt: skip
-    else:
-        given = {"--claims": claims, "--measure": measure, "--set": assignments, "--model": model}
-        if option := next((name for name, value in given.items() if value is not None), ""):
-            raise UsageError(f"{option}: the study {study.name} has its own")
-        if repeats is not None and study.repeats is None:
-            raise UsageError(f"--repeats {repeats}: a replicate has each clip once; --replicates has more seeds")
-        study = dataclasses.replace(study, replicates=study.replicates if replicates is None else replicates,
-                                    repeats=study.repeats if repeats is None else repeats)  # fmt: skip
-    plan = sweep_plan.planned(study, seed)
-    name = f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name
-    folder = options.run_folder(out, name)
+    study = sweeps.typed(
+        experiment, over or (), claims=_names(claims), measures=_names(measure), models=model, assignments=assignments,
+        repeats=repeats, replicates=replicates,
+    )  # fmt: skip
+    plan = planned(study, seed)
+    folder = options.run_folder(out, f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name)
     result = sweeps.run(plan, folder, means)
     if not quiet:
         show(result, folder)
     return options.EXIT_FAILED if result.failures or tell_troubles(result.troubles()) else 0
 
 
-def _names(text: str | None) -> list[str]:
-    return [name for name in (text or "").split(",") if name]
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else [name for name in text.split(",") if name]
 
 
 def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
@@ -193,7 +180,8 @@ def fit(
         study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
         asked = dataclasses.replace(asked, study=study, **given)
     else:
-        study = typed(experiment, (), _names(claims), (), [model or "dsnn"], assignments or (), None, replicates or 1)
+        study = typed(experiment, claims=_names(claims), models=model and [model], assignments=assignments,
+                      replicates=replicates)  # fmt: skip
         study = dataclasses.replace(study, name=f"fit-{'-'.join(Path(name).stem for name in study.experiments)}")
         asked = Fit(study, tuple(over or ()), **given)
     folder = options.run_folder(out, asked.study.name)
