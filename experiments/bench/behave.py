@@ -40,14 +40,12 @@ from experiments.bench.sources.episodes import (
     load_behaviour,
     play,
     record,
-)
+)  # fmt: skip
 from experiments.bench.stats import stored
 from experiments.bench.stats.tests import Score
 from scenes import is_arena_file
 
-MAPPINGS = ("camera", "robot", "randomise")
-"""The arguments of the envs that may be mappings."""
-SET_BY_BEHAVIOUR = ("observation", "actions")
+SET_BY_BEHAVIOUR = ("observation", "actions", "model")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,14 +70,14 @@ class BehaviourPlan:
 
     def specs(self) -> list[EpisodeTrial]:
         """Return every episode; those of equal repeat have equal seeds, so equal worlds."""
-        options = tuple(self.options.items())
-        settings = [Setting(name, self.env, options, self.steps) for name in self.behaviours]
-        models = [(choose(one.model),) if one.senses == "neural" else () for one in self.loaded()]
-        return [
-            EpisodeTrial("behave", place * self.episodes + repeat, repeat, self.seed + repeat, setting, sees_by)
-            for place, (setting, sees_by) in enumerate(zip(settings, models, strict=True))
-            for repeat in range(self.episodes)
-        ]
+        specs = []
+        for place, behaviour in enumerate(self.loaded()):
+            setting = Setting(self.behaviours[place], self.env, self.options, self.steps)
+            sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
+            for repeat in range(self.episodes):
+                index = place * self.episodes + repeat
+                specs.append(EpisodeTrial("behave", index, repeat, self.seed + repeat, setting, sees_by))
+        return specs
 
     def describe(self) -> dict[str, Any]:
         """Return what ``run.json`` holds."""
@@ -153,10 +151,6 @@ def env_options(env: str, assignments: Sequence[str], defaults: Mapping[str, Any
         name, dot, entry = key.partition(".")
         if not equals:
             raise UsageError(f"--set {text}: expected NAME=VALUE, for example robots=5")
-        if name == "model":
-            raise UsageError(f"--set {text}: the behaviour sets that itself")
-        if dot and name not in MAPPINGS:
-            raise UsageError(f"--set {text}: only {', '.join(MAPPINGS)} have entries")
         before = options.get(name, {})
         entries = {**(before if isinstance(before, Mapping) else {PRESET: before}), entry: _value(value)}
         options[name] = entries if dot else _value(value)
@@ -168,11 +162,10 @@ def env_options(env: str, assignments: Sequence[str], defaults: Mapping[str, Any
 
 def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
     """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
-    for name in SET_BY_BEHAVIOUR:
-        if name in options:
-            raise UsageError(f"{origin}: the behaviour sets {name} itself")
+    if own := next((name for name in SET_BY_BEHAVIOUR if name in options), None):
+        raise UsageError(f"{origin}: the behaviour sets {own} itself")
     try:
-        load_env_creator(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
+        load_env_creator(ENVS[env].entry_point)(**options, observation="state").close()
     except (ValueError, TypeError) as error:
         raise UsageError(f"{origin}: {error}") from error
 
@@ -190,8 +183,8 @@ def play_trial(trial: EpisodeTrial, *, recorded: int) -> TrialRecord:
     cv2.setNumThreads(1)
     setting, kept = trial.condition, trial.index < recorded
     with threadpool_limits(1):
-        behaviour, options = load_behaviour(setting.behaviour), dict(setting.options)
-        episode = play(behaviour, setting.env, options, trial.seed, setting.steps, images=kept)
+        behaviour = load_behaviour(setting.behaviour)
+        episode = play(behaviour, setting.env, setting.options, trial.seed, setting.steps, images=kept)
     row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
     recording = recording_of(lambda: record(episode)) if kept else None
     done = TrialRecord(trial.index, (row,), episode.steps(trial.index), recording)
@@ -217,7 +210,6 @@ def run(
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
     names = [behaviour.name for behaviour in plan.loaded()]
-    kept = f"; those of {names[0]} are recorded" if recordings else ""
     batch = Batch(
         name="behave",
         # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
@@ -226,7 +218,7 @@ def run(
         description={**plan.describe(), "recorded": recordings},
         schemas=(EPISODES, STEPS),
         things="episodes",
-        amount=lambda: f"{count(plan.episodes * len(names), 'episode')} ({', '.join(names)}){kept}",
+        amount=lambda: f"{count(plan.episodes * len(names), 'episode')} ({', '.join(names)})",
     )
     with batch.run(out, pool, resources) as folder:
         trials = folder.table("trials")

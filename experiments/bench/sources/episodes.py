@@ -18,7 +18,7 @@ import polars as pl
 
 import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.config import CameraConfig, SceneConfig
-from colias_sim.envs import ENVS, EpisodeColumn, State
+from colias_sim.envs import ENVS, NEURAL, EpisodeColumn, State
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import FPS
 from colias_sim.simulation import TRIAL_ROBOTS
@@ -63,13 +63,13 @@ class Setting:
     behaviour: str
     """A registered name, or the absolute path of a file."""
     env: str
-    options: tuple[tuple[str, Any], ...] = ()
+    options: Mapping[str, Any]
     steps: int | None = None
     """Number of frames after which the episode is over; otherwise the env's own number."""
 
     def label(self) -> str:
         """Return a label for people."""
-        changed = "".join(f", {name}={value}" for name, value in self.options)
+        changed = "".join(f", {name}={value}" for name, value in self.options.items())
         return f"{self.behaviour} in {short_name(self.env)}{changed}"
 
 
@@ -124,18 +124,17 @@ def env_id(name: str) -> str:
 # --- what a reflex sees and does --------------------------------------------------------------------------------------
 
 
-def response(observation: npt.NDArray[np.float32], channels: Sequence[str] = CHANNELS) -> Any:
-    """Return the `Response` that a neural observation (7,) is of, by a model that declares these channels."""
-    hs, vs, hs_spikes, vs_spikes, looming, looming_spikes, azimuth = observation.tolist()
-    return declared_part(
-        Response(hs, vs, int(hs_spikes), int(vs_spikes), None, looming, int(looming_spikes), azimuth), channels
-    )
-
-
 def declared_part(seen: Response, channels: Sequence[str]) -> Any:
     """Return a response without the channels that its model does not declare: to read one is an ``AttributeError``."""
     spikes = (f"{channel}_spikes" for channel in channels if channel in SPIKING)
     return SimpleNamespace(**{name: getattr(seen, name) for name in ("maps", *channels, *spikes)})
+
+
+def response(observation: npt.NDArray[np.float32], channels: Sequence[str] = CHANNELS) -> Any:
+    """Return the `Response` that a neural observation (7,) is of, by a model that declares these channels."""
+    values = dict(zip(NEURAL, observation.tolist(), strict=True))
+    counts = {name: int(value) for name, value in values.items() if name.endswith("_spikes")}
+    return declared_part(Response(**values | counts), channels)
 
 
 def wheels(policy: Policy, seen: Any) -> npt.NDArray[np.float32]:
@@ -187,14 +186,15 @@ class Episode:
 
     def add(self, reward: float, info: Mapping[str, Any]) -> None:
         """Keep what is so after a step."""
-        for robot, place in places(self._env).items():
-            self.poses[robot].append(place)
-        self.wheels.append(self._env.wheels)
+        env = self._env
+        for name, pose in env.poses.items():
+            self.poses[name].append((100 * pose.x, 100 * pose.y, float(np.degrees(pose.heading))))
+        self.wheels.append(env.wheels)
         self.rewards.append(reward)
-        if self._env.response is not None:
-            self.responses.append(self._env.response)
+        if env.response is not None:
+            self.responses.append(env.response)
         if self._images:
-            self.images.append(self._env.luma)
+            self.images.append(env.luma)
         for name, value in info.items():
             self.infos.setdefault(name, []).append(float(value))
 
@@ -205,15 +205,10 @@ class Episode:
         return interval_s * np.arange(1.0, len(self.rewards) + 1.0)
 
     @property
-    def model(self) -> rerun.Model | None:
-        """The vision model as recordings have it; ``None`` where nothing is seen."""
+    def model(self) -> rerun.Model:
+        """The vision model as recordings have it, where there are responses."""
         model: Any = self._env.model
-        return model and rerun.Model(model.name, tuple(model.channels), tuple(model.thresholds.items()))
-
-    @property
-    def series(self) -> ResponseSeries | None:
-        """The vision model's responses; ``None`` where nothing is seen."""
-        return ResponseSeries.from_responses(self.responses) if self.responses else None
+        return rerun.Model(model.name, tuple(model.channels), tuple(model.thresholds.items()))
 
     def row(self) -> dict[str, Any]:
         """Return the episode as a row of `EPISODES`, without its number."""
@@ -228,15 +223,16 @@ class Episode:
 
     def steps(self, index: int) -> pl.DataFrame:
         """Return the steps of episode ``index`` of a run as rows of `STEPS`."""
-        places, commands, series = np.array(next(iter(self.poses.values()))), np.array(self.wheels), self.series
-        columns: dict[str, Any] = {
-            "trial": index, "model": self.name, "frame": range(len(self.rewards)), "robot": OBSERVER,
-            "sim_time_s": self.time_s, "reward": self.rewards,
-            **dict(zip(("x_cm", "y_cm", "heading_deg"), places.T, strict=True)),
-            **dict(zip(("left_wheel", "right_wheel"), commands.T, strict=True)),
-            **{name: None if series is None else getattr(series, name) for name in FIELDS},
-        }  # fmt: skip
-        return pl.DataFrame(columns).select(STEPS.names()).cast(STEPS)
+        (x_cm, y_cm, heading_deg), (left, right) = np.array(next(iter(self.poses.values()))).T, np.array(self.wheels).T
+        series = ResponseSeries.from_responses(self.responses) if self.responses else None
+        return pl.DataFrame(
+            {
+                "trial": index, "model": self.name, "frame": range(len(self.rewards)), "robot": OBSERVER,
+                "sim_time_s": self.time_s, "x_cm": x_cm, "y_cm": y_cm, "heading_deg": heading_deg, "left_wheel": left,
+                "right_wheel": right, "reward": self.rewards,
+                **{name: getattr(series, name, None) for name in FIELDS},
+            }
+        ).select(STEPS.names()).cast(STEPS)  # fmt: skip
 
 
 def play(
@@ -251,23 +247,17 @@ def play(
     if behaviour.senses == "neural":
         options.setdefault("model", behaviour.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
-    policy = behaviour.make(stream("policy", seed))
+    policy, neural = behaviour.make(stream("policy", seed)), behaviour.senses == "neural"
     with closing(gym.make(env, max_episode_steps=steps or ENVS[env].max_episode_steps, **options)) as wrapped:
         inner: Any = wrapped.unwrapped
         observation, _ = wrapped.reset(seed=seed)
         episode, over = Episode(inner, behaviour.name, seed, images=images), False
         while not over:
-            neural = behaviour.senses == "neural"
             seen = response(observation, inner.model.channels) if neural else State.read(observation)
             observation, reward, touched, truncated, info = wrapped.step(wheels(policy, seen))
             episode.add(float(reward), info)
             episode.touched, over = touched, touched or truncated
         return episode
-
-
-def places(env: ColiasEnv[Any]) -> dict[str, Place]:
-    """Return where every robot of an env is."""
-    return {name: (100 * pose.x, 100 * pose.y, float(np.degrees(pose.heading))) for name, pose in env.poses.items()}
 
 
 def _measured(column: EpisodeColumn, infos: Mapping[str, npt.NDArray[np.float64]], options: Any) -> float | None:
@@ -290,7 +280,7 @@ def optomotor_gain(slip_deg_s: npt.NDArray[np.float64], drift_deg_s: npt.NDArray
     whole = float(np.abs(drift_deg_s).sum())
     # The difference of two sums that are alike has their rounding errors: what does nothing has a gain of 0.
     slipped = float((slip_deg_s * np.sign(drift_deg_s)).sum())
-    return None if whole == 0.0 else round(1.0 - slipped / whole, GAIN_PLACES) + 0.0
+    return round(1.0 - slipped / whole, GAIN_PLACES) + 0.0 if whole else None
 
 
 # --- recording --------------------------------------------------------------------------------------------------------
@@ -313,17 +303,20 @@ def record(episode: Episode, title: str = "") -> bytes:
     if terms := [name for name in episode.infos if name.startswith("reward_")]:
         headings.append(("reward", tuple(term.removeprefix("reward_") for term in terms), "terms of the reward"))
         plots["reward"] = np.column_stack([episode.infos[term] for term in terms])
-    model, series, camera = episode.model, episode.series, None
+    models, responses, camera = (), {}, None
+    if episode.responses:
+        models = (episode.model,)
+        responses = {episode.model.label: ResponseSeries.from_responses(episode.responses)}
     if episode.images:
         height, width = episode.images[0].shape
         camera = CameraConfig(width=width, height=height)
     content = rerun.Content(
-        models=(model,) if model and series else (), eyes=("",) if camera else (), camera=camera, scene=SceneConfig(),
+        models=models, eyes=("",) if camera else (), camera=camera, scene=SceneConfig(),
         robots=tuple((robot, _variant(robot)) for robot in episode.poses), above=True, plots=tuple(headings),
         obstacles=rerun.outlines(episode.obstacles),
     )  # fmt: skip
     frames = rerun.Frames(
-        episode.time_s, np.arange(len(episode.rewards)), {model.label: series} if model and series else {},
+        episode.time_s, np.arange(len(episode.rewards)), responses,
         {"": rerun.jpegs(episode.images, JPEG_QUALITY)} if camera else {},
         {robot: np.array(way) for robot, way in episode.poses.items()}, plots=plots,
     )  # fmt: skip
