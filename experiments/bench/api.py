@@ -23,8 +23,7 @@ from experiments.bench.run.models import model_texts, shown_models
 from experiments.bench.run.runs import Resources, worker_count
 from experiments.bench.run.settings import assignments
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.sources.designs import LIVE, ByHand
-from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.experiment import LIVE, ByHand, Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
 from experiments.bench.stats.claim import Claim
 from experiments.bench.study import Fit, shipped

@@ -31,8 +31,7 @@ from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.designs import Angular, Translation
-from experiments.bench.sources.experiment import Design, Experiment
+from experiments.bench.sources.experiment import Angular, Design, Experiment, Translation
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.tests import (
     Score,

@@ -25,7 +25,7 @@ from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
-from experiments.bench.sources import room
+from experiments.bench.sources import course
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.experiment import Design, Experiment, Settings
@@ -135,7 +135,7 @@ def sources(plan: Plan) -> list[str]:
     scene = plan.settings.scene
     if plan.pictures:  # which are noted apart
         scene = dataclasses.replace(scene, wall="")
-    return [*(model.source for model in plan.settings.models), *room.files(scene)]
+    return [*(model.source for model in plan.settings.models), *course.files(scene)]
 
 
 def _paths(plan: Plan) -> dict[str, Any]:
@@ -212,7 +212,7 @@ def plan(
     whole = whole.replicate(0)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option, len(whole.experiment.conditions()))
-    room.check(whole.experiment.conditions(), whole.settings)
+    course.check(whole.experiment.conditions(), whole.settings)
     return whole
 
 

@@ -14,7 +14,7 @@ from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
-from experiments.bench.sources.designs import Translation
+from experiments.bench.sources.experiment import Translation
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.tests import alarm_count, first_alarm_s, median_interval, poisson_interval
 from experiments.claims.clips import answer

@@ -114,8 +114,8 @@ def _call_again(run: Path, arguments: dict[str, Any]) -> int:
     """Do a call of `experiments.run` once more."""
     import experiments
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.sources.designs import LIVE, visit
-    from experiments.bench.sources.hand import Hand
+    from experiments.bench.sources.conditions import Hand
+    from experiments.bench.sources.experiment import LIVE, visit
 
     experiment = arguments.pop("experiment")
     if isinstance(experiment, Mapping) and LIVE in experiment:

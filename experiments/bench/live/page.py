@@ -27,7 +27,7 @@ from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.models import PRESET
 from experiments.bench.run.play import Sample
 from experiments.bench.run.settings import described, preset_of, schema_of
-from experiments.bench.sources.hand import Robot
+from experiments.bench.sources.conditions import RobotName
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
@@ -218,7 +218,7 @@ class Page:
         server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
         self.scene = Scene(server.scene)
 
-        def drive(robot: Robot, move: str) -> None:
+        def drive(robot: RobotName, move: str) -> None:
             session.drive(robot, *MOVES[move][:2])
 
         for robot in ROBOTS:

@@ -22,28 +22,26 @@ from experiments.bench.run.play import ModelRunner, Sample, Showing, change
 from experiments.bench.run.settings import assignments
 from experiments.bench.run.streams import stream
 from experiments.bench.sources.behaviour import Policy
-from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.designs import visit
-from experiments.bench.sources.episodes import declared_part, load_behaviour, wheels
-from experiments.bench.sources.experiment import Experiment
-from experiments.bench.sources.hand import (
+from experiments.bench.sources.conditions import (
     FASTEST_CM_S,
     FASTEST_DEG_S,
     LONGEST_FRAMES,
     Change,
+    Condition,
     Hand,
-    HandDrive,
     Place,
-    Robot,
+    RobotName,
     place_of,
 )  # fmt: skip
-from experiments.bench.sources.robot import RobotSource
+from experiments.bench.sources.episodes import declared_part, load_behaviour, wheels
+from experiments.bench.sources.experiment import Experiment, visit
+from experiments.bench.sources.robot import HandDrive, RobotSource
 from experiments.bench.trials import plan
 from scenes import ARENA_RADIUS_CM
 
 WORLD = ("scene.", "camera.")
 """Prefixes of the parameters of the world."""
-START: Mapping[Robot, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
+START: Mapping[RobotName, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
 """Places at the start: the stimulus is out of view and points across it."""
 ROBOTS = tuple(START)
 ROOM_CM = 3.0
@@ -101,7 +99,7 @@ class Session:
         self.looped: tuple[str, int] | None = None
         self._maps = False
         self._behaviour: tuple[str, ModelRunner, Policy] | None = None
-        self._wheels: dict[Robot, tuple[float, float]] = {}
+        self._wheels: dict[RobotName, tuple[float, float]] = {}
         self._begin(self.settings, START, (experiment, 0) if experiment else None)
         if behaviour:
             self._behaviour = self._driver(behaviour)
@@ -156,12 +154,12 @@ class Session:
             self._act(sample, *self._behaviour)
         return sample
 
-    def begin(self, places: Mapping[Robot, Place] | None = START) -> None:
+    def begin(self, places: Mapping[RobotName, Place] | None = START) -> None:
         """Begin a trial, with the robots at these places; ``None``: where they are."""
         self._begin(self.settings, places, self.looped)
 
     def _begin(
-        self, settings: dict[str, str], places: Mapping[Robot, Place] | None, looped: tuple[str, int] | None
+        self, settings: dict[str, str], places: Mapping[RobotName, Place] | None, looped: tuple[str, int] | None
     ) -> None:
         places = START if looped else places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
@@ -218,7 +216,7 @@ class Session:
                 first = assignments({name: getattr(runner.chosen.network, name) for name in changed})
                 self._change(runner.label, dict(text.split("=", 1) for text in first))
 
-    def drive(self, robot: Robot, ahead: float, turn: float = 0.0) -> None:
+    def drive(self, robot: RobotName, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
         if self.looped:
             raise UsageError("a condition of an experiment drives the robots: choose 'by hand' to drive them")

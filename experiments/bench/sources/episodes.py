@@ -303,15 +303,14 @@ def record(episode: Episode, title: str = "") -> bytes:
     if terms := [name for name in episode.infos if name.startswith("reward_")]:
         headings.append(("reward", tuple(term.removeprefix("reward_") for term in terms), "terms of the reward"))
         plots["reward"] = np.column_stack([episode.infos[term] for term in terms])
-    models, responses, camera = (), {}, None
-    if episode.responses:
-        models = (episode.model,)
-        responses = {episode.model.label: ResponseSeries.from_responses(episode.responses)}
+    model = episode.model if episode.responses else None
+    responses = {model.label: ResponseSeries.from_responses(episode.responses)} if model else {}
+    camera = None
     if episode.images:
         height, width = episode.images[0].shape
         camera = CameraConfig(width=width, height=height)
     content = rerun.Content(
-        models=models, eyes=("",) if camera else (), camera=camera, scene=SceneConfig(),
+        models=(model,) if model else (), eyes=("",) if camera else (), camera=camera, scene=SceneConfig(),
         robots=tuple((robot, _variant(robot)) for robot in episode.poses), above=True, plots=tuple(headings),
         obstacles=rerun.outlines(episode.obstacles),
     )  # fmt: skip

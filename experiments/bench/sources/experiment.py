@@ -1,17 +1,29 @@
-"""Experiments: a design that lists its conditions, repeats, and the claims it bears on."""
+"""Experiments with the robot: a design that lists its conditions, repeats, and the claims it bears on; and designs."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal, Protocol, get_args
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args
+
+from pydantic import AfterValidator, Field
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from dsnn.field_docs import parameters, unit
 from experiments.bench.run.errors import check_declared, short
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.user_code import run_main
-from experiments.bench.sources.conditions import CONDITION_COLUMNS, WHERE_SET, Condition
+from experiments.bench.sources.conditions import (
+    BY_HAND,
+    CONDITION_COLUMNS,
+    WHERE_SET,
+    Condition,
+    Direction,
+    Hand,
+    Motion,
+)
 from experiments.bench.sources.excitation import NEEDED
 from experiments.bench.stats.claim import Claim, check_claims
 
@@ -148,3 +160,284 @@ class Settings:
     scene: SceneConfig
     pose_sd_mm: float
     heading_sd_deg: float
+
+
+# --- designs ----------------------------------------------------------------------------------------------------------
+
+SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0), unit("cm/s")]
+SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0), unit("cm/s")]
+DistanceCm = Annotated[float, Field(ge=3.0, le=20.0), unit("cm")]
+AngleDeg = Annotated[float, Field(ge=-60.0, le=60.0), unit("degrees")]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+WallContrast = Annotated[float, Field(ge=0.0, le=4.0)]
+DriveCmS = Annotated[float, Field(ge=-5.0, le=5.0), unit("cm/s")]
+TurnDegS = Annotated[float, Field(ge=-30.0, le=30.0), unit("degrees/s")]
+Ways = Literal["rightward", "leftward", "both"]
+Value = TypeVar("Value")
+
+
+def _one_or_more(values: tuple[Value, ...]) -> tuple[Value, ...]:
+    if not values:
+        raise ValueError("it needs one value or more")
+    return values
+
+
+# Not by min_length: pydantic would count the values without those out of range, and tell of a second error.
+Several = Annotated[tuple[Value, ...], AfterValidator(_one_or_more)]
+
+
+def _ways(chosen: Ways) -> tuple[Direction, ...]:
+    both: tuple[Direction, ...] = ("rightward", "leftward")
+    return tuple(way for way in both if chosen in (way, "both"))
+
+
+@parameters
+class Placed:
+    """The errors with which the stimulus of a design is set down."""
+
+    _: KW_ONLY
+    pose_sd_mm: Annotated[float, Field(ge=0.0, le=5.0), unit("mm")] = 1.0
+    """Spread of the start position, along both axes."""
+    heading_sd_deg: Annotated[float, Field(ge=0.0, le=5.0), unit("degrees")] = 1.0
+    """Spread of the path's heading."""
+
+
+@parameters
+class Translation(Placed):
+    """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
+
+    speeds_cm_s: Several[SpeedCmS]
+    """Speeds of the stimulus."""
+    distances_cm: Several[DistanceCm]
+    """Distance from the camera to the path."""
+    direction: Ways = "rightward"
+    """Direction of the crossing in the image."""
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List the conditions: speeds within distances within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        return tuple(
+            Condition("translation", way, speed, distance)
+            for way in _ways(self.direction)
+            for distance in self.distances_cm
+            for speed in self.speeds_cm_s
+        )
+
+
+@parameters
+class Depth(Placed):
+    """What approaches and recessions have in common."""
+
+    _: KW_ONLY
+    speed_cm_s: SlowSpeedCmS = 6.0
+    """Speed of the stimulus."""
+    near_cm: Annotated[float, Field(ge=4.0, le=10.0), unit("cm")] = 5.0
+    """Distance from the camera to the near end of approach and recession, on the axis."""
+    far_cm: Annotated[float, Field(ge=15.0, le=25.0), unit("cm")] = 20.0
+    """Distance from the camera to the far end of approach and recession."""
+    # Starts and stops happen in view, and an abrupt start 5 cm away is a flash of motion of its own.
+    acceleration_cm_s2: Annotated[float, Field(ge=5.0, le=200.0), unit("cm/s2")] = 17.0
+    """Acceleration with which approach and recession start and stop."""
+
+    def at(self, motion: Motion, angle: float) -> Condition:
+        """Return the approach or recession along a line at ``angle`` degrees.
+
+        Parameters
+        ----------
+        motion
+            ``approach``, whose image moves in from a side, or ``recession``, whose image moves out to it.
+        angle
+            To the optical axis, negative on the robot's left.
+
+        Returns
+        -------
+        Condition
+            The condition.
+        """
+        inward = (angle < 0) == (motion == "approach")
+        way: Direction = "straight" if angle == 0 else "rightward" if inward else "leftward"
+        return Condition(motion, way, self.speed_cm_s, self.near_cm, self.far_cm, angle,
+                         acceleration_cm_s2=self.acceleration_cm_s2)  # fmt: skip
+
+
+@parameters
+class Angular(Depth):
+    """Straight lines at several angles to the optical axis, through one point before the camera."""
+
+    motion: Literal["approach", "recession"]
+    """Whether the stimulus moves towards the camera or away from it."""
+    angles_deg: Several[AngleDeg] = (-30.0, -15.0, 0.0, 15.0, 30.0)
+    """Angle of the path to the optical axis, negative on the robot's left."""
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List the conditions: one for each angle.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        return tuple(self.at(self.motion, angle) for angle in self.angles_deg)
+
+
+@parameters
+class General(Depth):
+    """One of each motion: straight approach and recession, a crossing each way."""
+
+    distance_cm: DistanceCm = 8.0
+    """Distance from the camera to the path of the crossings."""
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List the conditions: approach, recession, rightward, leftward.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        crossings = (Condition("translation", way, self.speed_cm_s, self.distance_cm) for way in _ways("both"))
+        return (self.at("approach", 0.0), self.at("recession", 0.0), *crossings)
+
+
+@parameters
+class Crossings(Placed):
+    """What crossings of one speed at one distance have in common."""
+
+    _: KW_ONLY
+    speed_cm_s: SpeedCmS = 6.0
+    """Speed of the stimulus."""
+    distance_cm: DistanceCm = 8.0
+    """Distance from the camera to the path, in mid-crossing."""
+    direction: Ways = "rightward"
+    """Direction of the crossing in the image."""
+
+    def each(self, changes: Iterable[Mapping[str, Any]]) -> tuple[Condition, ...]:
+        """Return a crossing with each of the ``changes``, within directions.
+
+        Parameters
+        ----------
+        changes
+            Fields of a `Condition`.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        return tuple(
+            Condition("translation", way, self.speed_cm_s, self.distance_cm, **changed)
+            for way in _ways(self.direction)
+            for changed in changes
+        )
+
+
+@parameters
+class Contrast(Crossings):
+    """Crossings by shells of several greys, before the same wall."""
+
+    shell_greys: Several[Share] = (0.02, 0.2, 0.4, 0.6, 0.8, 1.0)
+    """Reflectance of the stimulus's shell."""
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List the conditions: greys within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        return self.each([{"shell_grey": grey} for grey in self.shell_greys])
+
+
+@parameters
+class Clutter(Crossings):
+    """Crossings before walls of several contrasts."""
+
+    wall_contrasts: Several[WallContrast] = (0.0, 0.5, 1.0, 2.0, 4.0)
+    """Contrast of the wall's texture; 1: as the arena has it."""
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List the conditions: contrasts within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        return self.each([{"wall_contrast": contrast} for contrast in self.wall_contrasts])
+
+
+@parameters
+class Egomotion(Crossings):
+    """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
+
+    turns_deg_s: Several[TurnDegS] = (-5.0, -2.5, 0.0, 2.5, 5.0)
+    """Turning of the observer, left positive."""
+    drives_cm_s: tuple[DriveCmS, ...] = (-1.0, 1.0)
+    """Driving of the observer where it does not turn, forward positive."""
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List the conditions: turns, then drives, within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
+        turns = [{"observer_turn_deg_s": turn} for turn in self.turns_deg_s]
+        return self.each([*turns, *({"observer_speed_cm_s": drive} for drive in self.drives_cm_s if drive)])
+
+
+# --- trials by hand ---------------------------------------------------------------------------------------------------
+
+LIVE = "live"
+"""The name of the experiment of a trial by hand: what ``colias live`` records, and ``colias run --again`` repeats."""
+
+
+@dataclass(frozen=True)
+class ByHand:
+    """The design of a trial by hand: one condition, without errors of the start pose.
+
+    Parameters
+    ----------
+    hand
+        What was done.
+    """
+
+    hand: Hand
+    pose_sd_mm: float = 0.0
+    heading_sd_deg: float = 0.0
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List its condition.
+
+        Returns
+        -------
+        tuple of Condition
+            One. Its speed is the mean of the stimulus's commanded speeds, each by how long it lasted, its distance
+            that of the robots' middles at the start, and its direction away from the side where the stimulus begins.
+        """
+        hand = self.hand
+        moves = [(frame, abs(speed)) for frame, robot, speed, _ in hand.commands if robot == "stimulus"]
+        ends = [*(frame for frame, _ in moves[1:]), hand.frames]
+        driven = math.fsum(speed * (end - frame) for (frame, speed), end in zip(moves, ends, strict=False))
+        (x, y, _), (from_x, from_y, _) = hand.stimulus, hand.observer
+        speed, away = round(driven / hand.frames, 3), round(math.hypot(x - from_x, y - from_y), 3)
+        direction: Direction = "rightward" if y > from_y else "leftward"
+        return (Condition(BY_HAND, direction, max(speed, 0.1), min(max(away, 0.5), 100.0), hand=hand),)
+
+
+def visit(hand: Hand) -> Experiment:
+    """Return the experiment of a trial by hand.
+
+    Parameters
+    ----------
+    hand
+        What was done.
+    """
+    return Experiment(LIVE, "driven by hand, from the page of colias live", ByHand(hand), "speed_cm_s", 1)

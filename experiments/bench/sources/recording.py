@@ -15,8 +15,8 @@ from dsnn.model import MAP_SCALES
 from experiments.bench.run import record as rerun
 from experiments.bench.run.play import Showing
 from experiments.bench.run.record import Colour, Content, Frames, Model
+from experiments.bench.sources.course import obstacles
 from experiments.bench.sources.robot import RobotTrial, scene_of
-from experiments.bench.sources.room import obstacles
 from scenes import ARENAS
 
 MAP_FULL = {"p": 40.0, "la": 40.0, "f_on": 1.0, "f_off": 1.0}

@@ -23,11 +23,9 @@ from experiments.bench.run.play import Sample, Trial
 from experiments.bench.run.rows import OBSERVER
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import sha256
-from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.course import Course, course
+from experiments.bench.sources.conditions import Command, Condition, Hand, RobotName
+from experiments.bench.sources.course import Course, course, files
 from experiments.bench.sources.experiment import Experiment, Settings
-from experiments.bench.sources.hand import HandDrive
-from experiments.bench.sources.room import files
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
 
 MARK = "@"
@@ -313,3 +311,55 @@ def _command(robot: Robot, driver: PathFollower | OpenLoop, dt: float) -> None:
         driver.drive(dt)
     else:
         robot.drive(driver.wheels(dt))
+
+
+class HandDrive:
+    """Commands both robots by what a hand does: as recorded, or as it comes in.
+
+    Attributes
+    ----------
+    commands
+        Those that were given, in order of frame.
+    frame
+        The number of the frame that is next.
+    over
+        Whether all frames of the record are past.
+
+    Parameters
+    ----------
+    sim
+        The simulation, reset.
+    hand
+        The record.
+    """
+
+    def __init__(self, sim: Simulation, hand: Hand) -> None:
+        self._sim, self._hand = sim, hand
+        self._wanted = {"stimulus": (0.0, 0.0), "observer": (0.0, 0.0)}
+        self.commands: list[Command] = []
+        self.frame, self.over = 0, False
+        self._take()
+
+    def command(self, robot: RobotName, speed_cm_s: float, turn_deg_s: float) -> None:
+        """Command a robot from the next frame on; a command that changes nothing is not noted."""
+        if self._wanted[robot] != (speed_cm_s, turn_deg_s):
+            self._wanted[robot] = speed_cm_s, turn_deg_s
+            self.commands.append((self.frame, robot, speed_cm_s, turn_deg_s))
+
+    def _take(self) -> None:
+        """Give the recorded commands of the next frame."""
+        for frame, robot, speed_cm_s, turn_deg_s in self._hand.commands:
+            if frame == self.frame:
+                self.command(robot, speed_cm_s, turn_deg_s)
+
+    def __call__(self, dt: float) -> None:
+        """Command the wheels for the next ``dt`` seconds."""
+        for name, (speed, turn) in self._wanted.items():
+            robot = self._sim.robots[name]
+            robot.ease(robot.wheels_for(speed / 100, math.radians(turn)), dt)
+
+    def look(self) -> None:
+        """Take the commands of the next frame, once a frame."""
+        self.frame += 1
+        self.over = self.frame >= self._hand.frames
+        self._take()

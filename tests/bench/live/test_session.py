@@ -11,8 +11,8 @@ import experiments
 from experiments.bench.cli.main import command
 from experiments.bench.live.session import START, Session
 from experiments.bench.run.errors import UsageError
-from experiments.bench.sources.designs import visit
-from experiments.bench.sources.hand import Hand
+from experiments.bench.sources.conditions import Hand
+from experiments.bench.sources.experiment import visit
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""

@@ -9,8 +9,7 @@ from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.designs import Angular
-from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.experiment import Angular, Settings
 from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.trials import driven_in_words

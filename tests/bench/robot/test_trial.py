@@ -12,8 +12,7 @@ from dsnn import DSNN, DSNNParams
 from experiments.bench.run.models import choose
 from experiments.bench.sources import course, robot
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.designs import Angular, Egomotion, Translation
-from experiments.bench.sources.experiment import Experiment, Settings
+from experiments.bench.sources.experiment import Angular, Egomotion, Experiment, Settings, Translation
 from experiments.bench.sources.robot import RobotTrial, trial_seed, trials_of
 from tests.helpers.played import Played
 

@@ -5,8 +5,7 @@ import dataclasses
 import pytest
 
 from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.designs import Translation
-from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.experiment import Experiment, Translation
 from experiments.bench.trials import configure, parameters
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
