@@ -56,7 +56,7 @@ SITE := build/site
 SPHINX := $(BIN)/sphinx-build -b html --keep-going -q -j auto
 OPEN := docs: open $(CURDIR)/$(SITE)/index.html
 docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked
-	@echo "docs: 4 minutes of processor time, and the first time 160 MB of packages (make docs-quick: 2, nothing checked)"
+	@echo "docs: 3 to 4 minutes of processor time, and the first time 160 MB of packages (make docs-quick: 1, nothing checked)"
 	sh tools/setup.sh --docs
 	sh tools/setup.sh --fit
 	sh tools/setup.sh --browser
@@ -67,7 +67,7 @@ docs: $(READY) ## The documentation, into build/site: tutorials executed, warnin
 	@echo "$(OPEN)"
 
 docs-quick: $(READY) ## The same to read: nothing checked, tutorials without their results
-	@echo "docs-quick: 2 minutes of processor time, and the first time 160 MB of packages"
+	@echo "docs-quick: 1 minute of processor time, and the first time 160 MB of packages"
 	sh tools/setup.sh --docs
 	rm -rf $(SITE) docs/generated
 	$(SPHINX) -D nb_execution_mode=off -D suppress_warnings=misc.highlighting_failure,mystnb.glue docs $(SITE)
