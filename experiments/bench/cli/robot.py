@@ -32,12 +32,12 @@ def budget(assignments: options.Assignments = None) -> int:
     import polars as pl
 
     from experiments.bench.report.terminal import out_console, show
-    from experiments.bench.robot_side import chip, firmware, qemu
+    from experiments.bench.robot_side import firmware, qemu
 
-    row, _ = firmware.measure(chip.program(assignments or ()))
+    row, _ = firmware.measure(firmware.program(assignments or ()))
     show(pl.DataFrame({"budget": list(row), "": [f"{value:,}" if isinstance(value, int) else str(value)
                                                  for value in row.values()]}))  # fmt: skip
-    least, most = chip.CYCLES
+    least, most = firmware.CYCLES
     line = f"bytes; instructions and ms of the worst frame, at an assumed {least} to {most} cycles an instruction"
     out_console.print(f"{line}. {qemu.versions()}", soft_wrap=True)
     return 0
@@ -50,9 +50,9 @@ def check(assignments: options.Assignments = None) -> int:
     Exit status 1: a response differs.
     """
     from experiments.bench.report.terminal import out_console, show
-    from experiments.bench.robot_side import chip, firmware, qemu
+    from experiments.bench.robot_side import firmware, qemu
 
-    table = firmware.check(chip.program(assignments or ()))
+    table = firmware.check(firmware.program(assignments or ()))
     wrong = firmware.differing(table)
     if wrong.height:
         show(wrong.head(1), "first difference")
@@ -71,11 +71,11 @@ def export(
     There is a program that measures itself on a board too; colias firmware decode reads what it sends.
     """
     from experiments.bench.report.terminal import show_places
-    from experiments.bench.robot_side import chip
     from experiments.bench.robot_side import export as exporting
+    from experiments.bench.robot_side import firmware
 
     options.check_new(folder)
-    program = chip.program(assignments or ())
+    program = firmware.program(assignments or ())
     exporting.export(program, folder, assignments or ())
     show_places({"export": folder, "page": folder / "README.md"})
     return 0
@@ -94,15 +94,15 @@ def decode(
     import polars as pl
 
     from experiments.bench.report.terminal import count, out_console, show, show_places
-    from experiments.bench.robot_side import serial as line
+    from experiments.bench.robot_side import logs
     from experiments.bench.run.errors import UsageError
 
     options.check_new(out)
-    frames, board, damaged = line.decode(serial.read_bytes())
+    frames, board, damaged = logs.decode(serial.read_bytes())
     if not frames.height:
         raise UsageError(f"{serial}: no frame is whole")
     out.mkdir(parents=True, exist_ok=True)
-    line.log(frames, board).write_csv(out / "log.csv")
+    logs.log_of(frames, board).write_csv(out / "log.csv")
     frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
     missing = board["trials"] * board["frames"] - frames.height if "trials" in board else 0
     out_console.print(f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(missing, 'missing frame')}")
@@ -118,11 +118,11 @@ def log(
     """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
     from experiments.bench.report.terminal import show_places
     from experiments.bench.result import load
-    from experiments.bench.robot_side import import_log
+    from experiments.bench.robot_side import logs
 
     options.check_new(out)
-    import_log.write(load(run), out)
-    show_places({"log": out / import_log.LOG})
+    logs.write(load(run), out)
+    show_places({"log": out / logs.LOG})
     return 0
 
 
@@ -149,12 +149,12 @@ def import_log(
     """
     from experiments.bench import registry
     from experiments.bench.cli import tables
-    from experiments.bench.robot_side import import_log as importing
+    from experiments.bench.robot_side import logs
 
     declared = registry.load(experiment)
     folder = options.run_folder(out, f"{declared.name}-measured")
-    plan, trials = importing.plan(declared, log, frames, ran or (), model or (), assignments or ())
-    report = importing.run(plan, trials, log, folder, quiet=quiet)
+    plan, trials = logs.plan(declared, log, frames, ran or (), model or (), assignments or ())
+    report = logs.run(plan, trials, log, folder, quiet=quiet)
     if not quiet:
         tables.show(report)
     return options.EXIT_FAILED if report.failures.height else 0

@@ -258,9 +258,9 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
         entry = find_stimulus(name)
         rows: Iterable[Parameter] = described({entry.name: entry.params})
     elif name == "firmware":
-        from experiments.bench.robot_side import chip
+        from experiments.bench.robot_side import firmware
 
-        rows = described(chip.sections())
+        rows = described(firmware.sections())
     else:
         declared = registry.load(name)
         rows = parameters(declared, shown_models(declared.models, models, only))

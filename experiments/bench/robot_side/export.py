@@ -12,8 +12,7 @@ import numpy as np
 from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
 from experiments.bench.robot_side import firmware
-from experiments.bench.robot_side.chip import MODEL, Program
-from experiments.bench.robot_side.import_log import FRAMES
+from experiments.bench.robot_side.logs import FRAMES
 from experiments.bench.run.recordings import write_pictures
 from experiments.bench.run.templates import render
 
@@ -28,7 +27,7 @@ COPIED = (
 )  # fmt: skip
 
 
-def export(program: Program, folder: Path, assignments: Sequence[str] = ()) -> None:
+def export(program: firmware.Program, folder: Path, assignments: Sequence[str] = ()) -> None:
     """Write the folder.
 
     Parameters
@@ -49,7 +48,7 @@ def export(program: Program, folder: Path, assignments: Sequence[str] = ()) -> N
     shown = {name: clip for name, clip in firmware.clips(chip.shape, firmware.COUNTED).items() if name in SHOWN}
     sizes = {"FLASH": chip.flash, "MAIN": chip.ram_main, "CORE": chip.ram_core}
     words = {
-        "chip": chip, "config": firmware.CONFIG, "table_place": firmware.TABLE_PLACE, "model": MODEL,
+        "chip": chip, "config": firmware.CONFIG, "table_place": firmware.TABLE_PLACE, "model": firmware.MODEL,
         "version": version("colias-sim"), "shown": shown, "frames": firmware.COUNTED, "fps": network.fps,
         "options": "".join(f" --set {shlex.quote(text)}" for text in assignments),
         "settings": "".join(f" --set {shlex.quote(text)}" for text in _settings(program, assignments)),
@@ -74,15 +73,15 @@ def export(program: Program, folder: Path, assignments: Sequence[str] = ()) -> N
         write_pictures(folder / FRAMES / f"trial-{index:04d}", frames, ".pgm")
 
 
-def _settings(program: Program, assignments: Sequence[str]) -> list[str]:
+def _settings(program: firmware.Program, assignments: Sequence[str]) -> list[str]:
     """Return what ``colias import`` sets so that model and camera are as they are here."""
     network, chip = program
     camera, values = CameraConfig(), {"width": chip.columns, "height": chip.rows, "fps": network.fps}
-    of_model = [text for text in assignments if text.startswith(f"{MODEL}.")]
+    of_model = [text for text in assignments if text.startswith(f"{firmware.MODEL}.")]
     return of_model + [f"camera.{name}={value:g}" for name, value in values.items() if value != getattr(camera, name)]
 
 
-def _frames_header(program: Program, shown: dict[str, firmware.Frames]) -> str:
+def _frames_header(program: firmware.Program, shown: dict[str, firmware.Frames]) -> str:
     """Return ``measure_frames.h``: which frames the self-measuring program shows."""
     network, chip = program
     names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(shown))

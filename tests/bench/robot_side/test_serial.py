@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import experiments
 from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.cli import main
-from experiments.bench.robot_side import chip, export, firmware, serial
+from experiments.bench.robot_side import export, firmware, logs
 from tests.helpers.firmware import needs_tools
 from tests.helpers.native_cases import COMPILER, NATIVE, STRICT
 
@@ -47,9 +47,9 @@ class Record(ctypes.Structure):
 
 def line(kind: str, *fields: int | str | None) -> bytes:
     """A record as ``record.c`` writes it; ``None`` is no value. What that refuses is a ``ValueError``."""
-    texts = [serial.NONE if value is None else str(value) for value in (kind, *fields)]
+    texts = [logs.NONE if value is None else str(value) for value in (kind, *fields)]
     content = ",".join(texts).encode("ascii")
-    whole = b"$%b*%04X\r\n" % (content, serial.crc(content))
+    whole = b"$%b*%04X\r\n" % (content, logs.crc(content))
     if not all(map(WORD.fullmatch, texts)) or len(whole) > LONGEST:
         raise ValueError(f"record {kind}: too long, or a word with another character than a-z, 0-9 and -")
     return whole
@@ -69,7 +69,7 @@ def sent(counter: str = "dwt", name: str = "stm32f427", clock: int | None = 180_
 
 
 def test_the_checksum_is_the_one_of_the_catalogues():
-    assert serial.crc(b"123456789") == CHECK_OF_NINE_DIGITS
+    assert logs.crc(b"123456789") == CHECK_OF_NINE_DIGITS
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
@@ -114,9 +114,9 @@ EXPECTED = [(t, f, 10 * f, -20 * t, f, -t, WORST - FRAMES + 1 + f) for t in rang
 
 
 def test_what_was_sent_is_decoded():
-    frames, board, damaged = serial.decode(b"".join(sent()))
+    frames, board, damaged = logs.decode(b"".join(sent()))
     values = (1, "stm32f427", 33, 24, TRIALS, FRAMES, 33_333, 180_000_000, 5, "dwt")
-    assert board == {**dict(zip(serial.BOARD, values, strict=True)), "bytes": 604} and damaged == 0
+    assert board == {**dict(zip(logs.BOARD, values, strict=True)), "bytes": 604} and damaged == 0
     assert frames.rows() == EXPECTED
 
 
@@ -128,35 +128,35 @@ def test_a_flipped_bit_costs_its_own_record_alone(place, data):
     content = bytearray(lines[place])
     content[data.draw(st.integers(0, len(content) - 3))] ^= 1 << data.draw(st.integers(0, 7))
     lines[place] = bytes(content)
-    frames, board, damaged = serial.decode(b"".join(lines))
+    frames, board, damaged = logs.decode(b"".join(lines))
     assert damaged and ("board" in board) == (place != 0)
     assert frames.rows() == [row for index, row in enumerate(EXPECTED, 1) if index != place]
 
 
 def test_what_one_run_of_the_board_lost_another_has():
     lines = sent()
-    assert serial.decode(b"".join(lines[:3] + lines))[0].rows() == EXPECTED
+    assert logs.decode(b"".join(lines[:3] + lines))[0].rows() == EXPECTED
 
 
 @pytest.mark.parametrize(("lost", "name", "origin"), [
     (False, "stm32f427", "robot"), (False, "qemu-mps2-an386", "simulation"), (True, "stm32f427", "simulation"),
 ])  # fmt: skip
 def test_a_log_is_the_robots_only_where_a_board_says_so(lost, name, origin):
-    frames, board, _ = serial.decode(b"".join(sent(name=name)[lost:]))
-    assert set(serial.log(frames, board)["origin"]) == {origin}
+    frames, board, _ = logs.decode(b"".join(sent(name=name)[lost:]))
+    assert set(logs.log_of(frames, board)["origin"]) == {origin}
 
 
 @needs_tools
 def test_the_program_that_measures_itself_responds_as_the_host_does_bit_for_bit(tmp_path, monkeypatch):
     """Exported, built, run in the emulator; its serial line decoded and imported beside the host's network."""
     monkeypatch.chdir(tmp_path)
-    program = chip.program(SET)
+    program = firmware.program(SET)
     export.export(program, Path("out"), SET)
     done = subprocess.run(["make", "-C", "out", "measure", "serial"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     monkeypatch.chdir("out")
     assert main.command(["firmware", "decode", "build/serial.txt", "--out", "measured"]) == 0
-    frames, _, damaged = serial.decode(Path("build/serial.txt").read_bytes())
+    frames, _, damaged = logs.decode(Path("build/serial.txt").read_bytes())
     assert damaged == frames["cycles"].count() == 0
     model, expected = OnboardDSNN(program[1].shape, program[0]), []
     for trial, name in enumerate(export.SHOWN):

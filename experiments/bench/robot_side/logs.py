@@ -1,14 +1,17 @@
-"""A robot's log as a source: what its own network responded to each frame, and the frames that its camera took.
+"""A robot's log: read and made a run, written of a run, decoded of what a board has sent.
 
-A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns.
+A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns. A board's serial line
+has records: ``dsnn/native/firmware/record.h`` has their form, ``measure_main.c`` the list of them.
 """
 
 from __future__ import annotations
 
+import binascii
 import dataclasses
 import hashlib
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,17 +22,25 @@ import polars as pl
 
 from colias_sim import Pose, bearing
 from colias_sim.config import CameraConfig
-from dsnn import Response
+from dsnn import MODELS, Response
 from dsnn.pictures import read_picture
+from experiments.bench.result import Run
+from experiments.bench.robot_side.firmware import MODEL
+from experiments.bench.robot_side.qemu import Q15
 from experiments.bench.run import record as rerun
+from experiments.bench.run import rows as of_rows
 from experiments.bench.run.errors import UsageError, short
-from experiments.bench.run.models import ConfiguredModel
-from experiments.bench.run.play import Sample, Showing, Trial
-from experiments.bench.run.recordings import Images
+from experiments.bench.run.models import ConfiguredModel, ask, look_up
+from experiments.bench.run.play import Sample, Showing, Trial, play
+from experiments.bench.run.recordings import Images, pictures, write_pictures
 from experiments.bench.run.rows import COLUMN, OBSERVER
+from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.user_code import sha256
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, responses, windows
+from experiments.bench.trials import Plan, conclude, configure, describe
 from scenes.hints import nearest
 
 TIME, LINE = "time_s", "line"
@@ -298,4 +309,224 @@ def record(trial: LogTrial, showings: Sequence[Showing], rows: Sequence[Mapping[
     return rerun.write(
         content, frames, f"{trial.index:04d} {trial.condition.label()}, {origin}",
         f"{trial.experiment}-measured-{trial.index:04d}-{digest}", {"trial": rerun.known(values)},
+    )  # fmt: skip
+
+
+MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({of_rows.COLUMN: str})
+SHOWN_FRAMES = "@frames"
+"""Ends the label of a model that is shown the frames, where the robot's own has that name."""
+LOG, FRAMES = "log.csv", "frames"
+LEAST_FPS = 0.5
+"""Slowest rate of a log's frames, 1/s: below, ``time_s`` is in another unit than seconds."""
+
+
+def plan(
+    experiment: Experiment, path: Path, frames: Path | None = None, ran: Sequence[str] = (),
+    models: Sequence[str] = (), assignments: Sequence[str] = (),
+) -> tuple[Plan, list[LogTrial]]:  # fmt: skip
+    """Read and check a log and the frames that belong to it.
+
+    Parameters
+    ----------
+    experiment
+        Whose conditions the trials show.
+    path
+        The log, a CSV file.
+    frames
+        The folder of the trials' frames.
+    ran
+        What the robot ran, names or .py files: the model of a log without a column ``model``, otherwise ``dsnn``, and
+        the files that labels in that column stand for.
+    models
+        Models to show the frames to.
+    assignments
+        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
+
+    Returns
+    -------
+    Plan
+        The experiment, its settings and the models.
+    list of LogTrial
+        The trials.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be imported: the line and the cell, or the file.
+    """
+    declared = {look_up([text])[0].label: text for text in ran}
+    table = read(path, next(iter(declared), "dsnn"))
+    of_model = {str(label): rows for (label,), rows in table.partition_by("model", as_dict=True).items()}
+    of_model = {label: rows for label, rows in of_model.items() if any(channel in rows for channel in CHANNELS)}
+    if (models and frames is None) or not (models or of_model):
+        raise UsageError(f"{path}: --model needs --frames FOLDER, and a log without responses (hs, looming) both")
+    for label, rows in of_model.items():
+        if label not in declared and ask(label)[0] not in MODELS:  # a cell of a log runs no file
+            raise UsageError(f"{path}, line {rows[LINE][0]}: no model '{label}': name its file by --ran FILE.py")
+    texts = list(dict.fromkeys([*(declared.get(label, label) for label in of_model), *models]))
+    chosen, settings = configure(experiment, texts, assignments)
+    by_text = dict(zip(texts, settings.models, strict=True))
+    ran_models = {label: by_text[declared.get(label, label)] for label in of_model}
+    playing = {label: logged(model, of_model[label]) for label, model in ran_models.items()}
+    unknown = {label: [channel for channel in ran_models[label].channels if channel not in model.channels]
+               for label, model in playing.items()}  # fmt: skip
+    again = [by_text[text] for text in models]
+    shown = [dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES if model.label in of_model else ''}")
+             for model in again]  # fmt: skip
+    words = of_rows.MEASURED, of_rows.FRAMES_MEASURED
+    if SIMULATION in table["origin"]:
+        words = of_rows.LOG_OF_SIMULATION, of_rows.FRAMES_OF_SIMULATION
+    origins = {**dict.fromkeys(playing, words[0]), **{model.label: words[1] for model in shown}}
+    repeats: Counter[Any] = Counter()
+    trials = []
+    for (index,), rows in sorted(table.partition_by("trial", as_dict=True).items()):
+        condition = condition_of(path, rows.row(0, named=True), chosen)
+        here = [model for label, model in ran_models.items() if label in rows["model"]]
+        trial = LogTrial(experiment.name, index, repeats[condition], 0, condition, (*here, *shown), rows,
+                         settings.camera, frames, origins, unknown)  # fmt: skip
+        _check(path, trial)
+        trials.append(trial)
+        repeats[condition] += 1
+    settings = dataclasses.replace(settings, models=(*playing.values(), *shown))
+    return Plan(chosen, settings, max(repeats.values()), 0, experiment.design), trials
+
+
+def _check(path: Path, trial: LogTrial) -> None:
+    """Refuse times in another unit than seconds, and frames that are not one for each line of the log."""
+    if trial.fps < LEAST_FPS:
+        raise UsageError(f"{path}: time_s must be in seconds; trial {trial.index} has {trial.fps:.3g} frames/s by it")
+    if trial.frames is not None:
+        folder = trial_folder(trial.frames, trial.index)
+        found, wanted = len(pictures_in(folder)), trial.shown.height
+        if found != wanted:
+            raise UsageError(f"{folder} must have {wanted} pictures, one for each frame of the log, got {found}")
+
+
+def play_trial(trial: LogTrial) -> of_rows.TrialRecord:
+    """Play a log's trial, and leave blank what the log does not tell."""
+    done = play(trial, record)
+    frames = done.frames
+    for label, channels in trial.unknown.items():
+        names = [name for channel in channels for name in (channel, CHANNELS[channel]) if name]
+        frames = frames.with_columns(pl.when(pl.col("model") != label).then(pl.col(name)).alias(name) for name in names)
+    return dataclasses.replace(done, frames=frames)
+
+
+def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, quiet: bool = False) -> Run:
+    """Play the trials of a log into a run's folder, judge its claims and draw its figure.
+
+    Parameters
+    ----------
+    planned, trials, path
+        From `plan`, and the log that they were read from.
+    out
+        The run's folder.
+    quiet
+        Whether to show no progress.
+    """
+    origins = dict.fromkeys(origin for trial in trials for origin in trial.origins.values())
+    frames = trials[0].frames
+    source = {"provenance": "; ".join(origins), "log": str(path), "sha256": sha256(path),
+              "frames": str(frames) if frames else None}  # fmt: skip
+    batch = Batch(
+        name=planned.experiment.name, specs=trials, work=play_trial,
+        description={**describe(planned), "kind": "measured", "trials": len(trials), "measured": source},
+        schemas=(MEASURED_SCHEMA, FRAME_SCHEMA), parameters=planned.changed(),
+    )  # fmt: skip
+    resources = Resources(workers=0, quiet=quiet)
+    with resources.pool(rendering=False) as pool, batch.run(out, pool, resources) as folder:
+        return conclude(planned, folder)
+
+
+def write(recorded: Run, out: Path) -> None:
+    """Write a run as the log that a robot would have sent: `LOG`, and `FRAMES` of the trials that have a recording.
+
+    A robot has one eye: of a run with both eyes the models that see by the second are left out.
+
+    Parameters
+    ----------
+    recorded
+        A run of simulated trials with the robot.
+    out
+        A new folder.
+
+    Raises
+    ------
+    UsageError
+        The run is of another kind.
+    """
+    if recorded.kind != "trials":
+        raise UsageError(f"{recorded.folder}: a log is of simulated trials with the robot, not of {recorded.kind}")
+    conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
+    conditions = conditions.filter(~pl.col("model").str.ends_with(f"{MARK}{TRUE}"))
+    table = recorded.frames.join(conditions, on=["trial", "model"], how="inner", maintain_order="left")
+    table = table.rename({"sim_time_s": TIME}).with_columns(pl.lit(SIMULATION).alias("origin"))
+    there = [name for name in SCHEMA if table[name].null_count() < table.height]
+    out.mkdir(parents=True, exist_ok=True)
+    table.select(there).write_csv(out / LOG)
+    for recording in recorded.recordings:
+        frames = pictures(recording).get("camera")
+        if frames is not None:
+            write_pictures(out / FRAMES / recording.stem, frames, ".pgm")
+
+
+NONE = "-"
+"""What stands where a board cannot tell."""
+BOARD = ("version", "board", "columns", "rows", "trials", "frames", "frame_us", "clock_hz", "flash_waits", "counter")
+FRAME = ("trial", "frame", "hs", "vs", "hs_spikes", "vs_spikes", "cycles")
+FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ()}
+"""Record -> its fields."""
+_SERIAL = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})\r?")
+
+
+def crc(content: bytes) -> int:
+    """CRC-16 of a record's content: polynomial 0x1021, from 0xFFFF."""
+    return binascii.crc_hqx(content, 0xFFFF)
+
+
+def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
+    """Decode a capture of the serial line. A line that is damaged is skipped.
+
+    Parameters
+    ----------
+    data
+        The bytes as they came. Where the program ran several times, as after a reset of the board, a frame counts as it
+        was sent last.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row per frame: potentials in Q15, spikes, and cycles, null where none were counted.
+    dict
+        Fields of the records ``board`` and ``stack``; empty where these are lost.
+    int
+        Number of damaged lines.
+    """
+    frames, board, damaged = [], dict[str, Any](), 0
+    for line in filter(bytes.strip, data.split(b"\n")):
+        match = _SERIAL.fullmatch(line)
+        if match is None or int(match[2], 16) != crc(match[1]):
+            damaged += 1
+            continue
+        kind, *texts = match[1].decode().split(",")
+        values = [None if text == NONE else int(text) if text.lstrip("-").isdigit() else text for text in texts]
+        record = dict(zip(FIELDS[kind], values, strict=False))
+        if kind == "frame":
+            frames.append(record)
+        else:
+            board |= record
+    table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
+    return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, damaged
+
+
+def log_of(frames: pl.DataFrame, board: Mapping[str, Any]) -> pl.DataFrame:
+    """Return the frames as a log that ``colias import`` reads: the robot's where a board says so that is no emulator.
+
+    Where the board's record is lost, frames came 30 a second.
+    """
+    origin = SIMULATION if board.get("board", "qemu-").startswith("qemu-") else ROBOT
+    time_s = (pl.col("frame") + 1) * board.get("frame_us", 33_333) / 1e6
+    return frames.select(
+        "trial", model=pl.lit(MODEL), origin=pl.lit(origin), time_s=time_s.round(6),
+        hs=pl.col("hs") / Q15, hs_spikes="hs_spikes", vs=pl.col("vs") / Q15, vs_spikes="vs_spikes",
     )  # fmt: skip

@@ -12,8 +12,8 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
+from experiments.bench.robot_side.logs import POSES, UNKNOWN
 from experiments.bench.run.errors import UsageError
-from experiments.bench.sources.log import POSES, UNKNOWN
 from experiments.bench.sources.robot import forget_simulations
 
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
