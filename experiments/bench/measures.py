@@ -47,12 +47,10 @@ class Measure:
         What it is.
     unit
         Its unit; empty where it has none.
-    needs
-        What an experiment needs for it, in words.
-    given_by
-        Whether these conditions, or clips' parameters, give it.
     of
         From the rows of a point that it is about, and the model's spiking threshold, to the number.
+    given_by
+        Whether these conditions, or clips' parameters, give it.
     conditions
         Columns of the one condition that it is about, with their values; empty where it is about several.
     """
@@ -60,9 +58,8 @@ class Measure:
     name: str
     says: str
     unit: str
-    needs: str
-    given_by: Callable[[Sequence[Any]], bool]
     of: Callable[[Rows, float | None], Number]
+    given_by: Callable[[Sequence[Any]], bool] = bool
     conditions: tuple[tuple[str, Any], ...] = ()
 
     def described(self) -> dict[str, str]:
@@ -70,8 +67,8 @@ class Measure:
         return {"name": self.name, "says": self.says, "unit": self.unit}
 
 
-def _none(why: str) -> Number:
-    return {"value": None, "mark": "", "measured": why}
+def _number(value: float | None, measured: str, mark: str = "") -> Number:
+    return {"value": value, "mark": mark, "measured": measured}
 
 
 def _crossings(conditions: Sequence[Any]) -> bool:
@@ -102,18 +99,15 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Number:
         conditions say. ``mark`` says where it is at an end of the speeds shown: the true peak may lie beyond.
     """
     crossings = [row for row in rows if (row["motion"], row["direction"]) == ("translation", "rightward")]
-    wrong = unreadable(crossings, [column]) or flaws(crossings)
-    if wrong or not crossings:
-        return _none(f"of the trials {wrong}" if wrong else "no rightward crossings")
+    if wrong := unreadable(crossings, [column]) or flaws(crossings) if crossings else "none crosses rightward":
+        return _number(None, f"of the trials {wrong}")
     by_speed = sorted(group(crossings, "speed_cm_s").items())
     means = {speed: float(np.mean([row[column] for row in of_speed])) for (speed,), of_speed in by_speed}
     listed = ", ".join(f"{mean:.3g} at {speed:g}" for speed, mean in means.items())
-    words = f"mean over trials of {column}: {listed} cm/s"
-    highest = max(means, key=lambda speed: means[speed])
-    if means[highest] <= 0.0:
-        return _none(f"none is above 0; {words}")
-    end = highest in (min(means), max(means))
-    return {"value": highest, "mark": "at the end of the range" if end else "", "measured": words}
+    highest = max(means, key=means.__getitem__)
+    end = "at the end of the range" if highest in (min(means), max(means)) else ""
+    shown = highest if means[highest] > 0.0 else None
+    return _number(shown, f"mean over trials of {column}: {listed} cm/s", end if shown else "")
 
 
 def _rightward(clips: Sequence[Any]) -> bool:
@@ -141,26 +135,20 @@ def least_peak(rows: Rows, threshold: float | None) -> Number:
         The potential. ``mark`` says where it does not pass T, as C6 asks of every crossing.
     """
     crossings = [row for row in rows if row["motion"] == "rightward" and row["object"] != "absent"]
-    wrong = unreadable(crossings, POTENTIALS)
-    if wrong or not crossings:
-        return _none(f"of the clips {wrong}" if wrong else "no rightward crossings")
-    peak = {
-        clip: min(row["peak_hs"] for row in clip_rows) for clip, clip_rows in group(crossings, "clip", "seed").items()
-    }
-    listed = ", ".join(f"{clip} at seed {seed}: {value:.3f}" for (clip, seed), value in peak.items())
-    least = float(min(peak.values()))
-    below = threshold is not None and least <= threshold
-    return {"value": least, "mark": BELOW_THRESHOLD if below else "", "measured": f"peak HS of {listed}"}
+    if wrong := unreadable(crossings, POTENTIALS) if crossings else "none shows an object that moves rightward":
+        return _number(None, f"of the clips {wrong}")
+    lowest = min(crossings, key=lambda row: row["peak_hs"])
+    below = threshold is not None and lowest["peak_hs"] <= threshold
+    text = f"lowest of {len(crossings)} peaks, of {lowest['clip']} at seed {lowest['seed']}"
+    return _number(float(lowest["peak_hs"]), text, BELOW_THRESHOLD if below else "")
 
 
-_SPEEDS = f"rightward crossings at {LEAST_SPEEDS} speeds or more, all else equal"
 _ENTRIES = (
-    Measure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s", _SPEEDS,
-            _crossings, partial(peak_speed, column="mean_hs_near_axis")),
-    Measure("peak-speed-count", "speed at which there are most spikes", "cm/s", _SPEEDS, _crossings,
-            partial(peak_speed, column="spikes")),
-    Measure("peak-hs", "largest HS of a crossing, of several the lowest", "",
-            "clips of an object that moves rightward", _rightward, least_peak),
+    Measure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s",
+            partial(peak_speed, column="mean_hs_near_axis"), _crossings),
+    Measure("peak-speed-count", "speed at which there are most spikes", "cm/s",
+            partial(peak_speed, column="spikes"), _crossings),
+    Measure("peak-hs", "largest HS of a crossing, of several the lowest", "", least_peak, _rightward),
 )  # fmt: skip
 MEASURES: Mapping[str, Measure] = {measure.name: measure for measure in _ENTRIES}
 """The measures by name."""
@@ -174,16 +162,16 @@ def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
 
     Each is called by the columns in which conditions differ.
     """
-    every = list(dict.fromkeys(conditions))
-    varied = [name for name in CONDITION_COLUMNS if len({getattr(condition, name) for condition in every}) > 1]
+    every = [{name: getattr(condition, name) for name in CONDITION_COLUMNS} for condition in dict.fromkeys(conditions)]
+    varied = [name for name in CONDITION_COLUMNS if len({columns[name] for columns in every}) > 1]
     measures = []
-    for condition in every:
-        columns = {name: getattr(condition, name) for name in CONDITION_COLUMNS}
-        texts = [f"{name}={columns[name]:g}" if isinstance(columns[name], float | int) else f"{name}={columns[name]}"
-                 for name in varied]  # fmt: skip
+    for columns in every:
+        values = {name: columns[name] for name in varied}
+        texts = [f"{name}={value:g}" if isinstance(value, float | int) else f"{name}={value}"
+                 for name, value in values.items()]  # fmt: skip
         name = f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES
         of = partial(mean_spikes, condition=columns)
-        measures.append(Measure(name, "mean number of spikes in a trial", "", "", bool, of, tuple(columns.items())))
+        measures.append(Measure(name, "mean number of spikes in a trial", "", of, conditions=tuple(columns.items())))
     return measures
 
 
@@ -205,9 +193,9 @@ def mean_spikes(rows: Rows, _threshold: float | None, *, condition: Mapping[str,
     trials = [row for row in rows if all(row[name] == value for name, value in condition.items())]
     spikes = [row["spikes"] for row in trials if row["spikes"] is not None]
     if not spikes:
-        return {**_none("no trial there" if not trials else "it does not spike"), "n": len(trials)}
+        return {**_number(None, "it does not spike" if trials else "no trial there"), "n": len(trials)}
     summary = summarise(spikes, 0.0)
-    return {"value": summary.mean, "mark": "", "measured": "", "n": len(trials), "ci_low": known(summary.ci_low),
+    return {**_number(summary.mean, ""), "n": len(trials), "ci_low": known(summary.ci_low),
             "ci_high": known(summary.ci_high)}  # fmt: skip
 
 
@@ -231,22 +219,19 @@ def chosen(
         A measure is not known, none of the experiments gives it at all points, or no model responds by ``hs``.
     """
     found: list[tuple[Measure, str]] = []
-    experiments = ", ".join(conditions)
     for name in dict.fromkeys(wanted):
         if name == SPIKES:
-            for place, shown in conditions.items():
-                every = [condition for some in shown for condition in some]
-                if not isinstance(every[0], Condition):
-                    raise UsageError(f"--measure {name}: it needs trials with the robot; {experiments} has clips")
-                found += [(measure, place) for measure in spikes_in(every)]
-            continue
-        if name not in MEASURES:
+            every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}
+            giving = [(measure, place) for place, of_it in every.items() if isinstance(of_it[0], Condition)
+                      for measure in spikes_in(of_it)]  # fmt: skip
+        elif name in MEASURES:
+            if not any("hs" in model.channels for model in models):
+                raise UsageError(f"--measure {name}: it is about models that respond by direction")
+            measure = MEASURES[name]
+            giving = [(measure, place) for place, shown in conditions.items() if all(map(measure.given_by, shown))][:1]
+        else:
             raise UsageError(f"--measure {name}: unknown measure; known are {', '.join((*MEASURES, SPIKES))}")
-        measure = MEASURES[name]
-        if not any("hs" in model.channels for model in models):
-            raise UsageError(f"--measure {name}: it is about models that respond by direction")
-        giving = [place for place, shown in conditions.items() if all(map(measure.given_by, shown))]
         if not giving:
-            raise UsageError(f"--measure {name}: it needs {measure.needs}; {experiments} has none at some point")
-        found.append((measure, giving[0]))
+            raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
+        found += giving
     return found
