@@ -6,6 +6,7 @@ differs between replicates is the seed: placement, light, wall, noise. The word 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -114,9 +115,7 @@ class Count:
         Where that fails the claim fails; where it holds the claim cannot be judged.
         """
         held = self.unjudged.get("unknown constants", 0)
-        others: dict[Reason, int] = {
-            reason: number for reason, number in self.unjudged.items() if reason != "unknown constants"
-        }
+        others: dict[Reason, int] = {**self.unjudged, "unknown constants": 0}
         return Count(held, self.fails, others, self.random) if held and not self.holds else None
 
     @property
@@ -131,9 +130,7 @@ class Count:
         """
         if self.half is not None:
             return "fails" if self.half.word == "fails" else ""
-        if not self.judged:
-            return ""
-        if not self.random:
+        if self.judged and not self.random:
             return "fails" if self.fails else "holds"
         if self.judged < LEAST_JUDGED:
             return ""
@@ -199,10 +196,8 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
     random
         As of `Count`.
     """
-    texts = list(outcomes)
-    unjudged = [text for text in texts if text not in ("holds", "fails")]
-    reasons = {reason: unjudged.count(reason) for reason in dict.fromkeys(unjudged)}
-    return Count(texts.count("holds"), texts.count("fails"), reasons, random)  # type: ignore[arg-type]
+    found: Counter[Any] = Counter(outcomes)
+    return Count(found.pop("holds", 0), found.pop("fails", 0), found, random)
 
 
 def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
@@ -224,30 +219,27 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
     """
     pairs = list(counts)
     few = any(counted.kind == "counted" for _, counted in pairs)
-    found: dict[Kind, list[str]] = {"holds": [], "sometimes": [], "fails": [], "unjudged": []}
+    found: dict[Kind, list[str]] = {kind: [] for kind in PHRASES}
     for claim, counted in pairs:
         in_all: Kind = "holds" if not counted.fails else "sometimes" if counted.holds else "fails"
         half = "" if counted.half is None else f" (the DSNN's half: {counted.half.label})"
         found[in_all if counted.kind == "counted" else counted.kind].append(f"{claim}{half}")
     phrases: list[str] = []
     for kind, claims in found.items():
-        one, several = PHRASES[kind][few]
         of = "" if phrases else f" of {len(pairs)} claim{'s' * (len(pairs) != 1)}"
         named = "" if kind == "holds" else f": {', '.join(claims)}"
         if claims:
-            phrases.append(f"{len(claims)}{of} {one if len(claims) == 1 else several}{named}")
+            phrases.append(f"{len(claims)}{of} {PHRASES[kind][2 if few else len(claims) > 1]}{named}")
     return phrases
 
 
-_EVERY, _SOME, _NONE = "held in every replicate judged", "held in some", "failed in every replicate judged"
-_UNJUDGED = ("was not judged", "were not judged")
-PHRASES: Mapping[Kind, tuple[tuple[str, str], tuple[str, str]]] = MappingProxyType({
-    "holds": (("holds", "hold"), (_EVERY, _EVERY)),
-    "sometimes": (("holds sometimes", "hold sometimes"), (_SOME, _SOME)),
-    "fails": (("fails", "fail"), (_NONE, _NONE)),
-    "unjudged": (_UNJUDGED, _UNJUDGED),
+PHRASES: Mapping[Kind, tuple[str, str, str]] = MappingProxyType({
+    "holds": ("holds", "hold", "held in every replicate judged"),
+    "sometimes": ("holds sometimes", "hold sometimes", "held in some"),
+    "fails": ("fails", "fail", "failed in every replicate judged"),
+    "unjudged": ("was not judged", "were not judged", "not judged"),
 })  # fmt: skip
-"""Kind -> phrases about one claim and about several; then the same where there are too few replicates for words."""
+"""Kind -> a phrase about one claim, about several, and where there are too few replicates for words."""
 
 
 def count_columns(counted: Count) -> dict[str, Any]:
