@@ -88,7 +88,7 @@ def differences(golden, today, key):
 
 
 def run(folder, *command):
-    done = inside(folder, [*command, "--out", "out", "--workers", "0", "-q"], timeout_s=600)
+    done = inside(folder, [*command, "--out", "out", "--workers", "0", "-q"])
     assert done.returncode == 0, done.stderr
     return folder / "out"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import re
 from typing import Any
 
 import gymnasium as gym
@@ -37,15 +36,6 @@ def bare(name: str, **options: Any) -> ColiasEnv[Any]:
 def env_class(name: str) -> type[ColiasEnv[Any]]:
     module, _, cls = ENVS[name].entry_point.partition(":")
     return getattr(importlib.import_module(module), cls)
-
-
-def options_type(name: str) -> type[Any]:
-    return env_class(name).options_type
-
-
-def robots_at_ends(name: str) -> tuple[int, int]:
-    low, high = (int(end) for end in re.findall(r"\d+", str(options_type(name).__pydantic_fields__["robots"].metadata)))
-    return low, high
 
 
 def episode(env: gym.Env[Any, Any], seed: int | None = None, steps: int = 25) -> list[Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import re
 from typing import get_args, get_type_hints
 
@@ -11,7 +10,6 @@ import pytest
 import typer
 
 from dsnn import CHANNELS, MODELS
-from dsnn.field_docs import meaning
 from dsnn.stimuli import STIMULI
 from experiments.bench.run.settings import described
 from tools.pages import commands
@@ -53,21 +51,6 @@ def test_equations_leave_out_no_parameter(name):
     text = equations(name)
     others = [link.removesuffix(".md") for link in re.findall(r"\]\(([^)]+)\)", text)]
     assert fields(name) <= set(CODE.findall(" ".join([text, *map(equations, others)])))
-
-
-ASSUMED_CONSTANTS = {
-    "emd": {"tau_hp", "tau_lp", "spacing"}, "lplc2": {"c_base", "spread", "k_sig"}, "pon-lgmd": {"t_sp", "n_sp"},
-    "t4t5": {"k_sig"}, "emd-normalised": {"kappa", "gain"}, "three-arm-4q": {"gain"},
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", MODELS)
-def test_every_model_says_what_is_assumed(name):
-    """Its constants that no source gives, and the choices that its class lists."""
-    values = MODELS[name].robot
-    constants = {field for field in fields(name) if "(assumed" in meaning(type(values), field)}
-    assert constants >= ASSUMED_CONSTANTS.get(name, set())
-    assert re.search("^Assumed", inspect.getdoc(MODELS[name].build) or "", re.MULTILINE), "its class lists choices"
 
 
 def test_the_page_of_commands_has_every_option(tmp_path):

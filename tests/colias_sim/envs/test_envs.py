@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 import dsnn
 from colias_sim.envs import NEURAL
 from colias_sim.envs.senses import MANOEUVRES
-from tests.helpers.envs import FIXATION, SENSES, bare, episode, every_env, fingerprint, robots_at_ends
+from tests.helpers.envs import FIXATION, SENSES, bare, episode, every_env, fingerprint
 
 # Registered, and as documented.
 
@@ -26,10 +26,7 @@ def test_gymnasium_s_own_checks(name, observation, actions):
 
 @every_env
 def test_spaces_are_those_of_the_docstring(name):
-    low, _ = robots_at_ends(name)
-    robots = max(low, 2)
-    box = gym.spaces.Box
-    spaces = {}
+    robots, box, spaces = 2, gym.spaces.Box, {}
     for observation in SENSES:
         env = bare(name, observation=observation, robots=robots)
         spaces[observation] = env.observation_space
