@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,7 +10,7 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from experiments.bench.report import style
+from experiments.bench.report import findings, style
 from experiments.bench.run.parameters import in_title
 from experiments.bench.sources.clips import Figure as Drawing
 
@@ -37,10 +35,8 @@ EDGES = {
     "off": "OFF edges (luminance falls): leading of dark objects, trailing of light ones",
     "on": "ON edges (luminance rises): trailing of dark objects, leading of light ones",
 }
-MOST_NAMED = 2
-"""Most models that a title names."""
-ACROSS, NAME_INCHES, LEAST_ROW = 12, 1.0, 0.42
-"""Most clips side by side, with several models; inches: width of the names of models, least height of a row."""
+ACROSS, LEAST_ROW = 12, 0.42
+"""Most clips side by side, with several models; inches: least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
 MEANS = "Lines: means of the trials; bands: their range. "
 TRACES = "Right and down are positive. Each model has its own scale; dashes: its threshold."
@@ -112,46 +108,31 @@ def _height(rows: int, high: float, around: float) -> float:
 # --- findings ---------------------------------------------------------------------------------------------------------
 
 
-def counted(words: str, counts: Mapping[str, tuple[int, int]], of: str) -> str:
-    """Return a finding that tells in how many cases it is so.
+def counted(words: str, trials: pl.DataFrame, so: pl.Expr, of: str) -> str:
+    """Return a finding that tells in how many of the trials it is so, and for how many models in all of them.
 
     Parameters
     ----------
     words
         What may be so.
-    counts
-        Model -> in how many of its cases it is so, and how many it has.
+    trials, so
+        The cases, and which of them it is so in.
     of
         What a case is, in the plural.
     """
-    so, cases = (sum(pair[place] for pair in counts.values()) for place in (0, 1))
-    if len(counts) == 1 or so in (0, cases):
-        return f"{words} in {so} of {cases} {of}"
-    whole = [model for model, (k, n) in counts.items() if k == n]
-    which = " and ".join(whole) if 1 <= len(whole) <= MOST_NAMED else f"{len(whole)} of {len(counts)} models"
-    return f"{words} in {so} of {cases} {of}, in all for {which}"
-
-
-def course(x: Sequence[float], y: Sequence[float]) -> str:
-    """Return how a curve goes: it rises, falls, is largest or least at a place within, is flat, or none of these."""
-    signs = [float(np.sign(after - before)) for before, after in pairwise(y)]
-    turns = [place for place, (before, after) in enumerate(pairwise(signs), start=1) if before != after]
-    if 0.0 in signs or len(turns) > 1 or not signs:
-        return "neither rises nor falls throughout" if any(signs) else "is flat" if signs else "has one value"
-    if turns:
-        return f"is {'largest' if signs[0] > 0.0 else 'least'} at {x[turns[0]]:g}"
-    return "rises" if signs[0] > 0.0 else "falls"
+    counts = style.by(trials, "model").agg(so=so.sum(), cases=pl.len())
+    total, cases = counts["so"].sum(), counts["cases"].sum()
+    text = f"{words} in {total} of {cases} {of}"
+    if len(counts) == 1 or total in (0, cases):
+        return text
+    return f"{text}, in all for {counts.filter(pl.col('so') == pl.col('cases')).height} of {len(counts)} models"
 
 
 def course_finding(rows: pl.DataFrame, along: str, lines: str) -> str:
-    """Return the most common course of the curves of each model, line and seed, and how many have it."""
-    courses: dict[str, list[str]] = {model: [] for model in style.levels(rows, "model")}
+    """Return the commonest order of the responses of each model, line and seed, and how many have it."""
     points = style.by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
-    for (model, *_), curve in style.by(points, "model", lines, "repeat"):
-        courses[model].append(course(curve[along].to_list(), curve["response"].to_list()))
-    ((common, _),) = Counter(word for words in courses.values() for word in words).most_common(1)
-    counts = {model: (words.count(common), len(words)) for model, words in courses.items()}
-    return counted(f"with the {AXES[along].partition(' (')[0]} the response {common}", counts, "curves")
+    curves = [findings.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
+    return findings.finding("response", curves, AXES[along].partition(" (")[0], things="curves")
 
 
 def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
@@ -167,8 +148,8 @@ def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
         pl.when(motion=way).then(pl.max_horizontal(value for other, value in reached.items() if other != way))
         for way in reached
     )
-    counts = _counts(moving, (signal > 0.0) & (signal > others))  # a model at its ceiling both ways tells nothing
-    return counted("The largest potential has the direction of the motion", counts, "translations")
+    so = (signal > 0.0) & (signal > others)  # a model at its ceiling both ways tells nothing
+    return counted("The largest potential has the direction of the motion", moving, so, "translations")
 
 
 def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
@@ -178,17 +159,8 @@ def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
     if spiking.is_empty():
         return "None of these models has a threshold"
     threshold = pl.col("model").replace_strict(levels, return_dtype=pl.Float64)
-    return counted(
-        "The threshold is reached",
-        _counts(spiking, pl.max_horizontal("hs", "vs", "peak_looming") >= threshold),
-        "trials",
-    )
-
-
-def _counts(trials: pl.DataFrame, so: pl.Expr) -> dict[str, tuple[int, int]]:
-    """Return of each model in how many of its trials something is so, and how many it has."""
-    counts = style.by(trials, "model").agg(so.sum().alias("so"), n=pl.len())
-    return {model: (k, n) for model, k, n in counts.iter_rows()}
+    reached = pl.max_horizontal("hs", "vs", "peak_looming") >= threshold
+    return counted("The threshold is reached", spiking, reached, "trials")
 
 
 def share_finding(left: pl.DataFrame) -> str:
@@ -218,56 +190,38 @@ def _traces(
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
     ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
-    cells = dict(style.by(style.by(table, "model", "clip", "time").agg(ends), "model", "clip"))
+    cells = style.by(table, "model", "clip", "time").agg(ends)
     across = -(-len(clips) // _bands(trials))
     panels = part.subplots(_bands(trials) * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
         axes.set_visible(False)
-    unnamed = set(CHANNELS)
+    keys: dict[str, Any] = {}
     for row, model in enumerate(models):
-        peaks = {name: {clip: float(cells[model, clip][f"{name}_mean"].abs().max()) for clip in clips
-                        if (model, clip) in cells} for name in CHANNELS}  # fmt: skip
-        shown = [name for name, sizes in peaks.items() if max(sizes.values(), default=0.0)] or ["hs"]
-        level = thresholds.get(model)
+        of_model, level = cells.filter(model=model), thresholds.get(model)
+        shown = [name for name in CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
         for place, clip in enumerate(clips):
             axes = panels[place // across * len(models) + row, place % across]
             axes.set_visible(True)
             axes.margins(y=0.15)
             axes.locator_params(nbins=3)
             axes.tick_params(labelbottom=row == len(models) - 1)
-            label = "" if place else f"{level or 0.0:.3g}"
-            style.threshold(axes, level, signed=shown != ["looming"], name=label)
-            for name in shown if (model, clip) in cells else ():
-                largest = clip == max(peaks[name], key=peaks[name].__getitem__)
-                _trace(axes, cells[model, clip], name, labelled=largest and name in unnamed)
+            style.threshold(axes, level, signed=shown != ["looming"], name="" if place else f"{level or 0.0:.3g}")
+            cell = of_model.filter(clip=clip)
+            for name in shown if len(cell) else ():
+                label, colour = CHANNELS[name]
+                (keys[label],) = axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
+                axes.fill_between(cell["time"], cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
             if row == 0:
                 small = min(style.SMALL, 72.0 / across)
-                axes.set_title(style.wrapped(clip, (style.WIDTH - NAME_INCHES) / across - 0.1, small), fontsize=small)
+                inches = (style.WIDTH - style.NAME_INCHES) / across - 0.1
+                axes.set_title(style.wrapped(clip, inches, small), fontsize=small)
             if place % across == 0:
-                _name(axes, model)
+                style.row_name(axes, model)
                 axes.set_xlabel("time (s)" if row == len(models) - 1 else "")
-        unnamed -= set(shown)
+    part.legend(keys.values(), keys, loc="outside lower right", ncols=len(keys), frameon=False, labelcolor="linecolor",
+                fontsize=style.SMALL)  # fmt: skip
     part.supylabel("potential", fontsize=style.BODY)
-    style.headline(part, direction_finding(trials, thresholds), letter)
-
-
-def _name(axes: Axes, model: str) -> None:
-    """Write the name of a model left of its row."""
-    axes.set_ylabel(style.wrapped(model, NAME_INCHES, style.SMALL), rotation=0, ha="right", va="center",
-                    fontsize=style.SMALL)  # fmt: skip
-
-
-def _trace(axes: Axes, cell: pl.DataFrame, name: str, *, labelled: bool) -> None:
-    """Draw one potential over a clip, with its name where it is largest if it is ``labelled``."""
-    label, colour = CHANNELS[name]
-    time, mean = cell["time"].to_numpy(), cell[f"{name}_mean"].to_numpy()
-    axes.plot(time, mean, color=colour, label=label)
-    axes.fill_between(time, cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
-    if labelled:
-        at = int(np.abs(mean).argmax())
-        side, above = ("left" if 2 * at < len(time) else "right"), (2 if mean[at] >= 0.0 else -8)
-        axes.annotate(label, (time[at], mean[at]), (0, above), textcoords="offset points", ha=side,
-                      fontsize=style.SMALL, fontweight="bold", color=colour, in_layout=False)  # fmt: skip
+    style.headline(part, direction_finding(trials, thresholds), letter=letter)
 
 
 # --- along what the clips vary ----------------------------------------------------------------------------------------
@@ -322,7 +276,7 @@ def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]
             if not several:
                 axes.set_title(style.wrapped(model, style.WIDTH / across - 0.5, style.SMALL), fontsize=style.SMALL)
             elif place == 0:
-                _name(axes, model)
+                style.row_name(axes, model)
         if several:
             style.finding(panels[place], style.sentence(words), "abcdefgh"[place])
         else:
@@ -379,8 +333,8 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     if compared.is_empty():
         style.headline(drawn, threshold_finding(crossing, thresholds))
     else:
-        counts = _counts(compared, pl.col("response") > pl.col("most"))
-        style.headline(drawn, counted("A crossing exceeds all of the background alone", counts, "trials"))
+        exceeds, words = pl.col("response") > pl.col("most"), "A crossing exceeds all of the background alone"
+        style.headline(drawn, counted(words, compared, exceeds, "trials"))
     return drawn, f"Dots: clips; bars: from smallest to largest; black: the model's threshold. {RESPONSE}"
 
 

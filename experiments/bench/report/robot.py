@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -12,36 +11,33 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
-from experiments.bench.report import style
+from experiments.bench.report import findings, style
+from experiments.bench.report.findings import axis, drawn_of, level_text, unit
 from experiments.bench.run.parameters import in_title
 from experiments.bench.run.rows import origin
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import BALANCED, MOTION, PARTS, WHOLE
 from experiments.bench.sources.trial_rows import varying
-from experiments.bench.stats.tests import LEAST_FOR_INTERVAL, summarise
+from experiments.bench.stats.tests import LEAST_FOR_INTERVAL
 
 Row = Mapping[str, Any]
 Thresholds = Mapping[str, float | None]
 Floats = npt.NDArray[np.float64]
 Lines = dict[tuple[Any, str], tuple[Floats, Floats]]
 """Level and other condition -> places along the axis, shape (T,), and the trials' values there, (trials, T)."""
-UNITS = {"_cm_s2": "cm/s²", "_cm_s": "cm/s", "_deg_s": "°/s", "_hz": "Hz", "_deg": "°", "_cm": "cm"}
-"""End of a column's name -> unit."""
-SIGNED = {"angle_deg": "right positive", "observer_turn_deg_s": "left positive"}
 PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "angle_deg",
          "angular-recession": "angle_deg"}  # fmt: skip
 """The paper's systematic tests of the robot, and what each varies."""
-NO_BREAK, MINUS = "\N{NO-BREAK SPACE}", "\N{MINUS SIGN}"
 DASHES: Sequence[Any] = ("-", "--", ":", "-.", (0, (6, 2, 1, 2)), (0, (1, 3)))
-MOST_NAMED = 2
-"""Most models that a title names."""
-BESIDE, ACROSS, CONDITIONS = 4, 4, 5
-"""Models up to which potentials stand beside the counts; most models, and most conditions of excitation, in a row."""
+CONDITIONS = 5
+"""Most conditions of excitation in a row."""
 LOGARITHMIC_FROM, QUIET = 10.0, 0.02
 """Ratio of levels from which an axis is logarithmic; share of the largest value below which an axis may end."""
+APART = 0.12
+"""Share of an axis that its numbers are apart, at least."""
 BANDS = "Lines: means; bands: their 95 % interval. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("sim_time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
@@ -51,7 +47,6 @@ HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "resi
 POINTS = "Dots: trials; dark: their means."
 INTERVALS = "Dots: trials; dark: means with 95 % intervals. Titles order means with intervals apart."
 TRACES = "Potentials: means; bands: range of the trials; dashes: threshold."
-
 
 Measure = tuple[str, str, Mapping[str, str]]
 """A quantity in words, the label of its axis, and the columns of the trials' table that show it, each with a name."""
@@ -126,11 +121,10 @@ def panels(runs: Mapping[str, Any]) -> Figure:
         figure = Figure((style.WIDTH, 2.15 * math.ceil(len(first) / 2) + 0.4), layout="constrained")
         for axes, letter, (name, rows) in zip(style.grid(figure, len(first), 2), "abcd", first.items(), strict=False):
             _points(axes, rows, COUNT, PAPER[name])
-            axes.set(xlabel=_axis(PAPER[name]), ylabel=COUNT[1])
+            axes.set(xlabel=axis(PAPER[name]), ylabel=COUNT[1])
             words = finding(rows, COUNT, PAPER[name])
             style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words}", letter)
-        rows = pl.concat(first.values(), how="diagonal_relaxed")
-        style.caption(figure, f"{_n(rows)}. {_symbols(rows)}")
+        _caption(figure, "", pl.concat(first.values(), how="diagonal_relaxed"))
     return figure
 
 
@@ -140,18 +134,14 @@ def _other_columns(trials: pl.DataFrame, varies: str) -> list[str]:
     return [name for name in varying(trials.to_dicts(), varies) if name not in along]
 
 
-def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str, notes: str = "") -> None:
+def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str = "", notes: str = "") -> None:
     """Write below a figure what was run, n, and what colours, line styles and symbols mean."""
-    others = "".join(f"; line styles: {_unit(name)[0]}" for name in _other_columns(rows, varies))
-    style.caption(
-        figure, f"{title}. {_n(rows)}. Colours: {_unit(varies)[0]}{others}. {_symbols(rows)} {notes}".rstrip()
-    )
-
-
-def _symbols(rows: pl.DataFrame) -> str:
-    """Return what dots and bars are; of one or two trials there are no bars."""
-    most = max(rows.group_by("model", *CONDITION_COLUMNS).len()["len"])
-    return INTERVALS if most >= LEAST_FOR_INTERVAL else POINTS
+    counts, models = rows.group_by("model", *CONDITION_COLUMNS).len()["len"], style.levels(rows, "model")
+    n = " to ".join(dict.fromkeys((str(counts.min()), str(counts.max()))))
+    keys = ["Colours: " + "; line styles: ".join(unit(name)[0] for name in (varies, *_other_columns(rows, varies)))]
+    run = [*[title] * bool(title), f"{f'{models[0]}, ' * (len(models) == 1)}n = {n} per condition"]
+    symbols = INTERVALS if counts.max() >= LEAST_FOR_INTERVAL else POINTS  # type: ignore[operator]
+    style.caption(figure, f"{'. '.join([*run, *keys * bool(varies)])}. {symbols} {notes}".rstrip())
 
 
 def prepared(table: Any, frames: pl.DataFrame | None, varies: str) -> pl.DataFrame:
@@ -165,7 +155,7 @@ def prepared(table: Any, frames: pl.DataFrame | None, varies: str) -> pl.DataFra
         alone has no HS near the axis.
     """
     trials = pl.DataFrame(table, infer_schema_length=None)
-    words = [pl.Series(name, [_text(value, name) for value in trials[name]], pl.String)
+    words = [pl.Series(name, [level_text(value, unit(name)[1]) for value in trials[name]], pl.String)
              for name in _other_columns(trials, varies)]  # fmt: skip
     level = pl.format("{} {}", "direction", "motion") if varies == "motion" else pl.col(varies)
     looming = [] if frames is None else [model for model, name in _potentials(frames).items() if name == "looming"]
@@ -184,112 +174,14 @@ def _potentials(frames: pl.DataFrame) -> dict[str, str]:
     return {model: "looming" if looming > 0.0 == hs else "hs" for model, hs, looming in sizes.iter_rows()}
 
 
-def _unit(column: str) -> tuple[str, str]:
-    """Return what a column is called, and its unit."""
-    end = next((end for end in UNITS if column.endswith(end)), "")
-    return column.removesuffix(end).replace("_", " "), UNITS.get(end, "")
-
-
-def _axis(column: str) -> str:
-    noun, unit = _unit(column)
-    more = ", ".join(filter(None, (unit, SIGNED.get(column))))
-    return f"{noun} ({more})" if more else noun
-
-
-def _text(level: Any, column: str) -> str:
-    """Return a level as keys and titles show it."""
-    if level is None or isinstance(level, str):
-        return level or "default"
-    unit = _unit(column)[1]
-    return f"{level:g}{'' if unit[:1] in '°' else NO_BREAK}{unit}".replace("-", MINUS)
-
-
-def _n(rows: pl.DataFrame) -> str:
-    models = style.levels(rows, "model")
-    counts = sorted(set(rows.group_by("model", *CONDITION_COLUMNS).len()["len"]))
-    of = f"{models[0]}, " if len(models) == 1 else ""
-    return f"{of}n = {' to '.join(map(str, dict.fromkeys((counts[0], counts[-1]))))} per condition"
-
-
-# --- findings ---------------------------------------------------------------------------------------------------------
-
-
-def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], varies: str) -> str:
-    """Say what the 95 % intervals of means tell about their order, and no more.
-
-    Parameters
-    ----------
-    levels
-        Levels of the column ``varies``, in its order.
-    samples
-        The values of the trials at each level, three or more.
-
-    Returns
-    -------
-    str
-        One mean is called larger than another only where its interval lies above the other's.
-    """
-    summaries = [summarise(values) for values in samples]
-    count = len(levels)
-    if count == 1:
-        return "is {0.mean:.3g}, with 95 % interval {0.ci_low:.3g} to {0.ci_high:.3g}".format(*summaries)
-    if not any(map(any, samples)):
-        return "is 0 throughout"
-    above = np.array([[one.ci_low > other.ci_high for other in summaries] for one in summaries])
-    words, ends = isinstance(levels[0], str), []
-    for verb, beyond in (("rises", above.T), ("falls", above)):
-        if not words and np.diagonal(beyond, 1).all():
-            return f"{verb} with {_unit(varies)[0]}"
-    means = [summary.mean for summary in summaries]
-    for word, beyond, end in (("largest", above, int(np.argmax(means))), ("least", above.T, int(np.argmin(means)))):
-        alike = [_text(level, varies) for level, less in zip(levels, beyond[end], strict=True) if not less]
-        if len(alike) <= min(2, count // 2):
-            ends.append(f"{word} {'for' if words else 'at'} {' or '.join(alike)}")
-    return f"is {' and '.join(ends)}" if ends else "shows no clear order"
-
-
 def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
-    """Return the commonest order of a measure among the curves, one for each model and other condition.
-
-    Which models rise and fall is always told, or of many how many. Of one or two trials each, whose means have no
-    intervals, it names what is drawn.
-    """
+    """Return what the curves of each model and other condition show; of one or two trials each, what is drawn."""
     noun, column = measure[0], next(iter(measure[2]))
-    curves = {key: _samples(of, column) for key, of in style.by(rows.drop_nulls(column), "model", "other")}
-    fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
+    curves = [findings.curve(of, "level", column) for _, of in style.by(rows.drop_nulls(column), "model", "other")]
+    fewest = min((len(values) for _, samples in curves for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
-        return drawn_of(noun, _unit(varies)[0], fewest)
-    most = max((len(levels) for levels, _ in curves.values()), default=0)
-    orders = {key: order(*curve, varies) for key, curve in curves.items() if len(curve[0]) > 1 or most == 1}
-    (common, so), *others = Counter(orders.values()).most_common() or [("is not known", 0)]
-    if len(orders) < 2:
-        return f"{noun} {common}"
-    several, along = rows["other"].n_unique() > 1, f" with {_unit(varies)[0]}"
-    whose = {text: [model for (model, _), own in orders.items() if own == text] for text in orders.values()}
-    named = {text: f"for {' and '.join(models)}" for text, models in whose.items()
-             if len(models) <= MOST_NAMED and not several}  # fmt: skip
-    counted = f"in {so} of {len(orders)} {'curves' if several else 'models'}"
-    parts = [f"{noun} {common} {named.get(common, counted)}"]
-    for text, n in others:
-        if text.endswith(along) or len(others) == 1:
-            short = text.removesuffix(along) if common.endswith(along) else text
-            parts.append(f"{short} {named.get(text, f'in {n}')}")
-    return ", ".join(parts)
-
-
-def drawn_of(noun: str, along: str, n: int) -> str:
-    """Name what is drawn along an axis where n, one or two trials of each condition, carries no finding."""
-    return f"{noun} by {along}, {'one trial' if n == 1 else 'two trials'} each"
-
-
-def _samples(rows: pl.DataFrame, column: str) -> tuple[list[Any], list[list[float]]]:
-    """Return the levels, numbers in order, and the values of the trials at each."""
-    rows = rows.drop_nulls(column)
-    table = style.by(rows if rows["level"].dtype == pl.String else rows.sort("level"), "level").agg(column)
-    return table["level"].to_list(), table[column].to_list()
-
-
-# --- along what the trials vary ---------------------------------------------------------------------------------------
+        return drawn_of(noun, unit(varies)[0], fewest)
+    return findings.finding(noun, curves, *unit(varies), "curves" if rows["other"].n_unique() > 1 else "models")
 
 
 def tints(levels: Sequence[Any]) -> dict[Any, Any]:
@@ -303,6 +195,9 @@ def tints(levels: Sequence[Any]) -> dict[Any, Any]:
             for level in sorted(levels)}  # fmt: skip
 
 
+# --- along what the trials vary ---------------------------------------------------------------------------------------
+
+
 def _places(levels: Sequence[Any]) -> dict[Any, float]:
     """Return where levels stand along an axis: numbers to scale, over a wide range that of their logarithms."""
     if isinstance(levels[0], str):
@@ -311,117 +206,87 @@ def _places(levels: Sequence[Any]) -> dict[Any, float]:
     return {level: math.log(level) if wide else float(level) for level in levels}
 
 
-def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> list[tuple[float, float, str, str]]:
-    """Draw one model's trials as dots, means and intervals against the level, a line for each other condition.
-
-    Returns the lines' ends, names and colours.
-    """
-    if rows.select(*measure[2]).null_count().sum_horizontal().item() == len(rows) * len(measure[2]):
-        axes.set(xticks=[], yticks=[])
+def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> None:
+    """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
+    shown = rows.select(*measure[2])
+    if shown.null_count().sum_horizontal().item() == len(rows) * len(measure[2]):
+        axes.set_yticks([])
         axes.annotate("no threshold,\nno spikes", (0.5, 0.4), xycoords="axes fraction", ha="center", color=style.GREY)
-        return []
-    levels = _samples(rows.with_columns(one=1.0), "one")[0]
+        return
+    levels = findings.curve(rows.with_columns(one=1.0), "level", "one")[0]
     places, colours = _places(levels), tints(levels)
     gap = min(np.diff(list(places.values())), default=1.0)
-    ends: list[tuple[float, float, str, str]] = []
-    size = 3.2 if axes.bbox.height > 0.8 * axes.figure.dpi else 2.2
-    for column, name in measure[2].items():
-        for (other,), of in style.by(rows.drop_nulls(column), "other"):
-            shown, samples = _samples(of, column)
-            summaries = [summarise(values) for values in samples]
-            aside = 0.12 * gap * (len(ends) - (len(measure[2]) * rows["other"].n_unique() - 1) / 2)
-            at, means = [places[level] + aside for level in shown], [summary.mean for summary in summaries]
-            label = ", ".join(filter(None, (other, name)))
-            line = "none" if isinstance(shown[0], str) else DASHES[len(ends) % len(DASHES)]
-            axes.plot(at, means, "o", ls=line, lw=0.9, ms=size, color=style.INK, label=label or column, zorder=3)
-            for place, level, values, summary in zip(at, shown, samples, summaries, strict=True):
-                spread = place + gap * np.linspace(-0.22, 0.22, len(values) + 2)[1:-1]
-                axes.plot(spread, values, "o", ms=size, mec="none", color=colours[level], alpha=0.75, zorder=2,
-                          clip_on=False)  # fmt: skip
-                if len(values) >= LEAST_FOR_INTERVAL:
-                    axes.vlines(place, summary.ci_low, summary.ci_high, color=style.INK, lw=1.4, zorder=3)
-            ends.append((at[-1], means[-1], label, style.INK))
-    _ticks(axes, places, (0.6 if len(ends) > 1 else 1.0) * axes.bbox.width / axes.figure.dpi)
+    curves = [(", ".join(filter(None, (other, name))) or column, findings.curve(of, "level", column))
+              for column, name in measure[2].items()
+              for (other,), of in style.by(rows.drop_nulls(column), "other")]  # fmt: skip
+    for place, (label, (found, samples)) in enumerate(curves):
+        at = [places[level] + 0.12 * gap * (place - (len(curves) - 1) / 2) for level in found]
+        line = "none" if isinstance(found[0], str) else DASHES[place % len(DASHES)]
+        style.means(axes, at, samples, style.INK, label, line=line, gap=gap, dots=[colours[level] for level in found])
+    if len(curves) > 1:
+        axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0, markerscale=0.0)
+    _ticks(axes, places, gap)
     axes.margins(y=0.08)
-    low, high = axes.get_ylim()
-    signed = rows.select(*measure[2]).min().min_horizontal().item() < 0.0
-    axes.set_ylim(*((low, high) if signed else (0.0, 1.08 * axes.dataLim.y1 or 1.0)))
+    if shown.min().min_horizontal().item() >= 0.0:
+        axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)
     if axes.dataLim.y1 == axes.dataLim.y0 == 0.0:
         axes.set_yticks([0.0])  # no count reached any other
-    return ends if len(ends) > 1 else []
 
 
-def _ticks(axes: Axes, places: Mapping[Any, float], inches: float) -> None:
-    """Write the levels at their places: words upright where they would touch, no number that would touch the last."""
-    x, step = list(places.values()), min(np.diff(list(places.values())), default=1.0)
-    axes.set_xlim(x[0] - 0.5 * step, x[-1] + 0.5 * step)
-    texts = [_text(level, "").replace(" ", "\n") for level in places]
-    wide = max(len(word) for text in texts for word in text.split("\n")) * 0.5 * style.SMALL / 72.0
-    wide *= (x[-1] - x[0] + step) / inches
-    if words := isinstance(next(iter(places)), str):
-        axes.tick_params(axis="x", labelrotation=90 if wide > step else 0)
-    last = -math.inf
-    for index, place in enumerate(x):
-        texts[index] = texts[index] if words or place - last > 1.2 * wide else ""
-        last = place if texts[index] else last
+def _ticks(axes: Axes, places: Mapping[Any, float], gap: float) -> None:
+    """Write the levels at their places: words upright, no number that would touch the last."""
+    x, texts, last = list(places.values()), [level_text(level) for level in places], -math.inf
+    axes.set_xlim(x[0] - 0.5 * gap, x[-1] + 0.5 * gap)
+    if isinstance(next(iter(places)), str):
+        texts = [text.replace(" ", "\n") for text in texts]
+        axes.tick_params(axis="x", labelrotation=90 if len(x) > 3 else 0)
+    else:
+        for index, place in enumerate(x):
+            texts[index] = texts[index] if place - last >= APART * (x[-1] - x[0] + gap) else ""
+            last = place if texts[index] else last
     axes.set_xticks(x, texts)
 
 
-def _grid(part: SubFigure, names: Sequence[str], across: int, **options: Any) -> list[Axes]:
-    """Return a panel for each model, with its name where there are several."""
-    inches = part.bbox.width / part.figure.dpi / across - 0.3
-    panels = style.grid(part, len(names), min(across, len(names)), **options)
-    for axes, name in zip(panels, names, strict=True):
-        axes.set_title(style.wrapped(name, inches, style.SMALL) if len(names) > 1 else "", fontsize=style.SMALL)
+def _grid(models: Sequence[str], labels: Sequence[str], found: Sequence[str], **options: Any) -> tuple[Figure, Any]:
+    """Return a figure with a row for each model, and its panels: a column for each quantity; findings are above."""
+    high = min(2.3 if len(models) == 1 else 1.4, (style.PAGE - 1.8) / len(models))
+    figure = Figure((style.WIDTH, high * len(models) + 1.1 + 0.2 * len(labels)), layout="constrained")
+    style.headline(figure, *map(style.sentence, found), letter="a")
+    grid = figure.subplots(len(models), len(labels), squeeze=False, sharex="col", **options)
+    for axes, label, letter in zip(grid[0], labels, "abcd", strict=False):
+        axes.set_title(f"{letter}  {label}")
+    for axes, model in zip(grid[:, 0], models if len(models) > 1 else (), strict=False):
+        style.row_name(axes, model)
+    for axes in grid.flat:
         axes.locator_params(axis="y", nbins=4)
-    return panels
-
-
-def _headlines(parts: Sequence[SubFigure], findings: Sequence[str]) -> None:
-    """Write a finding above each part, with a letter; all take as many lines, so that panels stand level."""
-    for part, words, letter in zip(parts, findings, "abcd", strict=False):
-        style.headline(part, style.sentence(words), letter)
-    texts = [part.get_suptitle() for part in parts]
-    most = max(text.count("\n") for text in texts)
-    for part, text in zip(parts, texts, strict=True):
-        part.suptitle(text + "\n" * (most - text.count("\n")), x=0.01, ha="left", fontsize=style.TITLE,
-                      fontweight="bold")  # fmt: skip
+    return figure, grid
 
 
 def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: Thresholds, title: str) -> Figure:
-    """Draw the counts of every trial and the potentials, a panel of each for each model."""
+    """Draw the counts of every trial and the potentials: a row for each model."""
     models, potentials = style.levels(rows, "model"), _potentials(frames)
-    few = len(models) <= BESIDE
-    down = len(models) if few else 2 * math.ceil(len(models) / ACROSS)
-    high = min((2.3 if len(models) == 1 else 1.45) * down, style.PAGE - 1.5)
-    figure = Figure((style.WIDTH, high + (0.9 if few else 1.5)), layout="constrained")
-    parts: Any = figure.subfigures(1, 2, width_ratios=[2.9, 4.2]) if few else figure.subfigures(2, 1)
-    across = 1 if few else ACROSS
-    counts = _grid(parts[0], models, across)
-    ends = [_points(axes, rows.filter(model=model), COUNT, varies) for axes, model in zip(counts, models, strict=True)]
-    axis, label = BEARING if _crosses(rows, frames) else TIME
-    names = [f"{model} (looming)" if potentials.get(model) == "looming" else model for model in models]
-    shown = _grid(parts[1], names, across, sharex=True)
-    table = frames.join(rows.select("trial", "model", "level", "other"), on=["trial", "model"], maintain_order="left")
-    lines = [resampled(table.filter(model=model), axis, potentials.get(model, "hs")) for model in models]
-    peaks = [_traces(axes, of, varies) for axes, of in zip(shown, lines, strict=True)]
-    for axes, model in zip(shown, models, strict=True):
-        low, high, level = axes.dataLim.y0, axes.dataLim.y1, thresholds.get(model)
-        name = f"{'threshold ' if few and axes is shown[0] else ''}{level or 0.0:.3g}"
-        style.threshold(axes, level, signed=low < -0.3 * high, name=name, most=1.5 * max(high, -low))
-    shown[0].set_xlim(*_busy(lines))
-    for part, x, y in zip(parts, (_axis(varies), label), (COUNT[1], "potential (HS right positive)"), strict=True):
-        part.supxlabel(x, fontsize=style.BODY)
-        part.supylabel(y, fontsize=style.BODY)
+    column, label = BEARING if _crosses(rows, frames) else TIME
     traced, fewest = finding(rows, MECHANISM[-1], varies), style.by(rows, "model", "level", "other").len()["len"].min()
     if fewest < LEAST_FOR_INTERVAL:
-        traced = drawn_of("Potential", "bearing" if axis == BEARING[0] else "time", fewest)
-    _headlines(parts, [finding(rows, COUNT, varies), traced])
+        traced = drawn_of("Potential", "bearing" if column == BEARING[0] else "time", fewest)
+    names = [f"{model} (looming)" if potentials.get(model) == "looming" else model for model in models]
+    figure, grid = _grid(names, (COUNT[1], "potential (HS right positive)"), (finding(rows, COUNT, varies), traced),
+                         width_ratios=[2.9, 4.2])  # fmt: skip
+    table = frames.join(rows.select("trial", "model", "level", "other"), on=["trial", "model"], maintain_order="left")
+    lines = [resampled(table.filter(model=model), column, potentials.get(model, "hs")) for model in models]
+    for (counts, traces), model, of in zip(grid, models, lines, strict=True):
+        _points(counts, rows.filter(model=model), COUNT, varies)
+        _traces(traces, of, varies)
+        low, high, level = traces.dataLim.y0, traces.dataLim.y1, thresholds.get(model)
+        name = f"{'threshold ' * (model == models[0])}{level or 0.0:.3g}"
+        style.threshold(traces, level, signed=low < -0.3 * high, name=name, most=1.5 * max(high, -low))
+    grid[0, 1].set_xlim(*_busy(lines))
+    grid[-1, 0].set_xlabel(axis(varies))
+    grid[-1, 1].set_xlabel(label)
     _caption(figure, title, rows, varies, TRACES)
-    last = min(across, len(shown)) - 1
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
-    style.label_ends(counts[0], ends[0])
-    style.label_ends(shown[last], [(shown[last].get_xlim()[1], *peak) for peak in peaks[last]])
+    right = grid[0, 1].get_xlim()[1]
+    style.label_ends(grid[0, 1], [(right, *peak) for peak in _peaks(lines[0], varies)])
     return figure
 
 
@@ -446,21 +311,24 @@ def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
     return lines
 
 
-def _traces(axes: Axes, lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
-    """Draw the mean of the trials of each condition, and their range; return each level's peak, name and colour."""
-    ends: dict[Any, tuple[float, str, Any]] = {}
-    levels = list(dict.fromkeys(level for level, _ in lines))
-    colours = tints(levels) if levels else {}
+def _traces(axes: Axes, lines: Lines, varies: str) -> None:
+    """Draw the mean of the trials of each condition, and their range."""
+    colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
     others = list(dict.fromkeys(other for _, other in lines))
     for (level, other), (grid, values) in lines.items():
-        dash = DASHES[others.index(other) % len(DASHES)]
-        mean, name = np.nanmean(values, axis=0), _text(level, varies)
         band = np.nanmin(values, axis=0), np.nanmax(values, axis=0)
         axes.fill_between(grid, *band, color=colours[level], alpha=0.25, lw=0)
-        axes.plot(grid, mean, color=colours[level], ls=dash, lw=1.2, label=name)
-        ends.setdefault(level, (float(mean[np.abs(mean).argmax()]), name, colours[level]))
+        axes.plot(grid, np.nanmean(values, axis=0), color=colours[level], lw=1.2,
+                  ls=DASHES[others.index(other) % len(DASHES)], label=level_text(level, unit(varies)[1]))  # fmt: skip
     axes.margins(y=0.06)
-    return list(ends.values())
+
+
+def _peaks(lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
+    """Return the peak, name and colour of each level's first line."""
+    first = {level: np.nanmean(values, axis=0) for (level, _), (_, values) in reversed(lines.items())}
+    colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
+    return [(float(mean[np.abs(mean).argmax()]), level_text(level, unit(varies)[1]), colours[level])
+            for level, mean in first.items()]  # fmt: skip
 
 
 def _busy(panels: Iterable[Lines]) -> tuple[float, float]:
@@ -480,19 +348,14 @@ def _busy(panels: Iterable[Lines]) -> tuple[float, float]:
 def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     """Draw why counts go as they do: a row for each model with count, time in view, firing rate and potential."""
     models = style.levels(rows, "model")
-    high = min(2.0 if len(models) == 1 else 1.3, (style.PAGE - 1.6) / len(models))
-    figure = Figure((style.WIDTH, high * len(models) + 1.3), layout="constrained")
     measures = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM)
-    parts: Any = figure.subfigures(1, len(measures))
-    for part, measure in zip(parts, measures, strict=True):
-        shown = _grid(part, models, 1, sharex=True)
-        named = [axes for axes, model in zip(shown, models, strict=True)
-                 if _points(axes, rows.filter(model=model), measure, varies)]  # fmt: skip
-        for axes in named[:1]:  # names beside the lines would take a third of so narrow a panel
-            axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0, markerscale=0.0)
-        part.supxlabel(_axis(varies), fontsize=style.BODY)
-        part.supylabel(measure[1], fontsize=style.BODY)
-    _headlines(parts, [finding(rows, measure, varies) for measure in measures])
+    found = [finding(rows, measure, varies) for measure in measures]
+    figure, grid = _grid(models, [measure[1] for measure in measures], found)
+    for panels, model in zip(grid, models, strict=True):
+        for axes, measure in zip(panels, measures, strict=True):
+            _points(axes, rows.filter(model=model), measure, varies)
+    for axes in grid[-1]:
+        axes.set_xlabel(axis(varies))
     _caption(figure, title, rows, varies)
     return figure
 
@@ -511,7 +374,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
         panels = grid[3 * (place // across) : 3 * (place // across) + 3, place % across]
         _over_time(panels, of, level, "threshold" if place == len(conditions) - 1 else "", labelled=place == 0)
         motion, angle, distance = of.select("motion", "angle_deg", "distance_cm").row(0)
-        where = _text(distance, "distance_cm") if angle is None else _text(angle, "angle_deg")
+        where = level_text(distance, "cm") if angle is None else level_text(angle, "°")
         panels[0].set_title(style.wrapped(f"{motion} {where}", style.WIDTH / across - 0.3), fontsize=style.BODY)
         panels[2].set_xlabel("time (s)")
         curves[place, ""] = of["sim_time_s"].to_numpy(), of.select(*SUMS, *HS).to_numpy().T
@@ -523,7 +386,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     n, w_i = excitations.select("n", "w_i").row(0)
     words = style.sentence(f"{whole}; with w_i = 1 the {balanced}")
     style.headline(
-        figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", _unit(varies)[0], n)
+        figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", unit(varies)[0], n)
     )
     left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
     style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")

@@ -27,6 +27,8 @@ from experiments.bench.stats.tests import summarise
 
 WIDTH, PAGE = 7.16, 11.0
 """Width of a figure (both columns of IEEE's page) and the most that it is high, inches."""
+NAME_INCHES = 1.0
+"""Width of the names of models left of their rows."""
 SMALL, BODY, TITLE = 7.0, 8.0, 9.0
 """Sizes of type, points: labels at lines and ticks; axes; findings."""
 LOOK: dict[Any, Any] = {
@@ -91,11 +93,12 @@ def finding(axes: Axes, text: str, letter: str = "") -> None:
     axes.set_title(wrapped(f"{letter}  {text}" if letter else text, inches, TITLE), fontsize=TITLE, fontweight="bold")
 
 
-def headline(figure: Figure | SubFigure, text: str, letter: str = "") -> None:
-    """Write the finding of a figure, or of a part of one, at its upper left."""
+def headline(figure: Figure | SubFigure, *findings: str, letter: str = "") -> None:
+    """Write the finding of a figure, or of a part of one, at its upper left; several from a letter on, a line each."""
     inches = figure.bbox.width / figure.figure.dpi
-    words = wrapped(f"{letter}  {text}" if letter else text, inches, TITLE)
-    figure.suptitle(words, x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
+    texts = [f"{chr(ord(letter) + place)}  {text}" if letter else text for place, text in enumerate(findings)]
+    lines = "\n".join(wrapped(text, inches, TITLE) for text in texts)
+    figure.suptitle(lines, x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
 
 
 def caption(figure: Figure, text: str) -> None:
@@ -151,7 +154,10 @@ def intervals(axes: Axes, rows: pl.DataFrame, at: Any, names: Sequence[str], *, 
     axes.errorbar(*places, **{f"{along}err": reach, "fmt": "o", **look})
 
 
-def means(axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], colour: str, name: str = "") -> None:
+def means(
+    axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], colour: str, name: str = "", *,
+    line: Any = "-", gap: float = 0.0, dots: Sequence[Any] = (),
+) -> None:  # fmt: skip
     """Draw trials as dots, their means as a line called ``name``, and the 95 % interval of each mean as a whisker.
 
     Parameters
@@ -159,19 +165,27 @@ def means(axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], co
     x
         Places along the axis.
     samples
-        The values of the trials at each place. Fewer than three have no interval, and a single one is its mean.
+        The values of the trials at each place. Fewer than three have no interval.
+    line, gap
+        Style of the line; the distance between two places, over which dots are spread.
+    dots
+        A colour for the trials of each place; otherwise they are open dots in the line's colour.
     """
     summaries = [summarise(values) for values in samples]
-    centres = np.array([summary.mean for summary in summaries])
-    ends = np.array([[summary.ci_low, summary.ci_high] for summary in summaries]).T
-    axes.plot(x, centres, "-o", ms=3.0, color=colour, label=name or None)
-    known = np.isfinite(ends[0])
-    if known.any():
-        reach = np.abs(ends - centres)[:, known]
-        axes.errorbar(np.asarray(x)[known], centres[known], reach, fmt="none", ecolor=colour, elinewidth=1.0, capsize=2)
-    for place, values in zip(x, samples, strict=True):
-        if len(values) > 1:
-            axes.plot([place] * len(values), values, "o", ms=2.2, mfc="none", mec=colour, mew=0.6, alpha=0.8)
+    axes.plot(x, [summary.mean for summary in summaries], "o", ls=line, lw=1.0, ms=3.0, color=colour,
+              label=name or None, zorder=3)  # fmt: skip
+    known = [(place, one.ci_low, one.ci_high) for place, one in zip(x, summaries, strict=True) if one.n >= 3]
+    if known:
+        axes.vlines(*zip(*known, strict=True), color=colour, lw=1.2, zorder=3)
+    for index, (place, values) in enumerate(zip(x, samples, strict=True)):
+        spread = place + gap * np.linspace(-0.22, 0.22, len(values) + 2)[1:-1]
+        look = {"color": dots[index], "mec": "none"} if dots else {"mfc": "none", "mec": colour, "mew": 0.6}
+        axes.plot(spread, values, "o", ms=2.5, alpha=0.75, zorder=2, clip_on=False, **look)
+
+
+def row_name(axes: Axes, name: str) -> None:
+    """Write the name of a model left of its row."""
+    axes.set_ylabel(wrapped(name, NAME_INCHES, SMALL), rotation=0, ha="right", va="center", fontsize=SMALL)
 
 
 def threshold(

