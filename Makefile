@@ -23,8 +23,7 @@ HERO := runs/hero
 hero: $(READY) ## The first picture of README and site, docs/hero.webp, from a run that docs/sources.json notes; it opens in mid-crossing
 	rm -f docs/hero.webp
 	$(BIN)/colias run speed --repeats 1 --quiet --out $(HERO)
-	$(BIN)/colias video $(HERO) --trial 2 --out docs/hero.webp --size 960x540 --fps 10 --speed 0.4 --quiet \
-		--caption "A robot sees another pass: its motion signal (HS) rises and spikes"
+	$(BIN)/colias video $(HERO) --trial 2 --out docs/hero.webp --size 960x540 --fps 10 --speed 0.4 --quiet
 	$(BIN)/python -c "from PIL import Image, ImageSequence; path = 'docs/hero.webp'; \
 		frames = [frame.copy() for frame in ImageSequence.Iterator(Image.open(path))]; half = len(frames) // 2; \
 		frames[half].save(path, save_all=True, append_images=frames[half + 1:] + frames[:half], duration=100, loop=0, quality=80)"

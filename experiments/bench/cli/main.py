@@ -56,7 +56,7 @@ RENAMED = {
     "play": "colias watch STIMULUS",
     "rerun": "colias run --again",
     "runs": "colias list runs",
-    "stimulus": "colias video STIMULUS --out NAME.avi, and colias list parameters STIMULUS",
+    "stimulus": "colias video STIMULUS --out FOLDER, and colias list parameters STIMULUS",
     "study": "colias sweep",
 }
 """Old command -> what does its work."""

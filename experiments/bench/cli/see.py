@@ -5,7 +5,7 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,7 +16,7 @@ from experiments.bench.cli import options
 if TYPE_CHECKING:
     from experiments.bench.run.settings import Parameter
 
-ENDINGS = (".mp4", ".gif", ".webp", ".png")
+ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
 KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
 """Kinds of what there is; ``colias list`` names all of them."""
@@ -79,20 +79,15 @@ def _view_scene(arena: str) -> int:
 
 def video(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run, an .rrd file, or a stimulus.")],
-    out: Annotated[
-        Path, typer.Option(metavar="FILE", help=".mp4, .gif, .webp, .png: a strip; .avi: a stimulus; or a folder.")
-    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help=".mp4, .webp, .png: a strip; or a folder of pictures.")],
     trial: options.Trial = None,
     size: options.Size = None,
-    fps: Annotated[
-        float | None, typer.Option(min=0.1, max=120.0, help="Frames a second; otherwise all; in a GIF 12.5 at most.")
-    ] = None,
+    fps: Annotated[float | None, typer.Option(min=0.1, max=120.0, help="Frames a second; otherwise all.")] = None,
     speed: Annotated[
         float, typer.Option(min=0.01, max=100.0, help="Seconds of the recording in a second of the video.")
     ] = 1.0,
-    frames: Annotated[int | None, typer.Option(min=1, max=12, help="Moments of a strip; otherwise 6.")] = None,
+    frames: Annotated[int, typer.Option(min=1, max=12, help="Moments of a strip.")] = 6,
     model: options.Models = None,
-    caption: Annotated[str | None, typer.Option(help="Text at the top.")] = None,
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
     jitter: options.Jitter = 0.0,
@@ -100,63 +95,63 @@ def video(
 ) -> int:
     """Show a recording in one picture: what is seen, what changed, robots from above, potentials, spikes.
 
-    MP4 is H.264, which browsers and slides play, of 1280x720 px; a GIF has 640x360. WebP is a picture that moves,
-    for pages. A strip has some moments side by side above the traces, for papers. All but strips need the extra
-    colias-sim[video]. Each model has a lane. A folder gets the pictures as the camera saw them. An .avi of a
-    stimulus is lossless, with a .csv of its truth.
+    MP4 is H.264, which browsers and slides play, of 1280x720 px. WebP is a picture that moves, for pages. A strip has
+    some moments side by side above the traces, for papers. Videos need the extra colias-sim[video]. Each model has a
+    lane. A folder gets the pictures as the camera saw them; of a stimulus (--set, --seed, --jitter) also truth.csv.
     """
-    from experiments.bench.run.errors import UsageError
-
-    if out.suffix == ".avi":
-        from experiments.bench.cli.watch import write_stimulus
-
-        if speed != 1.0 or any(value is not None for value in (trial, size, fps, frames, model, caption)):
-            raise UsageError(f"--out {out}: of a stimulus, which takes --set, --seed and --jitter alone")
-        return write_stimulus(str(source), out, assignments or (), seed, jitter)
-    from experiments.bench.report.terminal import error_console, progress, show_places
+    from dsnn.stimuli import STIMULI
+    from experiments.bench.report.terminal import progress, show_places
     from experiments.bench.report.video import film_times, make, read, require_encoder, strip
-    from experiments.bench.run.recordings import recording
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.recordings import pictures, recording, write_pictures
 
-    if assignments or seed or jitter:
-        raise UsageError("--set, --seed and --jitter are of a stimulus: give --out NAME.avi")
     if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
     if out.exists() or not out.parent.is_dir():
         raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
-    shape = options.width_height(size)
-    if frames is not None and out.suffix != ".png":
-        raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
-    if out.suffix not in ("", ".png"):
-        require_encoder(f"--out {out}: {out.suffix}")
-    path = recording(source, trial)
-    if out.suffix:
-        whole = read(path)
-        reel = whole.with_models(model or ())
-        if not model and len(reel.values) < len(whole.values):
-            error_console.print(f"note: {len(reel.values)} of {len(whole.values)} models are shown: --model chooses")
+    if (str(source) in STIMULI and not source.exists()) or source.suffix == ".py":
+        _write_stimulus(str(source), out, assignments or (), seed, jitter)
+        return 0
+    if assignments or seed or jitter:
+        raise UsageError("--set, --seed and --jitter are of a stimulus")
+    path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
-        _write_pictures(path, out)
+        seen = pictures(path)
+        if not seen:
+            raise UsageError(f"--out {out}: {path} has no pictures")
+        for camera, images in seen.items():
+            write_pictures(out / camera, images, ".png")
     elif out.suffix == ".png":
-        strip(reel, out, 6 if frames is None else frames, shape, caption)
+        strip(read(path, model or ()), out, frames, shape)
     else:
-        count = len(film_times(reel, fps, speed, out.suffix)[0])
-        with progress(out.name, count, quiet, "frames") as advance:
-            make(reel, out, shape, caption, fps, speed, advance)
+        require_encoder(f"--out {out}: {out.suffix}")
+        reel = read(path, model or ())
+        with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
+            make(reel, out, shape, fps, speed, advance)
     if not quiet:
         show_places({"strip" if out.suffix == ".png" else "video" if out.suffix else "frames": out})
     return 0
 
 
-def _write_pictures(recorded: Path, out: Path) -> None:
-    """Write what each camera saw as pictures into a folder."""
-    from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.recordings import pictures, write_pictures
+def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter: float) -> None:
+    """Write a stimulus as pictures, and the truth about each of them as a table."""
+    import numpy as np
+    import polars as pl
 
-    seen = pictures(recorded)
-    if not seen:
-        raise UsageError(f"--out {out}: {recorded} has no pictures")
-    for camera, images in seen.items():
-        write_pictures(out / camera, images, ".png")
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.recordings import write_pictures
+    from experiments.bench.run.settings import collect
+    from experiments.bench.sources.clips import find_stimulus, truth_of
+    from experiments.bench.watch import clip_of
+
+    if out.suffix:
+        raise UsageError(f"--out {out}: a stimulus is written into a folder; colias watch {name} records a video's run")
+    entry = find_stimulus(name)
+    changes = collect(texts, {entry.name: entry.params}, f"colias list parameters {name}").get(entry.name, {})
+    clip = clip_of(entry, changes, jitter).build(seed)
+    write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
+    rows = [{"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth)} for index, frame in enumerate(clip)]
+    pl.DataFrame(rows, infer_schema_length=None).write_csv(out / "truth.csv")
 
 
 def list_names(

@@ -10,8 +10,7 @@ from experiments.bench.cli import options
 from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Mapping
 
     from experiments.bench.result import Run
     from experiments.bench.watch import WatchPlan
@@ -112,22 +111,3 @@ def show(plan: WatchPlan, run: Run) -> None:
 def _interval(row: Mapping[str, float], name: str, form: str) -> str:
     """Return a grade with its interval."""
     return "-" if row[name] is None else form.format(*(row[f"{name}{end}"] for end in ("", "_low", "_high")))
-
-
-def write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter: float) -> int:
-    """Write a stimulus as a lossless clip, and the truth about each frame beside it; the exit status."""
-    from experiments.bench.report.terminal import progress, show_places
-    from experiments.bench.run import settings
-    from experiments.bench.sources import clip_file
-    from experiments.bench.sources.clips import find_stimulus
-    from experiments.bench.watch import clip_of
-
-    entry = find_stimulus(name)
-    collected = settings.collect(texts, {entry.name: entry.params}, f"colias list parameters {name}")
-    clip = clip_of(entry, collected.get(entry.name, {}), jitter).open(seed)
-    with interrupts.once(), progress(entry.name, len(clip), quiet=False, things="frames") as advance:
-        table = clip_file.write(clip.stimulus, out, advance)  # after Ctrl-C it removes half-written files
-    rows, columns = clip.shape
-    about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
-    show_places({"clip": f"{out}  ({about})", "truth": table})
-    return 0

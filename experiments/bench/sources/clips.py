@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, stimulus_entry
+from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, Truth, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.run.errors import UsageError, check_declared, plain
 from experiments.bench.run.models import ConfiguredModel
@@ -187,10 +187,8 @@ class ClipSource:
 
     def __iter__(self) -> Iterator[Sample]:
         for index, frame in enumerate(self.stimulus):
-            box = frame.truth.box
-            outline = (None,) * 4 if box is None else (box.left, box.top, box.width, box.height)
-            truth = {"motion": frame.truth.motion, **dict(zip(BOX, outline, strict=True))}
-            yield Sample(index / self.fps, frame.luma, truth)
+            truth = truth_of(frame.truth)
+            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX)})
 
     def columns(self) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
@@ -226,6 +224,17 @@ class ClipSource:
             "hs_leftward": float(left.min()) if left.size else None,
             "hs_against": max(float(against.max()), 0.0) if against.size else None,
         }
+
+
+def truth_of(truth: Truth) -> dict[str, Any]:
+    """Return what is true of a frame, as columns: ``None`` where there is no object, or no contact."""
+    box, (across, down) = truth.box, truth.velocity or (None, None)
+    outline = (None,) * 4 if box is None else (box.left, box.top, box.width, box.height)
+    ways = zip(("background_x_px_s", "background_y_px_s"), truth.background_velocity, strict=True)
+    return {
+        "motion": truth.motion, **dict(zip(BOX, outline, strict=True)), "velocity_x_px_s": across,
+        "velocity_y_px_s": down, **dict(ways), "time_to_contact_s": truth.time_to_contact_s,
+    }  # fmt: skip
 
 
 def _beside_object(frame: StimulusFrame) -> np.ndarray[Any, np.dtype[np.uint8]]:
