@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from dsnn.stimuli import SCENES, amplitude_spectrum, contrasts, scene, spectrum_slope, stimulus
+from dsnn.stimuli import SCENES, contrasts, scene, spectrum_slope, stimulus
 from experiments.bench.report import style
 from tools.pages import markdown
 
@@ -22,20 +22,13 @@ def write(folder: Path) -> None:
     pictures = {"photograph": [photograph]} | {kind: [scene(kind, SHAPE, seed) for seed in SEEDS] for kind in SCENES}
     rows = []
     with style.look():
-        drawn = Figure(figsize=(style.WIDTH, 5.0), layout="constrained")
-        axes = drawn.subplot_mosaic([[kind, "spectra"] for kind in pictures])
-        for (kind, made), colour in zip(pictures.items(), style.HUES, strict=False):
+        drawn = Figure(figsize=(style.WIDTH / 2, 7.5), layout="constrained")
+        for (kind, made), axes in zip(pictures.items(), drawn.subplots(len(pictures)), strict=True):
             columns = [[spectrum_slope(one) for one in made]]
             columns += [[getattr(contrasts(one), name) for one in made] for name in CONTRASTS]
             rows.append((f"`{kind}`", *(f"{statistics.median_low(column):.2f}" for column in columns)))
-            axes[kind].imshow(made[0], cmap="gray", vmin=0, vmax=255)
-            axes[kind].set(title=kind, xticks=[], yticks=[])
-            axes["spectra"].loglog(*amplitude_spectrum(made[0]), color=colour, label=kind)
-        axes["spectra"].set(xlabel="spatial frequency (cycles/px)", ylabel="amplitude (grey levels)")
-        axes["spectra"].tick_params(which="minor", labelbottom=False, labelleft=False)
-        axes["spectra"].xaxis.set_major_formatter("{x:g}")
-        axes["spectra"].yaxis.set_major_formatter("{x:g}")
-        axes["spectra"].legend(frameon=False)
+            axes.imshow(made[0], cmap="gray", vmin=0, vmax=255)
+            axes.set(title=kind, xticks=[], yticks=[])
         drawn.savefig(folder / "scenes.png", dpi=markdown.DPI)
     heads = ("Scene", "Slope", "RMS", "Log RMS", "Michelson", "Local range")
     markdown.write(folder / "table.md", markdown.table(heads, rows))
