@@ -8,6 +8,8 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from colias_sim.envs import ENVS
+from tests.helpers.surface import FUNCTIONS, PUBLIC
 from tests.site import SITE
 
 pytestmark = pytest.mark.site
@@ -62,3 +64,9 @@ def test_links_within_the_site_lead_somewhere(pages):
 def test_nothing_is_loaded_from_a_network(pages):
     loaded = {target for page in pages.values() for target in page.loads if urlsplit(target).scheme not in ("", "data")}
     assert not loaded
+
+
+def test_every_public_name_has_an_anchor(pages):
+    anchors = {anchor for path, page in pages.items() if "generated" in path.parts for anchor in page.anchors}
+    envs = {entry.entry_point.replace(":", ".") for entry in ENVS.values()}
+    assert {*PUBLIC, *FUNCTIONS, *envs} <= anchors

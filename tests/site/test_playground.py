@@ -1,4 +1,4 @@
-"""The playground as built, in Node and in Chromium: its bits, its counts, its word, and all that can be moved."""
+"""The playground as built, in Chromium: its bits, its counts, its word, and all that can be moved."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import base64
 import dataclasses
 import json
 import re
-import shutil
-import subprocess
 from collections.abc import Iterator
 from typing import Any
 
@@ -25,11 +23,9 @@ from tests.helpers.browser import CHROMIUM, Tab, browser
 from tests.site import SITE
 from tools.pages import playground
 
-NODE = shutil.which("node")
 PAGE = SITE / playground.PAGE
 RUNS = ROOT / "docs" / "generated" / "playground" / "runs"
 pytestmark = pytest.mark.site
-needs_node = pytest.mark.skipif(NODE is None, reason="no node: on Debian run 'apt-get install nodejs'")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
 ANSWERS = """async ({ compile, Network }, wasm, tables, cases) => {
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -84,47 +80,6 @@ def cases() -> list[tuple[dict[str, Any], str]]:
     return prepared
 
 
-def node(source: str) -> Any:
-    """What a module prints as JSON."""
-    done = subprocess.run(
-        [str(NODE), "--input-type=module", "-"], input=source, capture_output=True, text=True, timeout=100, check=False
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return json.loads(done.stdout)
-
-
-@needs_node
-def test_golden_vectors_have_their_bits_in_node(cases, data):
-    arguments = ", ".join(
-        json.dumps(value) for value in (embedded("wasm").strip(), data["tables"], [case for case, _ in cases])
-    )
-    network = (playground.SOURCES / "network.js").as_uri()
-    source = (
-        f'import * as network from "{network}";\nconsole.log(JSON.stringify(await ({ANSWERS})(network, {arguments})));'
-    )
-    assert node(source) == [text for _, text in cases]
-
-
-@needs_node
-def test_the_word_is_that_of_the_claims_judge(data):
-    rng = np.random.default_rng(0)
-    near = rng.integers(-3, 4, (300, 4)) + np.array([16, 18, 20, 18])
-    speeds = (2.0, 4.0, 6.0, 10.0)
-    expected = []
-    for counts in near:
-        fixed = dict(motion="translation", distance_cm=8.0, direction="rightward", shell_grey=None, wall_contrast=None,
-                     observer_speed_cm_s=0.0, observer_turn_deg_s=0.0)  # fmt: skip
-        rows = [
-            {**fixed, "speed_cm_s": speed, "spikes": int(count)} for speed, count in zip(speeds, counts, strict=True)
-        ]
-        expected.append(c15(rows, 0.2).verdict)
-    assert {"holds", "fails"} == set(expected)
-    listed = json.dumps([[[s, int(n)] for s, n in zip(speeds, counts, strict=True)] for counts in near])
-    module = (playground.SOURCES / "judging.js").as_uri()
-    words = f"{listed}.map((counts) => judged({json.dumps(data['claim'])}, new Map(counts)).word)"
-    assert node(f'import {{ judged }} from "{module}";\nconsole.log(JSON.stringify({words}));') == expected
-
-
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory) -> Iterator[Tab]:
     with browser(tmp_path_factory.mktemp("profile")) as opened:
@@ -166,6 +121,20 @@ def test_golden_vectors_have_their_bits_in_chromium(tab, cases, data):
     assert tab.ask(f'import("#network").then((n) => ({ANSWERS})(n, {wasm}, {tables}, {given}))') == [
         t for _, t in cases
     ]
+
+
+@needs_chromium
+def test_the_word_is_that_of_the_claims_judge(tab, data):
+    near = np.random.default_rng(0).integers(-3, 4, (300, 4)) + np.array([16, 18, 20, 18])
+    speeds = (2.0, 4.0, 6.0, 10.0)
+    fixed = dict(motion="translation", distance_cm=8.0, direction="rightward", shell_grey=None, wall_contrast=None,
+                 observer_speed_cm_s=0.0, observer_turn_deg_s=0.0)  # fmt: skip
+    counted = [[*zip(speeds, map(int, counts), strict=True)] for counts in near]
+    expected = [c15([{**fixed, "speed_cm_s": s, "spikes": n} for s, n in each], 0.2).verdict for each in counted]
+    assert {"holds", "fails"} == set(expected)
+    words = f"{json.dumps(counted)}.map((counts) => judged({json.dumps(data['claim'])}, new Map(counts)).word)"
+    show(tab)
+    assert tab.ask(f'import("#judging").then(({{ judged }}) => {words})') == expected
 
 
 @needs_chromium
