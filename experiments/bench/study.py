@@ -64,9 +64,6 @@ class Study:
     claim_at
         Makes the claim that is judged at a point, from the claim and the point's levels by axis. The points are then
         read off one run of the off-line experiment, with its own models and the first of ``models``.
-    plays
-        Level -> a model that claims name -> the model of the experiment that takes its place there. The points are
-        read off one run too.
     probe
         A function from what a trial with the robot showed (`experiments.bench.run.play.Showing` of each eye) to further
         columns of each model's row, by label; and the types of these columns. It is pickled, so it is a function of a
@@ -102,7 +99,6 @@ class Study:
     repeats: int | None = WHOLE
     replicates: int = 20
     claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
-    plays: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     probe: tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]] | None = None
     tables: Callable[[Any], Mapping[str, list[dict[str, Any]]]] | None = None
     file: str = field(default="", compare=False, repr=False, kw_only=True)
@@ -114,11 +110,6 @@ class Study:
             axis: {str(level): tuple(texts) for level, texts in levels.items()} for axis, levels in self.axes.items()
         }
         object.__setattr__(self, "axes", axes)
-
-    @property
-    def read_off(self) -> bool:
-        """True if the points are read off one run of an off-line experiment."""
-        return bool(self.claim_at or self.plays)
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +163,7 @@ class Fit:
     def __post_init__(self) -> None:
         make_tuples(self, f"fit {self.study.name}", ("over",))
         study = self.study
-        if study.axes or study.over or study.measures or study.read_off or len(study.models) != 1:
+        if study.axes or study.over or study.measures or study.claim_at or len(study.models) != 1:
             raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
         if study.claims and not self.of_claims:
             raise UsageError(f"--maximise {self.maximise}: a measure is fitted to without claims")

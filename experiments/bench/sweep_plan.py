@@ -248,17 +248,17 @@ def planned(
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
-    if not on_robot and not study.read_off and len(models) > 1:
+    if not on_robot and not study.claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
-    claims = _claims(experiments, study, [] if models_in or study.read_off else models)
+    claims = _claims(experiments, study, [] if models_in or study.claim_at else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
         parts.append(
             robot_part(experiment, study, seed, pictures, (models_in or {}).get(experiment.name, study.models))
             if on_robot
-            else clips_part(experiment, study, seed, pictures, None if study.read_off else needed)
+            else clips_part(experiment, study, seed, pictures, None if study.claim_at else needed)
         )
     axes = _axes(study, parts)
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
@@ -283,8 +283,8 @@ def planned(
                 if on_robot and not models_in:
                     shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
                 else:
-                    shares[point, judged[0], name, replicate] = (numbers, _playing(study, point, judged[0], seen))
-    if study.read_off:  # its points differ in nothing that is run: the columns of its trials are the models' own
+                    shares[point, judged[0], name, replicate] = (numbers, seen)
+    if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
     return Plan(
@@ -312,12 +312,6 @@ def _description(
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
-
-
-def _playing(study: Study, point: Point, judged: str, seen: Mapping[str, ConfiguredModel]) -> Mapping[str, Any]:
-    """Return the models that claims are judged on at a point: where models take others' places, these alone."""
-    plays = {name: seen[label] for _, level in point for name, label in study.plays.get(level, {}).items()}
-    return {judged: seen[judged], **plays} if study.plays else seen
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from experiments.bench.sources.judge import EVERY, SHADES, SIGNED, Row
 from experiments.bench.stats.checks import MARGIN, Check, Needs, decide, exceeds, unreadable
-from experiments.bench.stats.claim import DSNN
+from experiments.bench.stats.claim import DSNN, Claim
 from experiments.bench.stats.claim import shipped as claim
 from experiments.bench.stats.verdict import Outcome
 from experiments.claims.robot import CONNECTIONS, FEWER, PER_CORRELATOR
@@ -425,3 +425,12 @@ def c28(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
         checks.append(Check(text, row["hs_against"], threshold, "at most", scale=threshold))
         checks += [passes(row, f"hs_{way}", SIGNED[way][1], threshold) for way in ways]
     return checks
+
+
+def with_model(claim: Claim, other: str, label: str) -> Claim:
+    """Return a claim in which the model called ``label`` takes the place of the ``other`` that it names."""
+
+    def judge(clips: pl.DataFrame, threshold: float) -> Any:
+        return claim.judge(clips.with_columns(clips["model"].replace({label: other})), threshold)
+
+    return replace(claim, models=claim.models - {other} | {label}, judge=judge)

@@ -9,7 +9,7 @@ import polars as pl
 from experiments import Check, Fit, Study
 from experiments.bench.stats.claim import DSNN, Claim, claims_on, find_claim
 from experiments.bench.stats.verdict import Outcome
-from experiments.claims.clips import ASSUMED, answer, rises
+from experiments.claims.clips import ASSUMED, answer, rises, with_model
 from experiments.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
 from experiments.studies.robot import DEFAULTS, NETWORK, READINGS
 
@@ -96,14 +96,18 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
 
     The experiment of the same name shows its ``variants``, labels as ``dsn2017:k_sig=10``.
     """
-    plays = {label.partition(":")[2].replace(",", ", ") or "as assumed": {other: label} for label in variants}
+    labels = {label.partition(":")[2].replace(",", ", ") or "as assumed": label for label in variants}
+    axis = f"constants of {other}"
+
+    def with_constants(claim: Claim, point: Mapping[str, str]) -> Claim:
+        return with_model(claim, other, labels[point[axis]])
+
     asked = []
     for claim in (find_claim(claim, "clips") for claim in claims):
         conditions = {**claim.conditions, **({"speed": SPEED[claim.id]} if claim.id in SPEED else {})}
         asked.append(replace(claim, settled=True, equal_terms={}, conditions=conditions))
-    axes = {f"constants of {other}": dict.fromkeys(plays, ())}
-    return Study(name, summary, tuple(asked), experiments=(name,), axes=axes, plays=plays, repeats=None, replicates=1,
-                 tables=listed)  # fmt: skip
+    return Study(name, summary, tuple(asked), experiments=(name,), axes={axis: dict.fromkeys(labels, ())},
+                 claim_at=with_constants, repeats=None, replicates=1, tables=listed)  # fmt: skip
 
 
 def outcomes(result: Any, claim: str) -> dict[str, Outcome]:

@@ -92,12 +92,12 @@ def means(rows: pl.DataFrame, number: pl.Expr) -> tuple[float, ...]:
 def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
     """Return what each detector counts in each arena, and the moving edge counted as if it were a detector.
 
-    "Held by the rule" counts frames of announced collision, "by the peak" the highest potential, instead of spikes.
+    "Held by the rule" counts frames of announced collision instead of spikes.
     The best threshold is that at which, counting frames whose potential reaches it, C21 would hold in most replicates.
     """
     found: list[dict[str, Any]] = []
     edges: dict[str, dict[str, Any]] = {}
-    frames, peak, cells = map(pl.col, ("collision_frames", "peak_looming", "edge_cells"))
+    peak, cells = pl.col("peak_looming"), pl.col("edge_cells")
     for point, model in result.plan.judged:
         arena, rows = point[0][1], result.rows(point, model)
         at = [held(rows, pl.col("frames_above").list.get(index)) for index in range(len(THRESHOLDS))]
@@ -105,11 +105,9 @@ def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
             "arena": arena, "detector": model, "constants": PANEL[model][0],
             "threshold": result.replicates[point, model][0].looming[model],
             "held": sum(outcome.verdict == "holds" for outcome in result.outcomes[point, model, CLAIM]),
-            "held by the rule": held(rows, frames), "held by the peak": held(rows, peak),
+            "held by the rule": held(rows, pl.col("collision_frames")),
             "spikes at 0, 15, 30": means(rows, pl.col("looming_spikes")), "peak potential": means(rows, peak),
-            "frames": means(rows, pl.col("frames")), "share announced": means(rows, frames > 0),
-            "frames announced": means(rows, frames), "best threshold": THRESHOLDS[at.index(max(at))],
-            "held there": max(at), "threshold from": PANEL[model][1],
+            "best threshold": THRESHOLDS[at.index(max(at))], "held there": max(at), "threshold from": PANEL[model][1],
         })  # fmt: skip
         edges[arena] = {"arena": arena, "cells at 0, 15, 30": means(rows, cells), "held": held(rows, cells)}
     return {"Detectors": found, "Moving edge, counted as if it were a detector": list(edges.values())}

@@ -40,7 +40,7 @@ def draw(fitted: Any) -> Figure:
             again.set_xlim(-0.02, 1.02)
         else:
             again.plot(anew["in the search"], anew["place"], "|", color=style.HUES[1], ms=9)
-        again.set_xlabel("share of replicates that keep every claim" if fitted.fit.of_claims else goal)
+        again.set_xlabel("share that keeps every claim" if fitted.fit.of_claims else goal)
         style.headline(figure, fitted.sentences[0])
         style.caption(figure, "In brackets: how much of the goal a parameter decides (PED-ANOVA). Last panel: the best"
                               " settings on fresh seeds; whiskers: 95 % interval.")  # fmt: skip

@@ -178,7 +178,7 @@ def _assumed(claim: Verdict, result: Reproduction) -> str:
     """Say what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
     other = compares_with(claim.id)
     texts = [ASSUMED[other]] if other else []
-    for counts in (study for study in result.studies if study.plan.study.plays):
+    for counts in (study for study in result.studies if study.plan.study.name.startswith("constants-")):
         if any(asked.id == claim.id for asked, _ in counts.plan.claims):
             texts.append(f"in replicate 0 {constants_text(outcomes(counts, claim.id))}")
     return "; ".join(texts)
