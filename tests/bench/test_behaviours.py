@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 
 from colias_sim.envs import ENVS, Other, State
-from dsnn import MODELS, Response
+from dsnn import Response
 from experiments.behaviours import (
     AHEAD,
-    AVOIDANCE,
     BEHAVIOURS,
-    ESCAPES,
     FIXATION_GAINS,
-    GROUPS,
     OPTOMOTOR_GAINS,
     ProportionalIntegral,
     Saccades,
@@ -30,10 +27,12 @@ def test_baselines_are_behaviours_of_envs():
         assert [BEHAVIOURS[name].env for name in entry.baselines if name.startswith("oracle")] == [env]
 
 
-def test_optomotor_turns_with_the_motion():
-    left, right = BEHAVIOURS["optomotor"].make(np.random.default_rng())(Response(hs=0.5))
+@pytest.mark.parametrize(("name", "channel"), [("optomotor", "hs"), ("fixation", "azimuth")])
+def test_a_reflex_turns_with_the_motion_and_towards_it(name, channel):
+    policy = BEHAVIOURS[name].make(np.random.default_rng())
+    left, right = policy(Response(**{channel: 0.5}))
     assert left == -right > 0  # rightward: clockwise
-    assert BEHAVIOURS["optomotor"].make(np.random.default_rng())(SILENT) == (0.0, 0.0)
+    assert policy(SILENT) == (0.0, 0.0)
 
 
 def stepped(name, seen, frames):
@@ -70,11 +69,6 @@ def test_an_integral_does_not_wind_up():
         return next(frame for frame in range(999) if policy(Response(hs=-1.0))[0] < 0)
 
     assert frames_to_turn_back(90) == frames_to_turn_back(9000)
-
-
-def test_fixation_turns_towards_motion():
-    left, right = BEHAVIOURS["fixation"].make(np.random.default_rng())(Response(azimuth=-0.5))
-    assert left == -right < 0
 
 
 @pytest.mark.parametrize(("name", "seen", "side"), [
@@ -116,24 +110,6 @@ def test_privileged_ones_use_what_they_are_told():
     left, right = BEHAVIOURS["oracle-heading"].make(np.random.default_rng())(state)
     assert left - right == pytest.approx(1.0 * 0.032 / 0.35)  # undoes 1 rad/s to the left
     assert BEHAVIOURS["oracle-target"].make(np.random.default_rng())(state)[0] < 0  # to the left
-
-
-def test_every_looming_model_drives_an_escape():
-    looming = [name for name, entry in MODELS.items() if entry.channels == ("looming",)]
-    assert [behaviour.model for behaviour in ESCAPES] == looming
-    assert GROUPS["escape"] == tuple(f"escape-{name}" for name in looming)
-    assert all(BEHAVIOURS[name].env == AVOIDANCE for name in GROUPS["escape"])
-
-
-def test_the_reflex_is_one_and_the_model_differs():
-    loom, silent = Response(looming_spikes=1), Response()
-    drives = []
-    for behaviour in (*ESCAPES, BEHAVIOURS["lgmd"]):
-        policy = behaviour.make(np.random.default_rng(5))
-        drives.append([policy(loom if i % 20 == 3 else silent) for i in range(80)])
-    assert all(drive == drives[0] for drive in drives)
-    sides = {math.copysign(1.0, left) for left, right in drives[0] if left == -right}
-    assert sides == {1.0, -1.0}, "to either side"
 
 
 def test_a_model_of_one_s_own_drives_one_too():

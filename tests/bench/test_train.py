@@ -180,21 +180,14 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
 # --- with the extra ---------------------------------------------------------------------------------------------------
 
 
-def test_training_saves_what_the_network_answers_and_is_repeatable():
+def test_training_is_repeatable():
     pytest.importorskip("stable_baselines3")
-    torch = pytest.importorskip("torch")
     about, steps = About(OPTOMOTOR, seed=1, steps=256, envs=1), []
     (first, curve), (second, _) = (train.train(about, lambda: steps.append(1)) for _ in range(2))
     assert len(steps) == 512 and curve["steps"].to_list() == [256]
     assert first.about.steps == 256 and "torch" in first.about.versions
     for ours, theirs in zip(first.layers, second.layers, strict=True):
         assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
-    sensed = np.random.default_rng(0).uniform(-1, 1, (100, SENSED)).astype(np.float32)
-    activations = torch.from_numpy(sensed)
-    for place, layer in enumerate(first.layers, 1):
-        activations = torch.nn.functional.linear(activations, *map(torch.from_numpy, layer))
-        activations = activations if place == len(first.layers) else torch.tanh(activations)
-    assert np.abs(first.answer(sensed) - activations.numpy()).max() < 1e-6
 
 
 def test_the_exported_network_answers_as_the_model_does():

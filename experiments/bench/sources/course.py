@@ -6,9 +6,9 @@ import dataclasses
 import functools
 import math
 import pathlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -233,8 +233,6 @@ SHORTEST_STEADY_CM = 2.0
 EVERY_S = 0.02
 """Time between two moments at which places are checked."""
 
-Places = Mapping[str, Sequence[Pose]]
-
 
 def files(scene: SceneConfig) -> list[str]:
     """List the user's own files that a scene is made of.
@@ -311,8 +309,12 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
     schedules = {"stimulus": course.stimulus, **course.others}
     for name, schedule in schedules.items():
         _check_wheels(name, schedule, settings.robot)
-    if condition.path is None:
-        _check_steady(condition, course)
+    steady = 0.0 if condition.path else course.parts[0][1] - course.parts[0][0]
+    if not condition.path and steady < SHORTEST_STEADY_CM / 100:
+        raise ValueError(
+            f"with acceleration_cm_s2={condition.acceleration_cm_s2:g} its line of "
+            f"{100 * course.stimulus.route.length:.1f} cm is too short to reach that speed"
+        )
     moments = [i * EVERY_S for i in range(math.ceil(schedules["stimulus"].seconds / EVERY_S) + 1)]
     places = {
         name: [schedule.pose(time) for time in moments]
@@ -330,23 +332,26 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
             raise ValueError(
                 f"the {name} reaches {reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g}"
             )
-    for one, other in combinations(places, 2):
-        room = np.hypot(*(at[one] - at[other]).T) - radii[one] - radii[other] - (errors if one == "stimulus" else 0.0)
-        if room.min() <= 0.0:
-            raise ValueError(
-                f"{one} and {other} would touch: {moments[int(room.argmin())]:.2f} s after the start their bodies come "
-                f"within {room.min():.1f} cm, counting 3 sd of the start pose's errors"
-            )
-    _check_view(places, settings)
-    for obstacle in around:
-        for name in places:
-            room = 100 * obstacle.distances(at[name] / 100) - radii[name] - (errors if name == "stimulus" else 0.0)
-            if room.min() <= 0.0:
-                first = int(np.argmax(room <= 0.0))
-                raise ValueError(
-                    f"the {name} meets the obstacle {obstacle.name} {moments[first]:.2f} s after the start, at "
-                    f"({at[name][first][0]:.1f}, {at[name][first][1]:.1f}) cm: move it, or lead the robot elsewhere"
-                )
+    half, forward = settings.camera.hfov_deg / 2, settings.camera.forward_cm / 100
+    seen = zip(places["observer"], places["stimulus"], strict=True)
+    nearest = min(abs(math.degrees(bearing(observer, stimulus, forward))) for observer, stimulus in seen)
+    if nearest > half:
+        raise ValueError(
+            f"the stimulus is never in view: it comes no nearer to the optical axis than {nearest:.0f} degrees, and "
+            f"half the view is {half:g}"
+        )
+    rooms = [
+        (one, f"{one} and {other} would touch", np.hypot(*(at[one] - at[other]).T) - radii[one] - radii[other])
+        for one, other in combinations(places, 2)
+    ]
+    for name, obstacle in product(places, around):
+        room = 100 * obstacle.distances(at[name] / 100) - radii[name]
+        rooms.append((name, f"the {name} meets the obstacle {obstacle.name}", room))
+    for name, text, room in rooms:
+        touching = room - (errors if name == "stimulus" else 0.0) <= 0.0
+        if touching.any():
+            first = moments[int(np.argmax(touching))]
+            raise ValueError(f"{text} {first:.2f} s after the start, counting 3 sd of the start pose's errors")
 
 
 def _check_wheels(name: str, script: Schedule, robot: RobotConfig) -> None:
@@ -370,23 +375,3 @@ def _check_wheels(name: str, script: Schedule, robot: RobotConfig) -> None:
             powers = motors.powers(*wheels) if motors else wheels
             if any(wheel and abs(power) < least for wheel, power in zip(wheels, powers, strict=True)):
                 raise ValueError(f"a wheel of the {name} would stand: its power {powers} is below {least} of 255")
-
-
-def _check_steady(condition: Condition, course: Course) -> None:
-    ((enter, leave),) = course.parts
-    if leave - enter < SHORTEST_STEADY_CM / 100:
-        raise ValueError(
-            f"with acceleration_cm_s2={condition.acceleration_cm_s2:g} its line of "
-            f"{100 * course.stimulus.route.length:.1f} cm is too short to reach that speed"
-        )
-
-
-def _check_view(places: Places, settings: Settings) -> None:
-    half, forward = settings.camera.hfov_deg / 2, settings.camera.forward_cm / 100
-    seen = zip(places["observer"], places["stimulus"], strict=True)
-    nearest = min(abs(math.degrees(bearing(observer, stimulus, forward))) for observer, stimulus in seen)
-    if nearest > half:
-        raise ValueError(
-            f"the stimulus is never in view: it comes no nearer to the optical axis than {nearest:.0f} degrees, and "
-            f"half the view is {half:g}"
-        )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import threading
-from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,14 +94,11 @@ def trials_of(experiment: Experiment, settings: Settings, repeats: int, seed: in
     ]
 
 
-Key = tuple[RobotConfig, CameraConfig, SceneConfig, int, tuple[str, ...]]
-
-
 class _Kept(threading.local):
     """The scenes each thread compiled last, which hold OpenGL contexts of that thread."""
 
     def __init__(self) -> None:
-        self.simulations: OrderedDict[Key, Simulation] = OrderedDict()
+        self.simulations: dict[Any, Simulation] = {}
 
 
 _KEPT = _Kept()
@@ -116,10 +112,10 @@ def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, mov
     kept, key = _KEPT.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
     if key not in kept:
         while len(kept) >= KEPT_SCENES:
-            kept.popitem(last=False)[1].close()
+            kept.pop(next(iter(kept))).close()
         further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
         kept[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
-    kept.move_to_end(key)
+    kept[key] = kept.pop(key)  # the one that was used last
     return kept[key]
 
 

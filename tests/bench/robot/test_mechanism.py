@@ -8,10 +8,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-import experiments
 from colias_sim.config import CameraConfig
 from experiments.bench import registry
-from experiments.bench.reproduce import QUICK, SHOWN, planned
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.trial_rows import responses, windows
@@ -118,37 +116,3 @@ def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
     }  # fmt: skip
     assert {label: dataclasses.replace(usual, **changes) for label, changes in expected_changes.items()} == models
     assert all(len(set(models[label].delays())) == 1 for label in FIXED.values())
-
-
-def test_every_claim_finds_its_models_speeds_and_experiment():
-    speeds = {condition.speed_cm_s for condition in registry.load("ensembles").conditions()}
-    assert {2, 4, 6, 8, 10} < speeds
-    for name in (*registry.paper_experiments(), *SHOWN):
-        declared = registry.load(name)
-        for claim in declared.claims:
-            assert CLAIMS[claim].models <= set(declared.models)
-    assert {claim: registry.answering()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
-        "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
-    }  # fmt: skip
-    (ensembles,) = [run_plan for run_plan in planned(QUICK, 0).robot if run_plan.experiment.name == "ensembles"]
-    assert [model.label for model in ensembles.settings.models] == ["dsnn", *VARIANTS]
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    return experiments.run(
-        "ensembles", repeats=1, settings={"experiment.speeds_cm_s": [20, 30]}, recordings=False, quiet=True, workers=0,
-        out=tmp_path_factory.mktemp("ensembles") / "out",
-    )  # fmt: skip
-
-
-def test_the_tables_of_a_run_of_variants(run):
-    assert run.models == ["dsnn", *VARIANTS]
-    claims = {row["id"]: row for row in run.claims.to_dicts()}
-    assert list(claims) == ["C24", "C25", "C30"], "each once, not once for each model"
-    assert all(row["model"] == "" and row["outcome"] == "not shown" for row in claims.values())
-    assert {row["quantity"] for row in run.summary.to_dicts()} >= {"seconds_in_view", "mean_hs_near_axis", "spikes"}
-    pairs = pl.read_csv(run.folder / "comparisons.csv").to_dicts()
-    assert {row["model"] for row in pairs} == {"dsnn"} and len(pairs) == 2 * len(VARIANTS)
-    by_model = {row["model"]: row["dsnn.n_con"] for row in run.trials.to_dicts()}
-    assert [by_model[CONNECTIONS[n]] for n in (1, 2, 4, 8)] == [1, 2, 4, 8]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from experiments import Condition, Experiment, Leg, Path, Translation, load, run
+from experiments import Experiment, Translation, load, run
 from experiments.bench.cli import main
 from experiments.bench.report.video import read
 from experiments.bench.run.errors import UsageError
@@ -40,10 +40,6 @@ def planned(arena, *settings, experiment="speed"):
     return plan(declared, ("dsnn",), [f"scene.arena={arena}", *settings], 1, 0)
 
 
-def test_pillars_behind_the_path_are_planned(tmp_path):
-    planned(written(tmp_path, pillar(0.2, 0.0)))
-
-
 @pytest.mark.parametrize(
     ("body", "experiment", "words"),
     [
@@ -64,27 +60,6 @@ def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
     planned(written(tmp_path, pillar(0.0995 + 0.0301, 0.0)), *exact)
     with pytest.raises(UsageError, match="stimulus meets"):
         planned(written(tmp_path, pillar(0.0995 + 0.0298, 0.0)), *exact)
-
-
-def test_paths_of_ones_own_are_held_against_obstacles(tmp_path):
-    source = written(tmp_path, pillar(0.3, 0.0))
-
-    def design(y_cm):
-        from dataclasses import dataclass
-
-        @dataclass(frozen=True)
-        class Away:
-            pose_sd_mm: float = 0.0
-            heading_sd_deg: float = 0.0
-
-            def conditions(self):
-                return [Condition.along("away", Path([Leg(20, speed_cm_s=5)], x_cm=12, y_cm=y_cm))]
-
-        return Experiment("away", "it drives away", Away(), varies="motion", arena=source)
-
-    plan(design(6.0), ("dsnn",), (), 1, 0)
-    with pytest.raises(UsageError, match=r"away straight.*: the stimulus meets"):
-        plan(design(0.0), ("dsnn",), (), 1, 0)
 
 
 def test_a_wider_stimulus_begins_farther_out(tmp_path):
