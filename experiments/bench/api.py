@@ -16,7 +16,6 @@ from experiments.bench.offline import plan as clips_plan
 from experiments.bench.report.terminal import tell_troubles
 from experiments.bench.result import Run
 from experiments.bench.run.command import begun_by
-from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import model_texts, shown_models
@@ -191,7 +190,6 @@ def run(
         "pictures": None if pictures is None else folder_pictures(pictures),
     }  # fmt: skip
     place = new_folder(declared.name) if out is None else Path(out)
-    check_own(place, f"out={place}")
     arguments = {
         **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in assignments(settings)),
         "pictures": None if pictures is None else os.fspath(pictures), "recordings": recordings,
@@ -255,5 +253,4 @@ def fit(
     if not isinstance(asked, Fit):
         raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
     place = new_folder(asked.study.name) if out is None else Path(out)
-    check_own(place, f"out={place}")
     return fits.run(asked, operator.index(seed), place, Resources(worker_count(workers), cluster, quiet))

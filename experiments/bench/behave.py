@@ -19,7 +19,7 @@ from colias_sim.arena import Arena
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
-from experiments.bench.report.terminal import count, progress
+from experiments.bench.report.terminal import progress
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
@@ -218,7 +218,6 @@ def run(
         description={**plan.describe(), "recorded": recordings},
         schemas=(EPISODES, STEPS),
         things="episodes",
-        amount=lambda: f"{count(plan.episodes * len(names), 'episode')} ({', '.join(names)})",
     )
     with batch.run(out, pool, resources) as folder:
         trials = folder.table("trials")

@@ -71,11 +71,6 @@ class OfflinePlan:
             **provenance.of((model.source for model in self.models), self.experiment),
         }
 
-    def amount(self) -> str:
-        """Say how many clips and frames there are."""
-        frames = self.repeats * sum(len(clip.open(self.seed)) for clip in self.experiment.clips)
-        return f"{len(self.trials)} clips, {frames:,} frames"
-
     def is_random(self) -> bool:
         """Return whether the clips may differ with the seed: of those that ship, whether a frame of any does."""
         if self.experiment.repeats > 1 or self.experiment.name not in OFFLINE:
@@ -139,7 +134,6 @@ def batch(plan: OfflinePlan, *, recordings: bool = False, frames: bool = True) -
         schemas=(TRIALS, FRAMES),
         parameters=plan.changed(),
         things="clips",
-        amount=plan.amount,
         size=pixels,
     )
 

@@ -18,7 +18,6 @@ import polars as pl
 from experiments.bench import offline, trials
 from experiments.bench.grid import Point, values_of
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
-from experiments.bench.run.description import check_own
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, new_folder
 from experiments.bench.run.play import FRAMES, Trial, show, tabulate
@@ -353,7 +352,6 @@ def sweep(
              "replicates": seeds and len(seeds)}  # fmt: skip
     study = experiment if isinstance(experiment, Study) else typed(experiment, over, **given)
     place = new_folder(study.name) if out is None else Path(out)
-    check_own(place, f"out={place}")
     plan = planned(study, seeds.start if seeds else 0)
     result = run(plan, place, Resources(worker_count(workers), quiet=quiet))
     return result.table if plan.claims else result.numbers

@@ -266,7 +266,6 @@ def batch(plan: Plan, *, recordings: bool = False, frames: bool = False) -> Batc
         description={**describe(plan), "recordings": recordings},
         schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
         parameters=plan.changed(),
-        amount=lambda: f"{len(specs)} trials, about {plan.frames():,} frames",
         size=seconds,
     )
 

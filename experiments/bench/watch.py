@@ -19,7 +19,7 @@ from experiments.bench.report.terminal import error_console, progress
 from experiments.bench.result import Run, load
 from experiments.bench.run import interrupts, provenance, viewer
 from experiments.bench.run.command import begun_by
-from experiments.bench.run.description import THRESHOLDS, begun, check_own, read_description
+from experiments.bench.run.description import THRESHOLDS, begun, read_description
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.files import NAME, new_folder, part
 from experiments.bench.run.folder import RunFolder
@@ -311,7 +311,6 @@ def watch(
     name, labels, texts = os.fspath(source), model_texts(models), assignments(settings)
     planned = plan(name, labels, texts, **given)
     folder = new_folder("watch") if out is None else Path(out)
-    check_own(folder, f"out={folder}")
     arguments = {"source": name, "models": labels, "settings": texts, **given}
     with begun_by({"call": "experiments.watch", "arguments": arguments}):
         return run(planned, folder, recordings=recordings, quiet=quiet)

@@ -111,7 +111,9 @@ def sweep(
         repeats=repeats, replicates=replicates,
     )  # fmt: skip
     plan = planned(study, seed)
-    folder = options.run_folder(out, f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name)
+    folder = options.results_folder(
+        out, f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name
+    )
     result = sweeps.run(plan, folder, means)
     if not quiet:
         show(result, folder)
@@ -184,7 +186,7 @@ def fit(
                       replicates=replicates)  # fmt: skip
         study = dataclasses.replace(study, name=f"fit-{'-'.join(Path(name).stem for name in study.experiments)}")
         asked = Fit(study, tuple(over or ()), **given)
-    folder = options.run_folder(out, asked.study.name)
+    folder = options.results_folder(out, asked.study.name)
     fitted = fits.run(asked, seed, folder, options.resources(workers, cluster, quiet))
     if not quiet:
         report.show(fitted, folder)
@@ -213,7 +215,7 @@ def leaderboard(
     from experiments.bench.run.models import COMPARED, shown_models
 
     planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
-    folder = options.run_folder(out, "leaderboard")
+    folder = options.results_folder(out, "leaderboard")
     boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet))
     if not quiet:
         for name, table in boards.items():
@@ -251,7 +253,7 @@ def tune(
 
     models = shown_models(COMPARED, model, only)
     plan = curves.plan(models, curve or (), assignments or (), seed)
-    folder, means = options.run_folder(out, "tune"), options.resources(workers, cluster, quiet)
+    folder, means = options.results_folder(out, "tune"), options.resources(workers, cluster, quiet)
     with means.pool(rendering=False) as pool:
         points, preferences, failures = curves.run(plan, folder, pool, means)
     curves.draw(plan, folder, points, preferences)

@@ -97,12 +97,3 @@ def results_folder(out: Path | None, name: str) -> Path:
     from experiments.bench.run.files import new_folder
 
     return new_folder(name) if out is None else out
-
-
-def run_folder(out: Path | None, name: str) -> Path:
-    """Return the folder of a run, as `results_folder` does; `UsageError` where it holds other files and no run."""
-    from experiments.bench.run.description import check_own
-
-    folder = results_folder(out, name)
-    check_own(folder, f"--out {folder}")
-    return folder

@@ -57,7 +57,7 @@ def check(
         *_, last = trouble.split("\n")  # of a traceback what was raised
         verdict = f"broken: {last}" if trouble else f"kept: {str(law.__doc__).splitlines()[0]}"
         show_line(f"{law.__name__:<13}{verdict}", 13)
-    for traceback in {trouble for trouble in troubles.values() if "\n" in trouble}:
+    for traceback in {text.splitlines()[-1]: text for text in troubles.values() if "\n" in text}.values():
         out_console.print(traceback, soft_wrap=True)
     if hasattr(subject, "network") and (taken := time_models([subject], SHAPE).get(label)):
         out_console.print(f"{'cost':<13}{min(taken):.0f} us a frame at 99x72, in its fastest round")

@@ -152,7 +152,7 @@ def import_log(
     from experiments.bench.robot_side import logs
 
     declared = registry.load(experiment)
-    folder = options.run_folder(out, f"{declared.name}-measured")
+    folder = options.results_folder(out, f"{declared.name}-measured")
     plan, trials = logs.plan(declared, log, frames, ran or (), model or (), assignments or ())
     report = logs.run(plan, trials, log, folder, quiet=quiet)
     if not quiet:

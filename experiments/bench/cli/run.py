@@ -57,7 +57,7 @@ def run(
     declared = registry.find(experiment)
     means = options.resources(workers, cluster, quiet)
     done = perform(
-        declared, options.run_folder(out, declared.name), means, recordings=recordings,
+        declared, options.results_folder(out, declared.name), means, recordings=recordings,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
         pictures=options.own_pictures(pictures),
     )  # fmt: skip
@@ -152,7 +152,7 @@ def behave(
     from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
 
     plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
-    folder = options.run_folder(out, f"behave-{Path(names[0]).stem}")
+    folder = options.results_folder(out, f"behave-{Path(names[0]).stem}")
     means = options.resources(workers, cluster, quiet)
     with means.pool() as pool:
         report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)

@@ -57,7 +57,7 @@ def watch(
         source, model or (), assignments or (), only=only, size=options.width_height(size), fps=fps,
         seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
     )  # fmt: skip
-    folder = options.run_folder(out, "watch")
+    folder = options.results_folder(out, "watch")
     wanted = has_screen() if view is None else view
     report = watching.run(plan, folder, recordings=recordings, view=wanted, quiet=quiet)
     if not quiet:

@@ -29,8 +29,6 @@ DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
 OF_REPLICATES = ("replicates", "trials", "backgrounds")
 """Entries of a study that grow when it resumes with more replicates: its trials are in the order of these."""
-OF_KILLED = {".lock", "recordings", f"{NAME}.part"}
-"""Files of a run that was killed before it wrote its description."""
 MOST_NAMED, LONGEST = 3, 60
 """Parameters, and characters of a value, that a refusal to resume names."""
 
@@ -43,16 +41,6 @@ def now() -> str:
 def begun(folder: Path) -> bool:
     """Return whether ``folder`` holds a run."""
     return (folder / NAME).is_file()
-
-
-def check_own(folder: Path, asked: str) -> None:
-    """Raise `UsageError` where a folder holds other files and no run; ``asked`` is how it was given: ``--out x``."""
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"{asked}: is a file, not a folder")
-    if not folder.exists() or begun(folder) or any(map(begun, folder.iterdir())):
-        return
-    if any(path.name not in OF_KILLED for path in folder.iterdir()):
-        raise UsageError(f"{asked}: holds other files; choose a new folder, or an empty one")
 
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:

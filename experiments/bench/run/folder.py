@@ -136,6 +136,8 @@ class RunFolder(Files):
                 self._renderers = there.get(RENDERERS, {})
                 self._changed = provenance.difference(there, description) if "source" in description else ""
                 self.write_json(DESCRIPTION, there)
+            elif has_tables(self.folder):
+                raise UsageError(f"{self.folder}: holds tables and no run.json; choose another folder")
             else:
                 write_new(self.folder, description)
         except BaseException:

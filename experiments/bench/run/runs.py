@@ -102,8 +102,6 @@ class Batch(Generic[AnyTrial]):
         The parameters that have columns, by key and model.
     things
         What a job is called in the plural.
-    amount
-        Returns the size of the plan as text; otherwise it is the number of jobs.
     size
         How much work a job is planned to be, in any unit; the time left is estimated by it. Otherwise all count alike.
     """
@@ -115,69 +113,45 @@ class Batch(Generic[AnyTrial]):
     schemas: tuple[pl.Schema, pl.Schema]
     parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
-    amount: Callable[[], str] | None = None
     size: Callable[[AnyTrial], float] = lambda _: 1.0
-
-    def open(self, out: Path) -> RunFolder:
-        """Make the run's folder, or go on with the run that it holds; the caller closes it.
-
-        Parameters
-        ----------
-        out
-            The folder.
-        Raises
-        ------
-        UsageError
-            There is another run.
-        """
-        folder = RunFolder(out, *self.schemas, self.parameters)
-        folder.enter(self.description, [spec.index for spec in self.specs])
-        return folder
-
-    def fill(self, folder: RunFolder, pool: Workers, resources: Resources) -> list[Failure]:
-        """Do the jobs that ``folder`` lacks, with progress; an interrupted run prints how far it got.
-
-        Returns
-        -------
-        list of Failure
-            Everything that ever failed in this run: whole jobs, and single models in jobs that were done.
-        """
-        done = folder.done()
-        complete = all(spec.index in done for spec in self.specs)
-        if not resources.quiet:
-            amount = self.amount() if self.amount else f"{len(self.specs)} {self.things}"
-            known = f"{len(done)} of them done already"
-            how = f"complete: all {known}" if complete else f"{resources.where()}{f'; {known}' if done else ''}"
-            self._say(f"{self.name}: {amount}, {how}, {'in' if complete else 'into'} {folder.folder}")
-            if note := forms.note():
-                self._say(f"note: {note}")
-        for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
-            self._say(f"note: {note}")
-        left = [spec for spec in self.specs if spec.index not in done]
-        whole = sum(map(self.size, left))
-        with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
-            try:
-                self._play(left, folder, pool, advance)
-            except BaseException:
-                have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
-                self._say(f"stopped after {have}; they are in {folder.folder}")
-                raise
-        if left:
-            folder.end()
-        tell(folder)
-        return folder.failures()
 
     @contextmanager
     def run(self, out: Path, pool: Workers, resources: Resources) -> Iterator[RunFolder]:
-        """Do the jobs that a folder lacks, as `open` and `fill` do, and close it at the end of the block.
+        """Do the jobs that a folder lacks, with progress, and close it at the end of the block.
 
         Yields
         ------
         RunFolder
-            The folder, filled; its ``failures()`` are those of `fill`.
+            The folder, filled. Its ``failures()`` are those of whole jobs, and of single models in the others.
+
+        Raises
+        ------
+        UsageError
+            The folder holds another run.
         """
-        with closing(self.open(out)) as folder:
-            self.fill(folder, pool, resources)
+        with closing(RunFolder(out, *self.schemas, self.parameters)) as folder:
+            folder.enter(self.description, [spec.index for spec in self.specs])
+            done = folder.done()
+            left = [spec for spec in self.specs if spec.index not in done]
+            if not resources.quiet:
+                known = f"{len(done)} of them done already"
+                how = f"{resources.where()}{f'; {known}' if done else ''}" if left else f"complete: all {known}"
+                self._say(f"{self.name}: {len(self.specs)} {self.things}, {how}, {'into' if left else 'in'} {out}")
+                if note := forms.note():
+                    self._say(f"note: {note}")
+            for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not
+                self._say(f"note: {note}")
+            whole = sum(map(self.size, left))
+            with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
+                try:
+                    self._play(left, folder, pool, advance)
+                except BaseException:
+                    have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
+                    self._say(f"stopped after {have}; they are in {out}")
+                    raise
+            if left:
+                folder.end()
+            tell(folder)
             yield folder
 
     def _play(
