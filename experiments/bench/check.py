@@ -354,14 +354,4 @@ def camera(source: str) -> None:
             raise LawBroken(f"{problem} (mean {empty.mean():.0f}): give it light, and clear the middle")
 
 
-def pixels(source: str) -> None:
-    """The same file gives the same pixels."""
-    pictures = []
-    for _ in range(2):
-        with Simulation(scene=_scene(source)) as simulation:
-            pictures.append(_empty(simulation))
-    if not np.array_equal(pictures[0], pictures[1]):
-        raise LawBroken("the camera's picture is another when the arena is compiled again")
-
-
-ARENAS = (room, robots, camera, pixels)
+ARENAS = (room, robots, camera)

@@ -47,15 +47,3 @@ def members(session: int) -> list[int]:
         if int(number) == session and state != "Z":
             pids.append(int(stat.parent.name))
     return pids
-
-
-WITHOUT_GL = """
-import ctypes
-real = ctypes.CDLL
-def missing(name, *rest, **more):
-    if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
-        raise OSError(name)
-    return real(name, *rest, **more)
-ctypes.CDLL = ctypes.cdll._dlltype = missing
-"""
-"""What makes a process find no OpenGL library."""

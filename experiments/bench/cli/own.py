@@ -44,7 +44,7 @@ def check(
     thresholds; then what a frame costs.
     Of a stimulus, of a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
     Of an arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves room for the
-    robots, that the camera sees them, and the same pixels each time.
+    robots, and that the camera sees them.
     Exit status: 1 if a law is broken.
     """
     from experiments.bench.check import SHAPE, try_laws

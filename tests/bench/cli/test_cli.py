@@ -15,12 +15,11 @@ import rerun as rr
 from PIL import Image
 
 import experiments
-from experiments import UsageError
-from experiments.bench.cli import entry, main
+from experiments.bench.cli import entry
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.conftest import Colias
 from tests.helpers.inside import inside
-from tests.helpers.processes import CLI, WITHOUT_GL
+from tests.helpers.processes import CLI
 
 RENDERED = True
 
@@ -180,6 +179,7 @@ def test_a_call_from_python_is_repeated_in_its_folder(mine, monkeypatch):
 WRONG = {
     "range": (("run", "speed", "--set", "dsnn.n_con=0"), "between 1 and 64"),
     "repeats": (("run", "speed", "--repeats", "0"), "between 1 and 25000"),
+    "seed": (("run", "speed", "--seed", str(10**30)), "--seed must be between 0 and "),
     "number": (("run", "speed", "--repeats", "two"), "--repeats"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
     "touch": (("run", "distance", "--set", "experiment.distances_cm=3", "--set", "camera.forward_cm=0.5"), "touch"),
@@ -201,18 +201,6 @@ def test_wrong_uses_end_in_one_line(tmp_path, case):
     done = inside(tmp_path, arguments)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
     assert says in done.stderr and not (tmp_path / "runs").exists()
-
-
-SEEDED = ("run speed", "run clean", "sweep speed --over dsnn.n_con=4,5", "leaderboard", "tune", "reproduce",
-          "behave fixation", "train")  # fmt: skip
-
-
-@pytest.mark.parametrize("command", SEEDED)
-def test_a_seed_that_no_table_holds_is_refused_at_once(command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UsageError, match="--seed must be between 0 and "):
-        main.command([*command.split(), "--seed", str(10**30)])
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_name_that_was_meant_is_a_tip():
@@ -238,25 +226,13 @@ def test_a_run_is_never_overwritten(finished, colias):
     assert colias("run", "speed", *QUICK, "--out", "copy").returncode == 2 and files() == before
 
 
-RUN_WITHOUT_GL = f"""{WITHOUT_GL}
-import sys
-sys.argv = ["colias", *sys.argv[1:]]
-from experiments.bench.cli.entry import run as main
-main()
-"""
-
-
-@pytest.mark.parametrize(("command", "variables", "says"), [
-    ([sys.executable, "-c", RUN_WITHOUT_GL], {}, ["apt-get install libegl1 libgl1"]),
-    (CLI, {"MUJOCO_EGL_DEVICE_ID": "77"}, ["MUJOCO_EGL_DEVICE_ID=77"]),
-])  # fmt: skip
-def test_what_draws_is_looked_for_before_the_first_trial(tmp_path, command, variables, says):
+def test_what_draws_is_looked_for_before_the_first_trial(tmp_path):
     taken = ("DISPLAY", "MUJOCO_GL", "PYOPENGL_PLATFORM")
     environment = {name: value for name, value in os.environ.items() if name not in taken}
-    environment |= variables | {"PYTHONPATH": str(REPOSITORY)}
-    asked = [*command, "run", "speed", "--repeats", "1", "--workers", "1", "--out", "out"]
+    environment |= {"MUJOCO_EGL_DEVICE_ID": "77", "PYTHONPATH": str(REPOSITORY)}
+    asked = [*CLI, "run", "speed", "--repeats", "1", "--workers", "1", "--out", "out"]
     done = subprocess.run(asked, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 2 and all(text in done.stderr for text in says) and "Traceback" not in done.stderr
+    assert done.returncode == 2 and "MUJOCO_EGL_DEVICE_ID=77" in done.stderr and "Traceback" not in done.stderr
     assert not list(tmp_path.iterdir()), "no run is begun"
 
 
