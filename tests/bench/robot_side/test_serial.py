@@ -55,16 +55,14 @@ def line(kind: str, *fields: int | str | None) -> bytes:
     return whole
 
 
-def sent(counter: str = "dwt", name: str = "stm32f427", clock: int | None = 180_000_000) -> list[bytes]:
+EXPECTED = [(t, f, 10 * f, -20 * t, f, -t, WORST - FRAMES + 1 + f) for t in range(TRIALS) for f in range(FRAMES)]
+"""Rows of what is sent."""
+
+
+def sent(name: str = "stm32f427") -> list[bytes]:
     """What a board sends: made up."""
-    first = WORST - FRAMES + 1
-    lines = [line("board", 1, name, 33, 24, TRIALS, FRAMES, 33_333, clock, 5, counter)]
-    lines += [
-        line(
-            "frame", trial, frame, 10 * frame, -20 * trial, frame, -trial, first + frame if counter == "dwt" else None
-        )
-        for trial in range(TRIALS) for frame in range(FRAMES)
-    ]  # fmt: skip
+    lines = [line("board", 1, name, 33, 24, TRIALS, FRAMES, 33_333, 180_000_000, 5, "dwt")]
+    lines += [line("frame", *row) for row in EXPECTED]
     return [*lines, line("stack", 604), line("end", TRIALS * FRAMES)]
 
 
@@ -107,10 +105,6 @@ def test_records_in_c_are_those_in_python_under_the_sanitizers(tmp_path):
             expected, refused = b"", refused + 1
         assert bytes(memory.text)[:length] == expected and memory.guard == GUARD
     assert 0 < refused < count
-
-
-EXPECTED = [(t, f, 10 * f, -20 * t, f, -t, WORST - FRAMES + 1 + f) for t in range(TRIALS) for f in range(FRAMES)]
-"""Rows of what is sent."""
 
 
 def test_what_was_sent_is_decoded():
