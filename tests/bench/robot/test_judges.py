@@ -71,11 +71,6 @@ def test_every_claim_has_a_least_number_of_trials(claim):
         )
 
 
-def test_one_trial_refutes_a_claim_about_every_trial():
-    assert outcome("C13", depth("approach", {0: [1]}), T).verdict == "fails"
-    assert outcome("C14", crossing("leftward", 1, trough_hs=-0.1), T).verdict == "fails"
-
-
 # What each tests.
 
 
@@ -105,8 +100,7 @@ def test_the_angular_claims_are_of_every_speed():
 
 
 def test_c15_is_of_the_papers_four_speeds_alone():
-    for speed in (8, 15):
-        assert outcome("C15", enough("C15", 4) + rows({speed: [70] * 4}, "speed_cm_s"), T).verdict == "holds"
+    assert outcome("C15", enough("C15", 4) + rows({8: [70] * 4, 15: [70] * 4}, "speed_cm_s"), T).verdict == "holds"
 
 
 @pytest.mark.parametrize(

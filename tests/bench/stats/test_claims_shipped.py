@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from experiments import NAMES, OFFLINE, Claim
+from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.run.errors import UsageError
-from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.sources.judge import judge
 from experiments.bench.stats.claim import BEHAVIOURS, PAPER, claim_ids, claims_on, find_claim, words
 
 KINDS = ("clips", "robot", "footage", "behaviours")
@@ -39,19 +37,6 @@ def test_a_claim_is_found_by_its_kind_alone():
     assert find_claim("C24", "clips").judge is not find_claim("C24", "robot").judge
     with pytest.raises(KeyError):
         find_claim("C1", "robot")
-
-
-def test_a_judge_may_be_as_plain_as_a_list_of_checks_and_need_not_count_its_trials():
-    from experiments import Check
-
-    mine = Claim(
-        id="mine", says="it spikes", judge=lambda rows, t: [Check("spikes", min(r["spikes"] for r in rows), 0)]
-    )
-    trial = {"motion": "translation", "direction": "rightward", "speed_cm_s": 8.0, "distance_cm": 6.0, "angle_deg": 0.0}
-    trial |= {"spikes": 3, "achieved_speed_cm_s": 8.0, "path_error_mm": 0.0}
-    rows = [trial | {name: None for name in CONDITION_COLUMNS if name not in trial} for _ in range(4)]
-    assert (judge(mine, rows, 0.2).verdict, judge(mine, rows, 0.2).n) == ("holds", 4)
-    assert judge(mine, rows[:3], 0.2).verdict == "not shown", "too few trials of a condition"
 
 
 @pytest.mark.parametrize(("name", "claim"), [("speed", "C1"), ("clean", "C15"), ("clean", "B1"), ("speed", "C77")])

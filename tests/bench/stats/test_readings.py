@@ -100,33 +100,17 @@ def test_the_clips_in_px_a_frame_are_those_of_the_claims_in_that_unit():
         assert all(CLAIMS[claim].models <= set(registry.find("clutter-frames").models) for claim in experiment.claims)
 
 
-def test_both_readings_of_the_delays_are_judged_in_every_replicate(evidence):
-    (falling,) = READINGS[DELAYS]
-    text = read(*evidence)["C15", falling]
-    assert "1 of 2 replicates" in text and "60.0 spikes at 6 cm/s, -30.0 against 90.0 at 10" in text
-
-
-def test_a_lost_trial_of_the_variant_leaves_its_replicate_unjudged(evidence):
-    (one, other), shows = evidence
-    (falling,) = READINGS[DELAYS]
-    lost = dataclasses.replace(one, lost={("ensembles", FALLING): 1})
-    assert "1 of 1 replicate; not judged in 1" in read([lost, other], shows)["C15", falling]
-
-
-def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
-    found, (other,) = read(*evidence), READINGS[UNITS]
-    assert "1 of 2 replicates" in found["C8", other] and "0.300" in found["C8", other]
-    assert "not judged" in found["C7", other], "no clip of the model of 2017"
-    assert ("C6", other) not in found, "no clip of clutter-translation"
-
-
-def test_moves_are_read_off_the_studies_of_sensitivity_where_they_were_run(evidence):
-    sudden, soft = READINGS["start acceleration"]
-    outcome = Outcome("fails", "m", n=20, decided="9 of 10 fire")
-    outcomes_of = {((("moved", sudden),), "dsnn", "C13"): (outcome,)}
-    found = read(*evidence, SimpleNamespace(outcomes=outcomes_of))
+def test_each_reading_is_judged_on_its_own_evidence_in_every_replicate(evidence):
+    every, shows = evidence
+    (falling,), (by_frame,), (sudden, soft) = (READINGS[name] for name in (DELAYS, UNITS, "start acceleration"))
+    moved = {((("moved", sudden),), "dsnn", "C13"): (Outcome("fails", "m", n=20, decided="9 of 10 fire"),)}
+    found = read(every, shows, SimpleNamespace(outcomes=moved))
+    assert "1 of 2 replicates" in found["C15", falling] and "1 of 2 replicates" in found["C8", by_frame]
     assert "9 of 10 fire" in found["C13", sudden]
-    assert ("C13", soft) not in found and ("C19", sudden) not in found
+    assert "not judged" in found["C7", by_frame], "no clip of the model of 2017"
+    assert not found.keys() & {("C6", by_frame), ("C13", soft), ("C19", sudden)}, "what was not run says nothing"
+    lost = dataclasses.replace(every[0], lost={("ensembles", FALLING): 1})
+    assert "not judged in 1" in read([lost, every[1]], shows)["C15", falling]
 
 
 # Constants of other models.

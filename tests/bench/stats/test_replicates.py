@@ -8,10 +8,9 @@ from experiments.bench import registry, reproduce
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.sources.judge import judge as outcome
-from experiments.bench.stats.claim import PAPER, POTENTIALS, claim_ids, claims_on, find_claim
+from experiments.bench.stats.claim import POTENTIALS, claims_on, find_claim
 from experiments.bench.stats.count import Count
 from experiments.bench.stats.tests import proportion_interval
-from experiments.claims.readings import used_to_choose
 from tests.bench.robot.test_judges import enough as trials_of
 from tests.helpers import clip_rows
 from tests.helpers.clip_rows import enough
@@ -219,15 +218,3 @@ def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_ot
 
 
 # Used to choose.
-
-
-def test_every_claim_says_which_readings_it_was_used_to_choose():
-    names = {claim: [*used_to_choose(claim)] for claim in claim_ids(PAPER)}
-    of_all = ["half wave rectified F", "exact lowpass would be silent", "la zero where signs differ"]
-    assert names["C1"] == of_all
-    assert all(readings[:3] == of_all for readings in names.values())
-    alone = {claim: set(readings[3:]) for claim, readings in names.items()}
-    assert alone["C15"] == {"tau s rises with spacing", "k sp of one on the robot"}
-    assert alone["C6"] == alone["C8"] == alone["C11"] == {"speeds in px per second"}
-    assert alone["C13"] == {"start acceleration"}
-    assert alone["C19"] == {"start acceleration", "k sp of one on the robot"}

@@ -139,13 +139,6 @@ def test_an_interval_of_few_values_covers_the_mean_as_often_as_it_says(n):
     assert 0.9 < np.mean([s.ci_low <= 3.0 <= s.ci_high for s in summaries]) < 0.99
 
 
-def test_the_interval_of_three_values_is_student_s():
-    """t of 2 degrees of freedom is 4.303 at 97.5 %."""
-    summary = summarise([1, 2, 3])
-    half = 4.303 / 3**0.5
-    assert (summary.ci_low, summary.ci_high) == pytest.approx((2 - half, 2 + half), abs=1e-3)
-
-
 @pytest.mark.parametrize("n", [3, 6, 12])
 def test_equal_values_give_a_point(n):
     """To the bit: the mean of three times 0.1 is none of them, so that their deviation is not 0."""
@@ -200,26 +193,6 @@ def test_values_that_are_clusters_of_their_own_count_in_full():
 # Effects, and summaries of known numbers.
 
 
-def test_summary_of_known_numbers():
-    summary = summarise([2, 4, 4, 4, 5, 5, 7, 9])
-    assert (summary.n, summary.mean, summary.median) == (8, 5.0, 4.5)
-    assert summary.sd == pytest.approx(np.sqrt(32 / 7))
-    assert summary.ci_low < 5 < summary.ci_high
-
-
-def test_one_value_tells_nothing_of_spread():
-    summary = summarise([5.0])
-    assert (summary.n, summary.mean, summary.median) == (1, 5.0, 5.0)
-    assert np.isnan([summary.sd, summary.ci_low, summary.ci_high]).all()
-
-
-@pytest.mark.parametrize("values", [[0, 117], [5.0, 5.0]])
-def test_two_values_have_no_interval(values):
-    """Student's interval of 0 and 117 spikes would go from -685 to 802."""
-    summary = summarise(values)
-    assert np.isnan([summary.ci_low, summary.ci_high]).all() and not np.isnan(summary.sd)
-
-
 @pytest.mark.parametrize("values", [[0, 0, 9], [0, 1, 9, 0], [0, 0, 0, 0, 0, 1]])
 def test_an_interval_of_counts_does_not_go_below_none(values):
     bounded, free = summarise(values, lowest=0.0), summarise(values)
@@ -229,38 +202,35 @@ def test_an_interval_of_counts_does_not_go_below_none(values):
     assert mirrored.ci_high <= 0.0
 
 
-def test_trend_without_variation_claims_nothing():
-    assert trend([(1, [4, 4]), (2, [4, 4])]).p == 1.0
-    assert trend([(1, [4, 5])]).effect == 0.0
+@pytest.mark.parametrize(
+    ("values", "mean", "median", "sd"),
+    [([2, 4, 4, 4, 5, 5, 7, 9], 5.0, 4.5, (32 / 7) ** 0.5), ([1, 2, 3], 2.0, 2.0, 1.0), ([0, 117], 58.5, 58.5, 82.73),
+     ([5.0], 5.0, 5.0, math.nan)],
+)  # fmt: skip
+def test_a_summary_of_known_numbers(values, mean, median, sd):
+    """Two values have no interval: Student's of 0 and 117 spikes would go from -685 to 802."""
+    summary = summarise(values)
+    assert (summary.n, summary.mean, summary.median) == (len(values), mean, median)
+    assert summary.sd == pytest.approx(sd, abs=0.01, nan_ok=True)
+    assert np.isnan(summary.ci_low) == (len(values) < 3)
+    if len(values) == 3:  # t of 2 degrees of freedom is 4.303 at 97.5 %
+        assert summary.ci_high - mean == pytest.approx(4.303 / 3**0.5, abs=1e-3)
 
 
-def test_contrast_is_cliff_s_delta():
-    assert contrast([4, 5, 6], [1, 2, 3]).effect == pytest.approx(1.0)
-    assert contrast([1, 2, 3], [4, 5, 6]).effect == pytest.approx(-1.0)
-    assert contrast([1, 4], [2, 3]).effect == pytest.approx(0.0)
-
-
-def test_paired_test_counts_signs_and_sizes():
-    assert paired([5, 6, 7, 9], [1, 2, 3, 4]).effect == pytest.approx(1.0)
-    assert paired([1, 2], [1, 2]) == paired([4], [4])
-    assert paired([1, 2], [1, 2]).p == 1.0
-    # ranks of |difference| 1, 2, 3, 4: (1 + 2 + 4 - 3) / 10
-    assert paired([1, 2, 0, 4], [0, 0, 3, 0]).effect == pytest.approx(0.4)
+@pytest.mark.parametrize(
+    ("test", "effect"),
+    [(contrast([4, 5, 6], [1, 2, 3]), 1.0), (contrast([1, 2, 3], [4, 5, 6]), -1.0), (contrast([1, 4], [2, 3]), 0.0),
+     (paired([5, 6, 7, 9], [1, 2, 3, 4]), 1.0), (paired([1, 2, 0, 4], [0, 0, 3, 0]), (1 + 2 + 4 - 3) / 10),
+     (paired([1, 2], [1, 2]), 0.0), (trend([(1, [4, 4]), (2, [4, 4])]), 0.0), (trend([(1, [4, 5])]), 0.0)],
+)  # fmt: skip
+def test_effects_of_known_numbers(test, effect):
+    assert test.effect == pytest.approx(effect) and (test.p == pytest.approx(1.0) or effect)
 
 
 def test_holm_by_hand():
     """Smallest times 4, next times 3, ...; never falling; at most 1."""
     assert holm([0.01, 0.04, 0.03, 0.5]) == pytest.approx([0.04, 0.09, 0.09, 0.5])
     assert holm([0.6, 0.7]) == pytest.approx([1.0, 1.0])
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.64753, "0.648"), (0.0, "0"), (-1e-6, "0"), (0.00016, "0.0002"), (0.9996, "1"), (27.35, "27.4"), (441.5, "442"),
-     (math.nan, "-"), (math.inf, "inf")],
-)  # fmt: skip
-def test_a_number_has_three_digits_and_four_places(value, text):
-    assert written(value) == text
 
 
 def test_a_number_is_rounded_once():
