@@ -308,6 +308,19 @@ def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[fl
 # --- ranges and shares ------------------------------------------------------------------------------------------------
 
 
+def _by_model(axes: Axes, models: Sequence[str], rows: pl.DataFrame, column: str, colour: str, aside: float) -> None:
+    """Draw the values of each model in a row: dots, and a bar from the smallest to the largest."""
+    for (model,), of_model in style.by(rows, "model"):
+        values, height = of_model[column].to_numpy(), models.index(model) + aside
+        label = of_model["kind"][0]
+        axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=label)
+        axes.plot(values, [height] * len(values), "o", ms=2, color=colour)
+        if model == models[0]:
+            style.label_ends(axes, [(values.max(), height, label, colour)])
+    axes.set_yticks(range(len(models)), models)
+    axes.set_ylim(len(models) - 0.5, -0.5)
+
+
 def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw for each model from where to where its responses to crossing objects reach, and those to the background."""
     models = style.levels(trials, "model")
@@ -315,21 +328,15 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     alone = trials.filter(object="absent")
     drawn = _page(len(models), 0.32, 1.3)
     axes = drawn.subplots()
-    for kind, rows, colour, shift in (("object crosses", crossing, style.HUES[0], -0.18),
+    for kind, rows, colour, aside in (("object crosses", crossing, style.HUES[0], -0.18),
                                       ("background alone", alone, style.HUES[1], 0.18)):  # fmt: skip
-        for (model,), of_model in style.by(rows, "model"):
-            values, height = of_model["response"].to_numpy(), models.index(model) + shift
-            axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)
-            axes.plot(values, [height] * len(values), "o", ms=2, color=colour)
-            if model == models[0]:
-                style.label_ends(axes, [(values.max(), height, kind, colour)])
+        _by_model(axes, models, rows.with_columns(kind=pl.lit(kind)), "response", colour, aside)
     for place, model in enumerate(models):
         if (level := thresholds.get(model)) is not None:
             axes.plot([level] * 2, [place - 0.4, place + 0.4], color=style.INK, lw=1.2, label="threshold")
-    _rows_of(axes, models, trials["response"])
+    style.decades(axes, trials["response"], "x")
     axes.set_xlabel("response")
-    largest = alone.group_by("model").agg(most=pl.col("response").max())
-    compared = crossing.join(largest, on="model", maintain_order="left")
+    compared = crossing.join(alone.group_by("model").agg(most=pl.col("response").max()), on="model")
     if compared.is_empty():
         style.headline(drawn, threshold_finding(crossing, thresholds))
     else:
@@ -356,11 +363,9 @@ def _traces_caption(trials: pl.DataFrame) -> str:
 
 def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw the potentials at every edge, and below what the other models leave of the intact network's |HS|."""
-    left = shares(trials)
-    models, polarities = (
-        style.levels(left, "model"),
-        [polarity for polarity in EDGES if polarity in style.levels(trials, "polarity")],
-    )
+    left = shares(trials).with_columns(kind=pl.lit(""))
+    models, shown = style.levels(left, "model"), style.levels(trials, "polarity")
+    polarities = [polarity for polarity in EDGES if polarity in shown]
     low = len(models) * 0.2 + 1.3 if models else 0.0
     high = _height(_bands(trials) * trials.n_unique("model"), 0.8, low + 1.5) + 1.2
     drawn = Figure(figsize=(style.WIDTH, high + low + 0.3), layout="constrained")
@@ -371,21 +376,11 @@ def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -
         panels = part.subplots(1, len(polarities), sharey=True, squeeze=False)[0]
         for axes, polarity, letter in zip(panels, polarities, "bc", strict=False):
             of_edge = left.filter(polarity=polarity)
-            for (model,), rows in style.by(of_edge, "model"):
-                place, values = models.index(model), rows["share"].to_numpy()
-                axes.barh(place, values.mean(), height=0.6, color=style.HUES[3], alpha=0.5, label=model)
-                axes.plot(values, place + np.linspace(-0.2, 0.2, len(values)), "o", ms=2, color=style.HUES[0])
+            _by_model(axes, models, of_edge, "share", style.HUES[0], 0.0)
             for bound in LEFT:
                 axes.axvline(bound, color=style.GREY, ls="--", lw=0.8)
-            _rows_of(axes, models, of_edge["share"])
+            style.decades(axes, of_edge["share"], "x")
             axes.set_xlabel(f"largest |HS| (% of that of {INTACT})")
             style.finding(axes, f"{polarity.upper()} edges: {share_finding(of_edge)}", letter)
-    below = f" Below: clips as dots, their mean as bars; dashes: C22, {LEFT[0]:g} and {LEFT[1]:g} %." if lower else ""
+    below = f" Below: clips as dots, bars: their range; dashes: C22, {LEFT[0]:g} and {LEFT[1]:g} %." if lower else ""
     return drawn, f"{_traces_caption(trials)}{below} {'. '.join(EDGES[polarity] for polarity in polarities)}."
-
-
-def _rows_of(axes: Axes, models: Sequence[str], values: pl.Series) -> None:
-    """Name the rows of an axes; its values stand on a logarithmic axis where they span more than two decades."""
-    axes.set_yticks(range(len(models)), models)
-    axes.set_ylim(len(models) - 0.5, -0.5)
-    style.decades(axes, values, "x")

@@ -80,7 +80,7 @@ def test_ranges_reach_from_the_smallest_to_the_largest_response():
     assert limits == {0.16, 0.3}
 
 
-def test_bars_at_edges_are_means_of_what_is_left_of_the_intact_network():
+def test_what_is_left_of_the_intact_network_is_a_share_of_it_clip_by_clip():
     clips = [{"polarity": polarity, "motion": way} for polarity in ("off", "on") for way in ("rightward", "leftward")]
     trials = clip_trials(MODELS, clips)
     twice = pl.when(model="emd", trial=0).then(2.0).otherwise(1.0)
@@ -90,8 +90,6 @@ def test_bars_at_edges_are_means_of_what_is_left_of_the_intact_network():
     assert left["model"].to_list() == list(MODELS[1:]) * 4 and left["share"].to_list() == pytest.approx(
         expected.tolist()
     )
-    bars = [bar.get_width() for axes in drawn(Figure("edges"), trials).axes for bar in axes.patches]
-    assert bars == pytest.approx([*expected[:4].reshape(2, 2).mean(axis=0), *expected[4:6]])
     silent = trials.with_columns(pl.when(model="dsnn").then(0.0).otherwise(pl.col(end)).alias(end)
                                  for end in ("peak_hs", "trough_hs"))  # fmt: skip
     assert shares(with_responses(silent)).is_empty(), "nothing is compared with a network that is silent"

@@ -59,7 +59,7 @@ def small():
 
 def run(folder, *more):
     with small():
-        return inside(folder, (*COMMAND, *more), 300)
+        return inside(folder, (*COMMAND, *more))
 
 
 @pytest.fixture(scope="module")
