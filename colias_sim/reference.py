@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 
-import cv2
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -55,15 +54,6 @@ def reference_frame() -> Luma:
 def digest(frame: Luma) -> str:
     """Compute the hash of a frame's pixels: 12 hexadecimal digits of SHA-256."""
     return hashlib.sha256(np.ascontiguousarray(frame).tobytes()).hexdigest()[:12]
-
-
-def expected_frame() -> Luma:
-    """Read the frame of the first `KNOWN` hash from ``colias_sim/reference.png``.
-
-    The file was written by `reference_frame` itself, on Debian 12's Mesa without a graphics processor.
-    """
-    coded = np.frombuffer(files("colias_sim").joinpath("reference.png").read_bytes(), np.uint8)
-    return np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR_RGB), np.uint8)
 
 
 @cache

@@ -26,10 +26,10 @@ GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 
 
 LONGEST = (
-    "test_page", "test_docs", "test_docs_questions", "test_golden", "test_docs_chapters", "test_envs", "test_docs_rl",
-    "test_models", "test_resume", "test_firmware", "test_viewer", "test_docs_firmware", "test_native", "test_reproduce",
-    "test_cli", "test_fit", "test_watch", "test_docs_footage", "test_declared_studies", "test_sweep", "test_behaviours",
-    "test_street", "test_onboard",
+    "test_page", "test_docs", "test_golden", "test_envs", "test_docs_rl",
+    "test_models", "test_resume", "test_firmware", "test_viewer", "test_native", "test_reproduce",
+    "test_cli", "test_fit", "test_watch", "test_declared_studies", "test_sweep", "test_behaviours",
+    "test_onboard",
 )  # fmt: skip
 """The files of tests that take longest, the longest first."""
 

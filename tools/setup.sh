@@ -47,9 +47,9 @@ if [ "${1:-}" = --viewer ]; then # for the tests that look at recordings in Reru
     exit 0
 fi
 
-if [ "${1:-}" = --node ]; then # for the playground's JavaScript: its tests, its linter and its type checker
+if [ "${1:-}" = --node ]; then # for the linter and the type checker of the playground's JavaScript
     { command -v node >/dev/null && command -v npm >/dev/null; } || apt_install nodejs npm ||
-        say "no node and npm: the playground's tests in Node will be skipped"
+        say "no node and npm: the playground's JavaScript will not be checked"
     exit 0
 fi
 

@@ -5,14 +5,15 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.chapters import DOCS, called, chapter
+from tests.helpers.firmware import needs_tools
 from tests.helpers.footage import film, street
 
 __all__ = ["chapter"]
-OWN_TESTS = ("reinforcement-learning.md", "real-robot.md")
-NAMES = [called(page) for page in sorted((DOCS / "how-to").glob("*.md")) if page.name not in OWN_TESTS]
+FIRMWARE = "how-to/real-robot.md"
+NAMES = [called(page) for page in sorted((DOCS / "how-to").glob("*.md")) if page.stem != "reinforcement-learning"]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=needs_tools) if n == FIRMWARE else n for n in NAMES])
 def test_a_page_runs_as_pasted(name, chapter):
     if name == "how-to/view-and-video.md":
         pytest.importorskip("imageio_ffmpeg")

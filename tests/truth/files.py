@@ -110,3 +110,19 @@ def picture(env: Any) -> np.ndarray:
     with patch.object(gl_context, "GLContext", backend.GLContext), mujoco.Renderer(scene.model, 72, 99) as renderer:
         renderer.update_scene(scene.data, camera="observer/eye")
         return cv2.cvtColor(renderer.render(), cv2.COLOR_RGB2GRAY)
+
+
+def recount(trial: Trial) -> None:
+    """Counts, peaks and marks of a trial of the DSNN are those of its frames, and spikes have the potential's sign."""
+    row, frames = trial.row, trial.frames
+    assert row["spikes"] == row["hs_spikes"]
+    for channel in ("hs", "vs"):
+        potential, spikes = frames[channel], frames[f"{channel}_spikes"]
+        assert row[f"{channel}_spikes"] == np.abs(spikes).sum()
+        np.testing.assert_allclose(
+            [row[f"peak_{channel}"], row[f"trough_{channel}"]], [potential.max(), potential.min()], atol=1e-6
+        )
+        fired = np.flatnonzero(spikes)
+        assert np.array_equal(np.sign(spikes[fired]), np.sign(potential[fired]))
+        expected = {int(frame): int(np.sign(spikes[frame])) for frame in fired}
+        assert trial.recording.marks("dsnn", channel) == expected, channel
