@@ -126,7 +126,7 @@ def plan(
     references = [member for name in names for member in REFERENCE.get(name, ())]
     others = (references or ENVS[where].baselines) if baselines else ()
     played = tuple(dict.fromkeys([*asked, *others]))
-    check_counts(seed, episodes, "--episodes", len(played), "behaviours")
+    check_counts(seed, episodes, "--episodes")
     planned = BehaviourPlan(played, where, options, episodes, seed, reference=(references or [first.name])[0])
     called = [behaviour.name for behaviour in planned.loaded()]
     if twice := next((name for name in called if called.count(name) > 1), None):

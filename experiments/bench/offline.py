@@ -109,7 +109,7 @@ def plan(
     """
     count = experiment.repeats if repeats is None else repeats
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
-    check_counts(seed, count, option, len(experiment.clips), "clips")
+    check_counts(seed, count, option)
     stimuli = {clip.entry.name for clip in experiment.clips}
     for text in assignments:
         if text.partition(".")[0] in stimuli:

@@ -273,8 +273,6 @@ def planned(
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
-        if replicate == 1 and name == parts[0].declared.name:  # the first replicate is planned: its trials are counted
-            check_counts(seed, study.replicates, "--replicates", len(specs), "trials" if on_robot else "clips")
         for _, trials_of, variants, watching in renderings[name]:
             found = trials_of(replicate, tuple(variants.values()))
             numbers = range(len(specs), len(specs) + len(found))

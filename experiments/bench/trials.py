@@ -211,7 +211,7 @@ def plan(
         raise UsageError(f"--set scene.wall={whole.settings.scene.wall}: --pictures sets the wall; give one of them")
     whole = whole.replicate(0)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
-    check_counts(seed, count, option, len(whole.experiment.conditions()))
+    check_counts(seed, count, option)
     course.check(whole.experiment.conditions(), whole.settings)
     return whole
 

@@ -60,28 +60,14 @@ def watchers(
     return applied(models_shown, collected), collected
 
 
-MOST_JOBS = 100_000
-"""Trials, clips or episodes of one run. More would take days, and their tables more memory than most machines have."""
 MOST_SEED = 4 * 10**18
 """Seeds stand in tables as 64-bit integers, and so do the seeds that a run counts up from its own."""
 
 
-def check_counts(seed: int, repeats: int = 1, option: str = "--repeats", jobs: int = 1, things: str = "trials") -> None:
-    """Raise `UsageError` for a seed or a number of repeats that no run can have.
-
-    Parameters
-    ----------
-    seed
-        Of the whole run.
-    repeats
-        The number that was typed as ``option``.
-    jobs, things
-        How many trials, clips or episodes each repeat has, and which of these they are.
-    """
-    most = max(MOST_JOBS // max(jobs, 1), 1)
-    if not 1 <= repeats <= most:
-        per_repeat = f" ({jobs:,} {things} each; a run has up to {MOST_JOBS:,})" if repeats > most and jobs > 1 else ""
-        raise UsageError(f"{option} must be between 1 and {most}, got {repeats}{per_repeat}")
+def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
+    """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
+    if repeats < 1:
+        raise UsageError(f"{option} must be at least 1, got {repeats}")
     if not 0 <= seed <= MOST_SEED:
         raise UsageError(f"--seed must be between 0 and {MOST_SEED}, got {seed}")
 
