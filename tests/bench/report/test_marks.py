@@ -132,8 +132,8 @@ def test_the_traces_of_the_live_page_have_the_spikes_of_each_channel_with_their_
     chosen = choose("dsnn")
     runner = SimpleNamespace(chosen=chosen, network=chosen.network, label="dsnn")
     page: Any = SimpleNamespace(add_uplot=lambda data, _series, **more: SimpleNamespace(data=data, **more))
-    runners: Any = [runner]
-    traces = Traces(page, runners, 1 / 30, dark=False)
+    session: Any = SimpleNamespace(runners=[runner], interval_s=1 / 30)
+    traces = Traces(page, session)
     for hs, vs in ((0, 0), (4, -3), (-1, 2), (-1, 0)):
         traces.add({"dsnn": Response(hs / 4, vs / 4, hs, vs)})
     _, spikes = traces._plots
